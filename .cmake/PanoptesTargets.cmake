@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# One folder, one CMakeLists.txt, one target.
+
+# What every target of ours is compiled with. Contraction of floating-point products is off, so that
+# a run repeats bit for bit on other machines.
+add_library(panoptes_flags INTERFACE)
+target_compile_features(panoptes_flags INTERFACE cxx_std_20)
+target_compile_options(panoptes_flags INTERFACE
+  -ffp-contract=off -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
+  -Wcast-align -Wunused $<$<BOOL:${PANOPTES_WERROR}>:-Werror>)
+if(PANOPTES_SANITIZE)
+  target_compile_options(panoptes_flags INTERFACE
+    -fsanitize=${PANOPTES_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(panoptes_flags INTERFACE -fsanitize=${PANOPTES_SANITIZE})
+endif()
+
+# panoptes_library(name SOURCES ... PUBLIC ... PRIVATE ...) makes panoptes::name from this folder.
+function(panoptes_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  set(target panoptes_${name})
+  if(ARG_SOURCES)
+    add_library(${target} STATIC ${ARG_SOURCES})
+    target_include_directories(${target} PUBLIC ${PROJECT_SOURCE_DIR})
+    target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE panoptes_flags ${ARG_PRIVATE})
+    target_compile_features(${target} PUBLIC cxx_std_20)
+  else()
+    add_library(${target} INTERFACE)
+    target_include_directories(${target} INTERFACE ${PROJECT_SOURCE_DIR})
+    target_link_libraries(${target} INTERFACE ${ARG_PUBLIC})
+    target_compile_features(${target} INTERFACE cxx_std_20)
+  endif()
+  add_library(panoptes::${name} ALIAS ${target})
+endfunction()
+
+# panoptes_test(name SOURCES ... LINK ... [LABEL unit|system] [TIMEOUT seconds]) makes one test program of this folder.
+function(panoptes_test name)
+  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;LINK" ${ARGN})
+  if(NOT ARG_LABEL)
+    set(ARG_LABEL unit)
+  endif()
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  set(target ${name}_test)
+  add_executable(${target} ${ARG_SOURCES})
+  target_link_libraries(${target} PRIVATE panoptes_flags ${ARG_LINK} GTest::gmock GTest::gtest_main)
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_compile_definitions(${target} PRIVATE PANOPTES_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST TEST_PREFIX ${name}/
+    PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT})
+endfunction()

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <opencv2/core/mat.hpp>
+#include <string>
+
+#include "core/base/time.h"
+#include "core/geometry/pose2.h"
+
+namespace panoptes {
+
+/// One camera's picture: 8-bit BGR, never written again after delivery.
+struct Picture {
+  Time stamp;
+  cv::Mat bgr;
+};
+
+/// What the wheels say, dead reckoned in `odom` (the body at the first observation).
+struct Odometry {
+  Pose2 T_odom_body;
+  Twist2 twist_body;
+};
+
+struct Health {
+  bool bumper_pressed = false;
+  bool motors_enabled = true;
+};
+
+/// What the robot perceived at one instant: the pictures of one frame set (none at a deadline; one
+/// may be missing by name), the odometry at that instant, and the state of the platform.
+struct Observation {
+  Time stamp;
+  std::map<std::string, Picture> pictures;  ///< by the camera's name in the rig
+  Odometry odometry;
+  Health health;
+};
+
+}  // namespace panoptes

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/config/fields.h"
+#include "core/geometry/pose3.h"
+
+namespace panoptes {
+
+/// A pinhole: pixels (0, 0 at the centre of the top-left one) from points in the camera's frame.
+struct Intrinsics {
+  int width_px = 320;
+  int height_px = 240;
+  double fx_px = 0;
+  double fy_px = 0;
+  double cx_px = 0;
+  double cy_px = 0;
+
+  Vec2 project(const Vec3& p_camera) const;  ///< z must be positive
+  Vec3 ray(const Vec2& px) const;            ///< direction with z = 1
+};
+
+/// A pinhole of this width of view with its centre in the middle of the picture.
+Intrinsics pinhole(int width_px, int height_px, double horizontal_fov_rad);
+
+/// A surveyed mark: where it lies on the floor, and where the camera sees it.
+struct FloorMark {
+  Vec2 p_body = Vec2::Zero();
+  Vec2 px = Vec2::Zero();
+};
+
+/// Which part of a floor camera's picture is mapped, and how its pixels fall on the floor.
+struct FloorView {
+  enum class Rows { kAll, kLowerHalf };
+  Rows rows = Rows::kAll;
+  double near_m = 0.2;  ///< along the floor from the body's front
+  double far_m = 3.0;   ///< along the floor from the body's front
+  std::vector<FloorMark> marks;      ///< four surveyed marks give the homography,
+  std::optional<Mat3> H_body_px;     ///< or it is given: floor point in body (x, y, 1) ~ H * (u, v, 1)
+};
+
+/// One camera as the robot believes it to be.
+struct RigCamera {
+  std::vector<std::string> roles;  ///< loop_front, loop_back, floor, stereo_left, ...
+  double rate_hz = 15;
+  Intrinsics intrinsics;
+  Pose3 T_body_camera;
+  std::optional<FloorView> floor;
+
+  bool has_role(std::string_view role) const;
+};
+
+/// What the robot believes it carries, by the cameras' names.
+struct Rig {
+  std::map<std::string, RigCamera> cameras;
+
+  /// The name of the first camera (in order of name) with this role; empty when there is none.
+  std::string with_role(std::string_view role) const;
+};
+void bind(Fields& f, RigCamera& o);
+void bind(Fields& f, Rig& o);
+
+}  // namespace panoptes

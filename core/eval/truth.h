@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/base/time.h"
+#include "core/geometry/pose2.h"
+
+namespace panoptes {
+
+/// A layer of the true world over the floor, row-major from the lower-left corner in `scene`:
+/// cell (column, row) covers origin_scene + cell_m * [column, column + 1) x [row, row + 1).
+struct TruthLayer {
+  double cell_m = 0;
+  Vec2 origin_scene = Vec2::Zero();
+  int columns = 0;
+  int rows = 0;
+  std::vector<std::uint8_t> cells;  ///< 1 where set
+
+  bool at(const Vec2& p_scene) const;  ///< false outside
+};
+
+/// The true state at one frame set.
+struct TruePose {
+  Time stamp;
+  Pose2 T_scene_body;
+  Twist2 twist_body;
+  double clearance_m = 0;  ///< from the body's outline to the nearest thing
+};
+
+/// A contact of the body with something, from first touch until apart for 1 s.
+struct TrueContact {
+  Time stamp;
+  Vec2 p_scene = Vec2::Zero();
+  std::string object;
+  bool while_moving = true;  ///< moving, or told to move
+};
+
+/// What really was, for evaluation and the recorder alone; a plain value.
+struct Truth {
+  std::vector<TruePose> poses;        ///< one per frame set, in order
+  std::vector<TrueContact> contacts;
+  TruthLayer floor;  ///< 1 cm: 1 where something stands between the floor and 2 cm above it
+  TruthLayer body;   ///< 1 cm: 1 where something is between 2 cm and the top of the robot's mast
+  TruthLayer seen;   ///< 5 cm: 1 where the mapped part of a floor camera saw the floor or the foot of
+                     ///< a thing, unoccluded, at some frame set
+  double path_m = 0;          ///< length of the true way
+};
+
+}  // namespace panoptes

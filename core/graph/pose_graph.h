@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "core/geometry/pose2.h"
+
+namespace panoptes {
+
+/// What was measured between two keyframes: the pose of `to` seen from `from`, and its information
+/// (inverse covariance of x, y, theta in the frame of `from`; 1/m^2, 1/(m rad), 1/rad^2).
+struct GraphEdge {
+  int from = 0;
+  int to = 0;
+  Pose2 T_from_to;
+  Mat3 information = Mat3::Identity();
+  bool closure = false;
+};
+
+struct RelaxReport {
+  double chi2_start = 0;  ///< sum r^T Omega r, without a half
+  double chi2_end = 0;
+  int iterations = 0;
+  bool converged = false;
+};
+
+/// Keyframe poses and what was measured between them.
+struct PoseGraph {
+  std::vector<Pose2> T_map_node;
+  std::vector<GraphEdge> edges;
+};
+
+double chi2(const PoseGraph& graph);
+double chi2(const PoseGraph& graph, const GraphEdge& edge);
+
+/// Moves every pose but the first to where all edges agree best: a linear start for the orientations
+/// and then the translations, then
+/// Levenberg-Marquardt on sparse Cholesky (thesis 6.3.3 uses TORO). One thread, same bits every time.
+RelaxReport relax(PoseGraph& graph);
+
+}  // namespace panoptes

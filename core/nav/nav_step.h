@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/time.h"
+#include "core/geometry/pose2.h"
+#include "core/graph/closure.h"
+
+namespace panoptes {
+
+enum class NavState { kDriving, kRecovering, kStopped };
+
+/// One candidate of the dynamic window (thesis Fig. 6.7).
+struct WindowScore {
+  Twist2 twist_body;
+  double score = 0;     ///< in [0, 1]; 0 when not admissible
+  double clearance_m = 0;
+};
+
+/// Everything the navigator decided at one observation, and why.
+struct NavStep {
+  Time stamp;
+  Pose2 T_map_body;
+  Pose2 T_odom_body;
+  Twist2 command_body;
+  NavState state = NavState::kStopped;
+  std::string reason;                  ///< why it drives, recovers or stands
+  std::optional<Vec2> goal_map;
+  std::optional<Vec2> carrot_odom;
+  std::vector<WindowScore> window;     ///< empty when nothing was planned
+  std::optional<int> keyframe_made;    ///< its index
+  std::vector<ClosureReport> closures; ///< tried at this step
+  bool relaxed = false;
+  cv::Mat floor_log_ratio;             ///< CV_32F, the floor camera's picture; empty without one
+  double mapped_free_m2 = 0;           ///< of the global map, kept up to date now and then
+  bool frontier_reachable = false;     ///< something is left to explore
+};
+
+}  // namespace panoptes
