@@ -147,7 +147,7 @@ def main():
     spots = sum(d >= 0.75 for row in clear for d in row) * CELL * CELL
     print(f"centres of discs of 1.5 m diameter: {spots:.2f} m2")
     gaps = passages(grid, dx, dy, 2.0)
-    print("passages the robot cannot take, m:", " ".join(f"{w:.2f}({x:.1f},{y:.1f})" for w, x, y in gaps if w < 0.5))
+    print("passages too narrow for the robot, m:", " ".join(f"{w:.2f}({x:.1f},{y:.1f})" for w, x, y in gaps if 0.12 < w < 0.5))
     print("ambiguous passages 0.50-0.86 m:", [(round(w, 2), round(x, 2), round(y, 2)) for w, x, y in gaps if 0.5 <= w < 0.86])
     print("passages, m:", " ".join(f"{w:.2f}({x:.1f},{y:.1f})" for w, x, y in gaps if w >= 0.86))
     if len(sys.argv) > 1:

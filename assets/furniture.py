@@ -14,6 +14,7 @@ from textures import PROPS, SIGNS, cell
 DESK_WIDTH, DESK_DEPTH, DESK_HEIGHT = 1.60, 0.80, 0.74
 CHAIR_DEPTH, CHAIR_WIDTH = 0.52, 0.50
 SHELF_WIDTH, SHELF_DEPTH = 0.90, 0.36
+TABLE_LENGTH, TABLE_DEPTH = 1.80, 1.00
 
 
 def prop(name):
@@ -219,14 +220,14 @@ def boxes():
 
 
 def table():
-    """A counter for meetings, closed all round, 1.8 m by 0.9 m."""
+    """A counter for meetings, closed all round."""
     m = Mesh("table")
     m.material("top", "desk_top_b.png")
     m.material("side", "wood_shelf.png")
-    m.box(-0.43, -0.88, 0, 0.43, 0.88, 0.70, "side", tile=0.9, skip=("-z", "+z"))
+    x, y = TABLE_DEPTH / 2, TABLE_LENGTH / 2
+    m.box(-x + 0.02, -y + 0.02, 0, x - 0.02, y - 0.02, 0.70, "side", tile=0.9, skip=("-z", "+z"))
     edge = (0.02, 0.955, 0.98, 0.99)
-    m.box(-0.45, -0.90, 0.70, 0.45, 0.90, 0.74, "top", faces={s: ("top", edge) for s in ("+x", "-x", "+y", "-y", "-z")},
-          skip=())
+    m.box(-x, -y, 0.70, x, y, 0.74, "top", faces={s: ("top", edge) for s in ("+x", "-x", "+y", "-y", "-z")}, skip=())
     return m
 
 
@@ -255,7 +256,7 @@ SHELVES, PLATES, SHEETS = 5, 40, 16
 
 def all_meshes():
     out = [desk(), chair(), monitor(), keyboard(), phone(), mug(), book_pile(), drawers(), partition(),
-           cupboard(0.90, 1.80, "cupboard_tall"), cupboard(0.90, 0.80, "cupboard_low"), printer(), plant(), bin_(),
+           cupboard(0.90, 1.80, "cupboard_tall"), cupboard(0.90, 0.80, "cupboard_low"), cupboard(0.73, 1.90, "cupboard_end"), printer(), plant(), bin_(),
            boxes(), table()]
     out += [shelf(k) for k in range(1, SHELVES + 1)]
     out += [plate(k) for k in range(1, PLATES + 1)]

@@ -8,7 +8,8 @@ same chairs and monitors everywhere: places look alike. Labels, papers, screens,
 import math
 import random
 
-from furniture import CHAIR_DEPTH, DESK_DEPTH, DESK_HEIGHT, DESK_WIDTH, PLATES, SHEETS, SHELVES, SHELF_DEPTH, SHELF_WIDTH
+from furniture import (CHAIR_DEPTH, DESK_DEPTH, DESK_HEIGHT, DESK_WIDTH, PLATES, SHEETS, SHELF_DEPTH, SHELF_WIDTH,
+                       SHELVES, TABLE_LENGTH)
 from room import LAMPS
 
 CHAIR_OUT = 0.28      # how far a pushed-in chair stands out in front of its desk
@@ -48,7 +49,7 @@ class Office:
         ab = "ab"[k % 2]
         self.put(f"desk-{k:02d}", "desk", x, y, theta, top=f"desk_top_{'ab'[(k // 2) % 2]}",
                  front=f"desk_front_{ab}", side=f"desk_side_{'ab'[(k // 3) % 2]}")
-        out = CHAIR_OUT - rng.choice((0.0, 0.0, 0.02, 0.05))
+        out = CHAIR_OUT - rng.choice((0.0, 0.0, 0.02, 0.04))
         cx, cy = self.beside(x, y, theta, DESK_DEPTH / 2 + out - CHAIR_DEPTH / 2, rng.uniform(-0.02, 0.02))
         self.put(f"chair-{k:02d}", "chair", cx, cy, theta + 180, fabric="chair_red" if k % 5 == 2 else "chair_blue")
         top = DESK_HEIGHT
@@ -94,7 +95,7 @@ class Office:
     def cupboard(self, x, y, theta, kind, plate=True):
         k = sum(1 for o in self.objects if o[1].startswith("cupboard")) + 1
         self.put(f"cupboard-{k:02d}", f"cupboard_{kind}", x, y, theta, front=f"cupboard_{'ab'[k % 2]}")
-        if plate and kind == "tall":
+        if plate and kind != "low":
             self.plate(*self.beside(x, y, theta, 0.21 - 0.0005, 0.22), theta, 1.42)
             self.sheet(*self.beside(x, y, theta, 0.21 - 0.0005, -0.2), theta, 1.35 + 0.1 * (k % 3))
 
@@ -120,23 +121,42 @@ def place():
     # East wall: tall cupboards.
     for k in range(4):
         o.cupboard(10 - cup, 1.95 + 0.90 * (k + 0.5), 180, "tall")
-    # North wall: sideboards under two of the windows.
-    for k, x in enumerate((1.75, 2.65, 6.60, 7.50)):
+    # North wall: sideboards under the windows, and what gathers in corners.
+    for k, x in enumerate([0.86 + 0.90 * i for i in range(5)] + [5.95 + 0.90 * i for i in range(4)]):
         o.cupboard(x, 10 - 0.125 - 0.21, -90, "low")
+    o.put("plant-1", "plant", 0.23, 9.66)
+    o.put("boxes-1", "boxes", 0.24, 9.19, 0.0)
+    o.put("printer", "printer", 9.66, 9.62, 180.0)
+    o.put("plant-2", "plant", 9.72, 9.08)
+    o.put("plant-4", "plant", 5.205, 9.63)
+    o.put("plant-3", "plant", 6.93, 0.21)
+    o.put("boxes-2", "boxes", 9.76, 0.30, 180.0)
 
     o.block(1.285, 2.385, 2)
     o.block(5.405, 2.385, 2)
     o.block(1.285, 7.425, 2)
     o.block(5.80, 7.425, 2)
+    # Drawer units at the ends of desks and, drawn out, between the chairs; bins beside them.
+    for k, (y, theta) in enumerate(((7.02, -90.0), (7.83, 90.0))):
+        o.put(f"drawers-{k + 1}", "drawers", 4.485 + 0.215, y, theta, front=f"desk_front_{'ab'[k]}")
+    for k, (x, yc) in enumerate(((2.885, 2.385), (7.005, 2.385), (2.885, 7.425), (7.40, 7.425))):
+        for j, side in enumerate((-1, 1)):
+            n = 2 * k + j
+            turn = (1, -1, 1, -1, 1, 1, -1, -1)[n]
+            front = yc + side * (GAP / 2 + DESK_DEPTH)
+            o.put(f"drawers-{n + 3}", "drawers", x + 0.27 * turn, front + side * (0.24 - 0.02 * (n % 3) - 0.28), 90.0 * side,
+                  front=f"desk_front_{'ab'[(n // 3) % 2]}", side=f"desk_side_{'ba'[n % 2]}")
+            o.put(f"bin-{n + 1}", "bin", x - (0.12 + 0.02 * (n % 4)) * turn, front + side * 0.135, 20.0 * n)
 
-    # The middle: a double row of bookcases, and a table to meet at.
+    # The middle: a double row of bookcases with a cupboard across its end, and a table to meet at.
     for k in range(3):
-        x = 1.75 + SHELF_WIDTH * (k + 0.5)
+        x = 1.58 + SHELF_WIDTH * (k + 0.5)
         o.shelf(x, 5.04 - SHELF_DEPTH / 2 - 0.005, -90, plate=k != 1)
         o.shelf(x, 5.04 + SHELF_DEPTH / 2 + 0.005, 90, plate=k != 1)
-    o.put("table", "table", 7.30, 4.97, 90)
-    for k, (x, theta) in enumerate(((6.40 - 0.02, 0.0), (8.20 + 0.02, 180.0))):
-        o.put(f"chair-t{k + 1}", "chair", x, 4.97, theta, fabric="chair_red")
+    o.cupboard(1.58 + 3 * SHELF_WIDTH + 0.215, 5.04, 0, "end")
+    o.put("table", "table", 7.40, 4.93, 90)
+    for k, (x, theta) in enumerate(((7.40 - TABLE_LENGTH / 2 - 0.02, 0.0), (7.40 + TABLE_LENGTH / 2 + 0.02, 180.0))):
+        o.put(f"chair-t{k + 1}", "chair", x, 4.93, theta, fabric="chair_red")
     return o.objects
 
 
@@ -151,10 +171,10 @@ def world_yaml(objects, meshes):
         "lights:",
     ]
     for x, y in LAMPS:
-        lines.append(f"  - {{at_m: [{x}, {y}, 2.66], size_m: [1.2, 0.6], normal: [0, 0, -1], power: 1.0}}")
+        lines.append(f"  - {{at_m: [{x}, {y}, 2.675], size_m: [1.2, 0.6], normal: [0, 0, -1], power: 1.0}}")
     for k in range(4):   # windows
         x = 0.55 + 2.42 * k + 0.82
-        lines.append(f"  - {{at_m: [{x:.2f}, 9.94, 1.64], size_m: [1.5, 1.3], normal: [0, -1, 0], power: 0.9}}")
+        lines.append(f"  - {{at_m: [{x:.2f}, 9.96, 1.64], size_m: [1.64, 1.44], normal: [0, -1, 0], power: 0.9}}")
     lines.append("objects:")
 
     def number(v):

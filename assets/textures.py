@@ -529,8 +529,8 @@ def whiteboard(rng):
         c.ellipse(x, y, 15, 18, GREEN)
         c.ellipse(x, y, 11, 14, (240, 243, 244))
         c.text(int(x) - 5, int(y) - 6, str(k + 1), INK, 2)
-    c.text(290, 330, "X = A X + B U", BLUE, 3)
-    c.text(290, 364, "P = A P A + Q", RED, 3)
+    c.text(292, 332, "X = A X + B U", BLUE, 2)
+    c.text(292, 364, "P = A P A + Q", RED, 2)
     c.frame(284, 320, 206, 80, 2, INK)
     c.line(60, 440, 60, 330, INK, 2)
     c.line(60, 440, 230, 440, INK, 2)
@@ -693,7 +693,7 @@ def signs(rng):
             c.frame(0, 0, 128, 128, 8, (90, 62, 40))
         elif name == "certificate":
             c.frame(6, 6, 116, 116, 4, (196, 160, 70))
-            c.text_centred(64, 22, "BEST PAPER", INK, 2)
+            c.text_centred(64, 22, "1ST PRIZE", INK, 2)
             c.lines_of_print(26, 46, 76, 8, rng, (110, 112, 120), 6, 2)
             c.ellipse(96, 104, 12, 12, RED)
             c.frame(0, 0, 128, 128, 5, (50, 44, 40))
@@ -742,7 +742,8 @@ def sheets(rng):
         c = Canvas(128, 128, (250, 250, 246))
         paper(c, rng, -2, -2, 132, 132, k % 6)
         if k % 3 == 0:
-            c.text(10, 58, rng.choice(WORDS), rng.choice([RED, BLUE, INK]), 3)
+            c.rect(0, 46, 128, 36, (250, 250, 246))
+            c.text_centred(64, 54, rng.choice([w for w in WORDS if len(w) < 7]), rng.choice([RED, BLUE, INK]), 3)
         sheet.paste(c, (k % 4) * 128, (k // 4) * 128)
     return sheet
 
