@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/nav/localiser.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+
+namespace panoptes {
+
+void bind(Fields& f, KeyframeOptions& o) {
+  f("distance_m", o.distance_m, positive);
+  f.angle("turn", o.turn_rad, positive);
+  f("dissimilarity", o.dissimilarity, at_least(1));
+}
+
+void bind(Fields& f, LocaliserOptions& o) {
+  f("keyframe", o.keyframe);
+  f("signature", o.signature);
+  f("wheels", o.wheels);
+  f("visual_heading", o.visual_heading);
+  f("loops", o.loops);
+}
+
+Localiser::Localiser(const LocaliserOptions& options, const Body& body, const Rig& rig, Rng rng)
+    : options_(options),
+      wheel_base_m_(body.wheel_base_m),
+      front_(rig.with_role("loop_front")),
+      back_(rig.with_role("loop_back")),
+      closer_(options.loops, loop_cameras(rig), rng.fork("loops")) {}
+
+bool Localiser::keyframe_due(const Pose2& T_last_body, const PlaceSignature* now) const {
+  const KeyframeOptions& o = options_.keyframe;
+  if (T_last_body.position().norm() >= o.distance_m ||
+      std::abs(T_last_body.theta_rad) >= o.turn_rad) {
+    return true;
+  }
+  // what is usual from one keyframe to the next is known once there have been a few
+  constexpr std::size_t kEnough = 8;
+  return now != nullptr && steps_grey_.size() >= kEnough &&
+         emd_grey(*now, last_signature_) >
+             o.dissimilarity * static_cast<double>(steps_grey_[steps_grey_.size() / 2]);
+}
+
+Pose2 Localiser::link_to_last(const LoopPlace& place, const Pose2& T_last_body) {
+  const int last = static_cast<int>(keyframes_.size()) - 1;
+  const MotionPrior wheels{T_last_body,
+                           wheel_covariance(options_.wheels, wheel_base_m_, T_last_body)};
+  GraphEdge edge{last, last + 1, T_last_body, wheels.covariance.inverse(), false};
+  if (options_.visual_heading) {
+    if (const auto seen = closer_.motion_to(place, last, wheels)) {
+      edge.T_from_to = seen->T_a_b;
+      edge.information = seen->covariance.inverse();
+    }
+  }
+  graph_.edges.push_back(edge);
+  return edge.T_from_to;
+}
+
+void Localiser::add_keyframe(const Observation& seen, LoopPlace place,
+                             const ContourSource& contours, Located& out) {
+  const int made = static_cast<int>(keyframes_.size());
+  Keyframe keyframe{seen.stamp, seen.odometry.T_odom_body, Pose2{}};
+  if (made == 0) {
+    graph_.T_map_node.push_back(Pose2{});
+  } else {
+    const Pose2 T_last_now = link_to_last(place, out.T_last_body);
+    keyframe.T_odom_body = keyframes_.back().T_odom_body * T_last_now;
+    graph_.T_map_node.push_back(graph_.T_map_node.back() * T_last_now);
+    const float step_grey = static_cast<float>(emd_grey(place.signature, last_signature_));
+    steps_grey_.insert(std::upper_bound(steps_grey_.begin(), steps_grey_.end(), step_grey),
+                       step_grey);
+  }
+  last_signature_ = place.signature;
+  keyframes_.push_back(keyframe);
+  out.keyframe_made = made;
+  out.closures = closer_.close(std::move(place), graph_, contours);
+  for (const ClosureReport& closure : out.closures) {
+    if (closure.accepted) {
+      graph_.edges.push_back(closure_edge(closure));
+      out.relaxed = true;
+    }
+  }
+  if (out.relaxed) {
+    relax(graph_, RelaxStart::kCurrent);
+  }
+}
+
+Located Localiser::step(const Observation& seen, const ContourSource& contours) {
+  Located out;
+  if (!keyframes_.empty()) {
+    out.T_last_body = keyframes_.back().T_wheels_body.inverse() * seen.odometry.T_odom_body;
+  }
+  const auto front = seen.pictures.find(front_);
+  const auto back = seen.pictures.find(back_);
+  if (front != seen.pictures.end() && back != seen.pictures.end()) {
+    LoopPlace place;
+    place.signature = place_signature(options_.signature, front->second.bgr, back->second.bgr);
+    if (keyframes_.empty() || keyframe_due(out.T_last_body, &place.signature)) {
+      place.features = {local_features(options_.loops.features, front->second.bgr),
+                        local_features(options_.loops.features, back->second.bgr)};
+      add_keyframe(seen, std::move(place), contours, out);
+      out.T_last_body = Pose2{};
+    }
+  }
+  if (!keyframes_.empty()) {
+    out.keyframe = static_cast<int>(keyframes_.size()) - 1;
+    out.T_odom_body = keyframes_.back().T_odom_body * out.T_last_body;
+    out.T_map_body = graph_.T_map_node.back() * out.T_last_body;
+  }
+  return out;
+}
+
+}  // namespace panoptes

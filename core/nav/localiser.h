@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/base/rng.h"
+#include "core/base/time.h"
+#include "core/camera/observation.h"
+#include "core/camera/rig.h"
+#include "core/config/fields.h"
+#include "core/geometry/body.h"
+#include "core/graph/loop_closer.h"
+#include "core/graph/pose_graph.h"
+#include "core/graph/wheel_noise.h"
+
+namespace panoptes {
+
+struct KeyframeOptions {
+  double distance_m = 0.25;          ///< beta of thesis 6.3.2
+  double turn_rad = deg_to_rad(15);
+  double dissimilarity = 4;          ///< alpha: in median distances between consecutive keyframes
+};
+void bind(Fields& f, KeyframeOptions& o);
+
+struct LocaliserOptions {
+  KeyframeOptions keyframe;
+  SignatureOptions signature;
+  WheelNoise wheels;
+  bool visual_heading = true;  ///< pictures correct the wheels' heading between keyframes
+  LoopOptions loops;
+};
+void bind(Fields& f, LocaliserOptions& o);
+
+/// A place the robot remembers.
+struct Keyframe {
+  Time stamp;
+  Pose2 T_wheels_body;  ///< by the wheels alone
+  Pose2 T_odom_body;    ///< by the wheels and the pictures' headings; never moved again
+};
+
+/// Where the robot is, and what happened to its memory of places.
+struct Located {
+  Pose2 T_map_body;
+  Pose2 T_odom_body;   ///< by wheels and the pictures' headings: does not jump when a loop closes
+  Pose2 T_last_body;   ///< seen from the last keyframe
+  int keyframe = 0;    ///< the last one
+  std::optional<int> keyframe_made;
+  std::vector<ClosureReport> closures;
+  bool relaxed = false;
+};
+
+/// Keyframes, loop closures and relaxation (thesis 6.3.2, 6.3.3). Between keyframes the wheels tell
+/// the way; at each keyframe the pictures correct the heading.
+class Localiser {
+ public:
+  Localiser(const LocaliserOptions& options, const Body& body, const Rig& rig, Rng rng);
+
+  Located step(const Observation& seen, const ContourSource& contours);
+
+  const std::vector<Keyframe>& keyframes() const { return keyframes_; }
+  const PoseGraph& graph() const { return graph_; }
+
+ private:
+  bool keyframe_due(const Pose2& T_last_body, const PlaceSignature* now) const;
+  void add_keyframe(const Observation& seen, LoopPlace place, const ContourSource& contours,
+                    Located& out);
+  Pose2 link_to_last(const LoopPlace& place, const Pose2& T_last_body);
+
+  LocaliserOptions options_;
+  double wheel_base_m_;
+  std::string front_;
+  std::string back_;
+  LoopCloser closer_;
+  std::vector<Keyframe> keyframes_;
+  PoseGraph graph_;
+  PlaceSignature last_signature_;
+  std::vector<float> steps_grey_;  // signature distances between consecutive keyframes, sorted
+};
+
+}  // namespace panoptes

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/nav/mapper.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+
+namespace panoptes {
+namespace {
+
+// After a bump what stands at the bumper must not be learned as floor until the robot has backed off.
+constexpr Duration kShyAfterBump = std::chrono::seconds(3);
+
+const RigCamera& floor_camera(const Rig& rig) {
+  const std::string name = rig.with_role("floor");
+  if (name.empty()) {
+    throw ConfigError("rig: no camera has the role floor; free space is mapped with one");
+  }
+  return rig.cameras.at(name);
+}
+
+}  // namespace
+
+void bind(Fields& f, MapperOptions& o) {
+  f("floor", o.floor);
+  f("cell_m", o.cell_m, between(0.005, 0.05));
+  f("local_cell_m", o.local_cell_m, between(0.005, 0.1));
+  f("local_half_width_m", o.local_half_width_m, between(1, 20));
+  f("local_keyframes", o.local_keyframes, at_least(1));
+  f("plan_cell_m", o.plan_cell_m, between(0.01, 0.1));
+  f("refuse_s", o.refuse_s, positive);
+  f("start_margin_m", o.start_margin_m, between(0, 1));
+  f("contour_way_m", o.contour_way_m, positive);
+  f("contour_cell_m", o.contour_cell_m, between(0.005, 0.1));
+  f("contour_keyframes", o.contour_keyframes, at_least(1));
+}
+
+Mapper::Mapper(const MapperOptions& options, const Body& body, const Rig& rig)
+    : options_(options),
+      body_(body),
+      camera_(rig.with_role("floor")),
+      floor_(options.floor, floor_camera(rig), body),
+      open_(options.cell_m),
+      local_(options.local_cell_m, options.local_half_width_m, options.local_keyframes),
+      global_(options.plan_cell_m) {}
+
+double Mapper::start_radius_m() const {
+  return projection().front_m + options_.start_margin_m;
+}
+
+Mapped Mapper::step(const Observation& seen, const Located& located,
+                    const std::vector<Keyframe>& keyframes,
+                    const std::vector<Pose2>& T_map_keyframes) {
+  Mapped out;
+  if (keyframes.empty()) {
+    return out;
+  }
+  if (located.keyframe_made == 0) {
+    open_.add_free_disc(Vec2::Zero(), start_radius_m());
+  } else if (located.keyframe_made) {
+    const auto crop = std::make_shared<const GridCrop>(open_.crop());
+    closed_.push_back(crop);
+    global_.add(crop, T_map_keyframes[static_cast<std::size_t>(open_keyframe_)]);
+    local_.close(crop, keyframes[static_cast<std::size_t>(open_keyframe_)].T_odom_body);
+    open_ = KeyframeGrid(options_.cell_m);
+    open_keyframe_ = *located.keyframe_made;
+  }
+  if (located.relaxed) {
+    global_.move(std::span(T_map_keyframes).first(closed_.size()));
+  }
+  if (global_.waiting() > 0) {
+    constexpr double kFrames_hz = 15;  // how often this is called, about
+    global_.refuse(static_cast<int>(
+        std::ceil(static_cast<double>(closed_.size()) / (options_.refuse_s * kFrames_hz))));
+  }
+  if (seen.health.bumper_pressed) {
+    bumped_ = true;
+    bumped_at_ = seen.stamp;
+  } else if (bumped_ && seen.stamp - bumped_at_ > kShyAfterBump) {
+    bumped_ = false;
+  }
+  if (const auto picture = seen.pictures.find(camera_); picture != seen.pictures.end()) {
+    out.reading = floor_.read(picture->second.bgr, seen.odometry.T_odom_body, !bumped_);
+    open_.add(out.reading, located.T_last_body);
+  }
+  open_.add_free_disc(located.T_last_body.position(), body_.radius_m);  // the body stands there
+  out.local_odom =
+      local_.map(open_, keyframes[static_cast<std::size_t>(open_keyframe_)].T_odom_body,
+                 located.T_odom_body.position());
+  return out;
+}
+
+std::vector<PlacedGrid> Mapper::placed(const std::vector<Pose2>& T_map_keyframes) const {
+  std::vector<PlacedGrid> all;
+  for (std::size_t k = 0; k < closed_.size(); ++k) {
+    all.push_back({closed_[k], T_map_keyframes[k]});
+  }
+  if (!T_map_keyframes.empty()) {
+    all.push_back({std::make_shared<const GridCrop>(open_.crop()), T_map_keyframes.back()});
+  }
+  return all;
+}
+
+OccupancyMap Mapper::map(const std::vector<Pose2>& T_map_keyframes) const {
+  if (T_map_keyframes.empty()) {
+    return {};
+  }
+  return global_.map_with({std::make_shared<const GridCrop>(open_.crop()), T_map_keyframes.back()});
+}
+
+OccupancyMap Mapper::finished_map(double cell_m, const std::vector<Pose2>& T_map_keyframes) const {
+  const std::vector<PlacedGrid> all = placed(T_map_keyframes);
+  return fuse(all, cell_m);
+}
+
+std::vector<Vec2> Mapper::contour(int keyframe, const std::vector<Pose2>& T_map_keyframes) const {
+  const Pose2 T_keyframe_map = T_map_keyframes[static_cast<std::size_t>(keyframe)].inverse();
+  std::vector<PlacedGrid> around;
+  const auto take = [&](int from, int step) {
+    double way_m = 0;
+    const int end = std::min(static_cast<int>(closed_.size()), keyframe + options_.contour_keyframes + 1);
+    for (int k = from; k >= std::max(0, keyframe - options_.contour_keyframes) && k < end; k += step) {
+      const Pose2 T_keyframe_k = T_keyframe_map * T_map_keyframes[static_cast<std::size_t>(k)];
+      if (k != keyframe) {
+        const Pose2 T_before_k =
+            T_map_keyframes[static_cast<std::size_t>(k - step)].inverse() *
+            T_map_keyframes[static_cast<std::size_t>(k)];
+        way_m += T_before_k.position().norm();
+      }
+      if (way_m > options_.contour_way_m) {
+        return;
+      }
+      around.push_back({closed_[static_cast<std::size_t>(k)], T_keyframe_k});
+    }
+  };
+  take(keyframe, -1);
+  take(keyframe + 1, 1);
+  return obstacle_contour(fuse(around, options_.contour_cell_m));
+}
+
+}  // namespace panoptes

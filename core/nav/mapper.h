@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/camera/observation.h"
+#include "core/camera/rig.h"
+#include "core/config/fields.h"
+#include "core/geometry/body.h"
+#include "core/graph/pose_graph.h"
+#include "core/map/contours.h"
+#include "core/map/floor_mapper.h"
+#include "core/map/fusion.h"
+#include "core/map/keyframe_grid.h"
+#include "core/nav/localiser.h"
+
+namespace panoptes {
+
+struct MapperOptions {
+  FloorMapperOptions floor;
+  double cell_m = 0.01;            ///< of keyframes' grids and the finished map
+  double local_cell_m = 0.02;      ///< of the window that is driven by
+  double local_half_width_m = 3.5;
+  int local_keyframes = 5;         ///< thesis 6.4: enough to navigate safely
+  double plan_cell_m = 0.05;       ///< of the global map while driving
+  double refuse_s = 0.2;           ///< a moved map is fused again within about this
+  double start_margin_m = 0.1;     ///< beyond the blind gap that is assumed free at the start
+  double contour_way_m = 2;        ///< of the robot's way whose grids make up a keyframe's contours
+  double contour_cell_m = 0.02;
+  int contour_keyframes = 12;      ///< at most, to either side
+};
+void bind(Fields& f, MapperOptions& o);
+
+struct Mapped {
+  FloorReading reading;       ///< of this picture; empty without one
+  OccupancyMap local_odom;    ///< the last keyframes and the open one, about the robot
+};
+
+/// Free space (thesis 6.3.4): every picture of the floor goes into the open keyframe's grid; the last
+/// few grids make the window that is driven by, all of them the map. Relaxation moves grids, never
+/// their content.
+class Mapper {
+ public:
+  Mapper(const MapperOptions& options, const Body& body, const Rig& rig);
+
+  /// `T_map_keyframes`: of every keyframe so far, after relaxation.
+  Mapped step(const Observation& seen, const Located& located,
+              const std::vector<Keyframe>& keyframes, const std::vector<Pose2>& T_map_keyframes);
+
+  /// The map as far as it is known now, on planning cells.
+  OccupancyMap map(const std::vector<Pose2>& T_map_keyframes) const;
+
+  /// All of it made anew.
+  OccupancyMap finished_map(double cell_m, const std::vector<Pose2>& T_map_keyframes) const;
+
+  /// Where free floor ends around a keyframe, in its frame (thesis 6.3.3).
+  std::vector<Vec2> contour(int keyframe, const std::vector<Pose2>& T_map_keyframes) const;
+
+  /// The blind ring and a little more, from the middle of the body: assumed free at the start.
+  double start_radius_m() const;
+  const FloorProjection& projection() const { return floor_.projection(); }
+
+ private:
+  std::vector<PlacedGrid> placed(const std::vector<Pose2>& T_map_keyframes) const;
+
+  MapperOptions options_;
+  Body body_;
+  std::string camera_;
+  FloorMapper floor_;
+  KeyframeGrid open_;
+  int open_keyframe_ = 0;
+  LocalMap local_;
+  GlobalMap global_;
+  std::vector<std::shared_ptr<const GridCrop>> closed_;
+  bool bumped_ = false;
+  Time bumped_at_;
+};
+
+}  // namespace panoptes

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/nav/navigator.h"
+
+#include <cmath>
+#include <utility>
+
+namespace panoptes {
+namespace {
+
+// The floor that the mapped part shows, as a sector about the robot's heading.
+FloorWedge wedge_of(const FloorProjection& projection, const Rig& rig, const Body& body) {
+  const RigCamera& camera = rig.cameras.at(rig.with_role("floor"));
+  FloorWedge wedge;
+  wedge.width_rad = 2 * std::atan(camera.intrinsics.width_px / (2 * camera.intrinsics.fx_px));
+  wedge.near_m = projection.front_m;
+  wedge.far_m = body.radius_m + camera.floor->far_m;
+  return wedge;
+}
+
+}  // namespace
+
+void bind(Fields& f, NavigatorOptions& o) {
+  f("localiser", o.localiser);
+  f("mapper", o.mapper);
+  f("explore", o.explore);
+  f("revisit", o.revisit);
+  f("driver", o.driver);
+  f("choose_s", o.choose_s, positive);
+  f("revisits_last", o.revisits_last, not_negative);
+  f("keep_pictures", o.keep_pictures);
+}
+
+Navigator::Navigator(const NavigatorOptions& options, const Body& body, const Rig& rig, Rng rng,
+                     StageListener listener)
+    : options_(options),
+      body_(body),
+      listener_(std::move(listener)),
+      localiser_(options.localiser, body, rig, rng.fork("localiser")),
+      mapper_(options.mapper, body, rig),
+      explorer_(options.explore, body, wedge_of(mapper_.projection(), rig, body),
+                rng.fork("explorer")),
+      driver_(options.driver, body) {}
+
+OccupancyMap Navigator::map(double cell_m) const {
+  return mapper_.finished_map(cell_m, localiser_.graph().T_map_node);
+}
+
+OccupancyMap Navigator::planning_map() const {
+  return mapper_.map(localiser_.graph().T_map_node);
+}
+
+void Navigator::choose_goal(const Observation& seen, const Located& located, NavStep& step) {
+  const bool due = !chosen_ || to_seconds(seen.stamp - *chosen_) >= options_.choose_s ||
+                   located.relaxed || !goal_;
+  if (!due) {
+    return;
+  }
+  chosen_ = seen.stamp;
+  plan_map_ = planning_map();
+  step.mapped_free_m2 = plan_map_.free_m2();
+  const ExploreChoice choice = explorer_.choose(seen.stamp, plan_map_, step.T_map_body);
+  frontier_reachable_ = choice.frontier_reachable;
+  exploring_ = choice.goal.has_value();
+  why_no_goal_ = choice.reason;
+  if (choice.goal) {
+    goal_ = DriveGoal{choice.goal->pose_map, choice.goal->heading_matters, false};
+    revisit_.clear();
+  } else {
+    choose_revisit_goal(seen, located, step);
+  }
+}
+
+void Navigator::choose_revisit_goal(const Observation& seen, const Located& located,
+                                    NavStep& step) {
+  const PoseGraph& graph = localiser_.graph();
+  if (revisit_.empty() && revisits_ < options_.revisits_last) {
+    const std::vector<Mat3> covariances = path_covariances(graph, located.keyframe);
+    std::vector<Place> places;
+    for (std::size_t k = 0; k < graph.T_map_node.size(); ++k) {
+      places.push_back({graph.T_map_node[k], localiser_.keyframes()[k].stamp,
+                        std::sqrt(covariances[k].topLeftCorner<2, 2>().trace())});
+    }
+    if (const auto stretch =
+            choose_revisit(options_.revisit, options_.explore.search, body_, plan_map_,
+                           step.T_map_body, seen.stamp, places, revisited_)) {
+      revisit_.assign(stretch->places.begin(), stretch->places.end());
+      revisited_.push_back(graph.T_map_node[static_cast<std::size_t>(revisit_.front())].position());
+      ++revisits_;
+    }
+  }
+  if (revisit_.empty()) {
+    goal_.reset();
+    done_ = true;
+    return;
+  }
+  goal_ = DriveGoal{graph.T_map_node[static_cast<std::size_t>(revisit_.front())], false,
+                    revisit_.size() > 1};
+}
+
+void Navigator::drive(const Observation& seen, const Located& located, const Mapped& mapped,
+                      NavStep& step) {
+  DriveTask task;
+  task.stamp = seen.stamp;
+  task.local_odom = &mapped.local_odom;
+  task.map = &plan_map_;
+  task.T_map_odom = located.T_map_body * located.T_odom_body.inverse();
+  task.T_odom_body = located.T_odom_body;
+  task.twist_body = seen.odometry.twist_body;
+  task.bumper_pressed = seen.health.bumper_pressed;
+  task.goal = goal_;
+  task.relaxed = located.relaxed;
+  task.keep_window = options_.keep_pictures;
+  DriveStep driven = driver_.step(task);
+  step.command_body = driven.command_body;
+  step.state = driven.state;
+  step.reason = goal_ ? driven.reason : why_no_goal_;
+  step.carrot_odom = driven.carrot_odom;
+  step.window = std::move(driven.window);
+  if (driven.goal_reached || driven.goal_given_up) {
+    if (revisit_.empty()) {
+      driven.goal_reached ? explorer_.reached() : explorer_.give_up(seen.stamp);
+    } else if (driven.goal_reached) {
+      revisit_.pop_front();
+    } else {
+      revisit_.clear();
+    }
+    goal_.reset();
+  }
+}
+
+NavStep Navigator::step(const Observation& seen) {
+  NavStep step;
+  step.stamp = seen.stamp;
+  const std::vector<Pose2>& T_map_nodes = localiser_.graph().T_map_node;
+  Located located;
+  {
+    const StageScope scope(listener_, "slam");
+    located = localiser_.step(
+        seen, [&](int keyframe) { return mapper_.contour(keyframe, T_map_nodes); });
+  }
+  step.T_map_body = located.T_map_body;
+  step.T_odom_body = located.T_odom_body;
+  step.keyframe_made = located.keyframe_made;
+  step.closures = located.closures;
+  step.relaxed = located.relaxed;
+  Mapped mapped;
+  {
+    const StageScope scope(listener_, "mapping");
+    mapped = mapper_.step(seen, located, localiser_.keyframes(), T_map_nodes);
+  }
+  if (options_.keep_pictures) {
+    step.floor_log_ratio = mapped.reading.log_ratio;
+  }
+  if (located.keyframe_made == 0 && !mapped.reading.sees_floor) {
+    start_fault_ = mapped.reading.fault;
+  }
+  {
+    const StageScope scope(listener_, "planning");
+    if (!start_fault_.empty()) {
+      step.reason = start_fault_;
+    } else if (!localiser_.keyframes().empty() && !done_) {
+      choose_goal(seen, located, step);
+      drive(seen, located, mapped, step);
+    } else if (done_) {
+      step.reason = "nothing is left to explore";
+    }
+  }
+  if (goal_) {
+    step.goal_map = goal_->pose_map.position();
+  }
+  step.frontier_reachable = frontier_reachable_;
+  if (step.mapped_free_m2 == 0) {
+    step.mapped_free_m2 = plan_map_.free_m2();
+  }
+  return step;
+}
+
+}  // namespace panoptes

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/rng.h"
+#include "core/camera/observation.h"
+#include "core/camera/rig.h"
+#include "core/config/fields.h"
+#include "core/explore/explorer.h"
+#include "core/explore/revisit.h"
+#include "core/geometry/body.h"
+#include "core/nav/driver.h"
+#include "core/nav/localiser.h"
+#include "core/nav/mapper.h"
+#include "core/nav/nav_step.h"
+#include "core/nav/stage.h"
+
+namespace panoptes {
+
+struct NavigatorOptions {
+  LocaliserOptions localiser;
+  MapperOptions mapper;
+  ExploreOptions explore;
+  RevisitOptions revisit;
+  DriverOptions driver;
+  double choose_s = 1.5;     ///< between two looks for a better goal
+  int revisits_last = 12;    ///< stretches driven again, at most, once nothing is left to explore
+  bool keep_pictures = false;  ///< floor likelihood and window scores in every step
+};
+void bind(Fields& f, NavigatorOptions& o);
+
+/// The one recipe (thesis chapter 6): localise, map, choose, drive. Equal observations give equal
+/// steps, bit for bit. Knows no clock, no file and no truth.
+class Navigator {
+ public:
+  Navigator(const NavigatorOptions& options, const Body& body, const Rig& rig, Rng rng,
+            StageListener listener = {});
+
+  NavStep step(const Observation& seen);
+
+  /// Nothing is left to explore or worth driving again.
+  bool done() const { return done_; }
+
+  /// Why the robot must not move from where it was started; empty when it may.
+  const std::string& start_fault() const { return start_fault_; }
+
+  const std::vector<Keyframe>& keyframes() const { return localiser_.keyframes(); }
+  const PoseGraph& graph() const { return localiser_.graph(); }
+
+  /// The map, made anew from every keyframe's grid where relaxation has put it.
+  OccupancyMap map(double cell_m) const;
+
+  /// The map as the planner has it now: cheap.
+  OccupancyMap planning_map() const;
+
+ private:
+  void choose_goal(const Observation& seen, const Located& located, NavStep& step);
+  void choose_revisit_goal(const Observation& seen, const Located& located, NavStep& step);
+  void drive(const Observation& seen, const Located& located, const Mapped& mapped, NavStep& step);
+
+  NavigatorOptions options_;
+  Body body_;
+  StageListener listener_;
+  Localiser localiser_;
+  Mapper mapper_;
+  Explorer explorer_;
+  Driver driver_;
+
+  std::string start_fault_;
+  bool done_ = false;
+  bool exploring_ = true;           // else driving earlier stretches again
+  bool frontier_reachable_ = true;
+  OccupancyMap plan_map_;
+  std::optional<DriveGoal> goal_;
+  std::optional<Time> chosen_;
+  std::string why_no_goal_;
+  std::deque<int> revisit_;         // keyframes of the stretch still to be driven over
+  int revisits_ = 0;
+  std::vector<Vec2> revisited_;     // where stretches were begun
+};
+
+}  // namespace panoptes
