@@ -46,8 +46,11 @@ def chair():
     m.material("fabric", "chair_blue.png")
     m.material("skirt", "chair_base.png")
     x, y = CHAIR_DEPTH / 2, CHAIR_WIDTH / 2
-    m.prism(0, 0, 0, 0.39, 0.262, 0.272, 8, "skirt", skip_top=True, turn_deg=22.5, stretch=0.965, wraps=4)
-    m.box(-x + 0.03, -y, 0.39, x, y, 0.50, "fabric", uv=(0, 0.1, 1, 0.4), faces={"+z": ("fabric", None)}, skip=())
+    d, cut = 0.01, 0.04     # the skirt: a rectangle with its corners cut, hardly smaller than the seat
+    p, q = x - d, y - d
+    m.pillar([(p, -q + cut), (p, q - cut), (p - cut, q), (-p + cut, q), (-p, q - cut), (-p, -q + cut), (-p + cut, -q),
+              (p - cut, -q)], 0, 0.39, "skirt", wraps=4)
+    m.box(-x + 0.005, -y, 0.385, x, y, 0.50, "fabric", uv=(0, 0.1, 1, 0.4), faces={"+z": ("fabric", None)}, skip=())
     m.box(-x, -y + 0.02, 0.46, -x + 0.09, y - 0.02, 0.98, "fabric", skip=())
     for s in (-1, 1):
         a, b = sorted((s * (y - 0.06), s * y))
@@ -194,11 +197,12 @@ def plant():
     m.prism(0, 0, 0, 0.36, 0.17, 0.20, 10, "plant", uv=prop("pot"), top=("plant", prop("soil")), wraps=2)
     m.prism(0, 0, 0.355, 0.85, 0.025, 0.02, 5, "plant", uv=prop("skirting"), skip_top=True)
     rng = random.Random("plant")
-    for k in range(7):   # clusters of leaves: small double cones would cost more and look no better
-        z = 0.82 + 0.11 * k
-        r = (0.15, 0.24, 0.28, 0.27, 0.24, 0.18, 0.10)[k]
-        m.prism(rng.uniform(-0.04, 0.04), rng.uniform(-0.04, 0.04), z, z + 0.14, r, r * 0.45, 7, "plant",
-                uv=prop("leaves"), turn_deg=rng.uniform(0, 50), wraps=1)
+    for k in range(5):   # clumps of leaves
+        r = (0.22, 0.27, 0.24, 0.20, 0.14)[k]
+        x, y, z = rng.uniform(-0.07, 0.07), rng.uniform(-0.07, 0.07), 0.82 + 0.17 * k
+        turn = rng.uniform(0, 50)
+        m.prism(x, y, z, z + 0.12, r * 0.5, r, 7, "plant", uv=prop("leaves"), turn_deg=turn, skip_top=True, wraps=2)
+        m.prism(x, y, z + 0.12, z + 0.25, r, r * 0.3, 7, "plant", uv=prop("leaves"), turn_deg=turn, wraps=2)
     return m
 
 

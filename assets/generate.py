@@ -13,7 +13,7 @@ from concurrent.futures import ProcessPoolExecutor
 from furniture import all_meshes
 from layout import place, world_yaml
 from room import room
-from textures import TEXTURES, _paint_and_save
+from textures import TEXTURES, paint_and_save
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 
@@ -25,7 +25,7 @@ def main():
     os.makedirs(os.path.dirname(world), exist_ok=True)
     if "--meshes-only" not in sys.argv[1:]:
         with ProcessPoolExecutor() as pool:
-            list(pool.map(_paint_and_save, [(name, os.path.join(out, name + ".png")) for name in TEXTURES]))
+            list(pool.map(paint_and_save, [(name, os.path.join(out, name + ".png")) for name in TEXTURES]))
     meshes = {m.name: m for m in [room()] + all_meshes()}
     objects = place()
     used = {o[1] for o in objects}

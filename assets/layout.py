@@ -41,14 +41,13 @@ class Office:
         self.sheets += 1
         self.put(f"sheet-{self.sheets:02d}", f"sheet_{(self.sheets * 5) % SHEETS + 1:02d}", x, y, theta, z)
 
-    def desk(self, x, y, theta):
-        """A desk with all that belongs to it, its front towards theta."""
+    def desk(self, x, y, theta, ab):
+        """A desk with all that belongs to it, its front towards theta; `ab` is beech or laminate."""
         rng = self.rng
         self.desks += 1
         k = self.desks
-        ab = "ab"[k % 2]
         self.put(f"desk-{k:02d}", "desk", x, y, theta, top=f"desk_top_{'ab'[(k // 2) % 2]}",
-                 front=f"desk_front_{ab}", side=f"desk_side_{'ab'[(k // 3) % 2]}")
+                 front=f"desk_front_{ab}", side=f"desk_side_{ab}")
         out = CHAIR_OUT - rng.choice((0.0, 0.0, 0.02, 0.04))
         cx, cy = self.beside(x, y, theta, DESK_DEPTH / 2 + out - CHAIR_DEPTH / 2, rng.uniform(-0.02, 0.02))
         self.put(f"chair-{k:02d}", "chair", cx, cy, theta + 180, fabric="chair_red" if k % 5 == 2 else "chair_blue")
@@ -67,12 +66,12 @@ class Office:
             books = {"books": "books_b"} if mesh == "book_pile" and k % 2 else {}
             self.put(f"{mesh.replace('_', '-')}-{k:02d}", mesh, ex, ey, theta + rng.uniform(-25, 25), top, **books)
 
-    def block(self, x0, yc, columns):
+    def block(self, x0, yc, columns, ab):
         """Desks back to back: a southern and a northern row of `columns` from x0 on, about the line y = yc."""
         for i in range(columns):
             x = x0 + DESK_WIDTH * (i + 0.5)
             for theta in (-90.0, 90.0):
-                self.desk(*self.beside(x, yc, theta, GAP / 2 + DESK_DEPTH / 2, 0), theta)
+                self.desk(*self.beside(x, yc, theta, GAP / 2 + DESK_DEPTH / 2, 0), theta, ab)
             self.put(f"partition-{len(self.objects):03d}", "partition", x, yc, 90.0,
                      fabric=f"partition_{'ab'[(i + self.desks // 4) % 2]}")
         # What tells the ends apart: numbers and papers on the end panels.
@@ -83,18 +82,19 @@ class Office:
                 self.plate(x, y + 0.22 * side, theta, 0.58)
                 self.sheet(x, y - 0.16 * side, theta, 0.44)
 
-    def shelf(self, x, y, theta, plate=True):
+    def shelf(self, x, y, theta, plate=True, wood="wood_shelf"):
         self.shelf_kind += 1
         k = self.shelf_kind
         self.put(f"shelf-{k:02d}", f"shelf_{k * 2 % SHELVES + 1}", x, y, theta,
-                 books="books_a" if (k // 2) % 2 else "books_b")
+                 books="books_a" if (k // 2) % 2 else "books_b", wood=wood)
         if plate:
             px, py = self.beside(x, y, theta, SHELF_DEPTH / 2 - 0.002, 0)
             self.plate(px, py, theta, 1.80)
 
     def cupboard(self, x, y, theta, kind, plate=True):
         k = sum(1 for o in self.objects if o[1].startswith("cupboard")) + 1
-        self.put(f"cupboard-{k:02d}", f"cupboard_{kind}", x, y, theta, front=f"cupboard_{'ab'[k % 2]}")
+        self.put(f"cupboard-{k:02d}", f"cupboard_{kind}", x, y, theta, front=f"cupboard_{'ab'[k % 2]}",
+                 side=("wood_shelf", "laminate")[k % 2])
         if plate and kind != "low":
             self.plate(*self.beside(x, y, theta, 0.21 - 0.0005, 0.22), theta, 1.42)
             self.sheet(*self.beside(x, y, theta, 0.21 - 0.0005, -0.2), theta, 1.35 + 0.1 * (k % 3))
@@ -115,9 +115,9 @@ def place():
             o.shelf(x, back, 90)
     # West wall: bookcases on both sides of the whiteboard.
     for k in range(4):
-        o.shelf(back, 0.03 + SHELF_WIDTH * (k + 0.5), 0, plate=k > 0)
+        o.shelf(back, 0.03 + SHELF_WIDTH * (k + 0.5), 0, plate=k > 0, wood="laminate")
     for k in range(3):
-        o.shelf(back, 6.55 + SHELF_WIDTH * (k + 0.5), 0)
+        o.shelf(back, 6.55 + SHELF_WIDTH * (k + 0.5), 0, wood="laminate")
     # East wall: tall cupboards.
     for k in range(4):
         o.cupboard(10 - cup, 1.95 + 0.90 * (k + 0.5), 180, "tall")
@@ -132,10 +132,10 @@ def place():
     o.put("plant-3", "plant", 6.93, 0.21)
     o.put("boxes-2", "boxes", 9.76, 0.30, 180.0)
 
-    o.block(1.285, 2.385, 2)
-    o.block(5.405, 2.385, 2)
-    o.block(1.285, 7.425, 2)
-    o.block(5.80, 7.425, 2)
+    o.block(1.285, 2.385, 2, "b")
+    o.block(5.405, 2.385, 2, "a")
+    o.block(1.285, 7.425, 2, "a")
+    o.block(5.80, 7.425, 2, "b")
     # Drawer units at the ends of desks and, drawn out, between the chairs; bins beside them.
     for k, (y, theta) in enumerate(((7.02, -90.0), (7.83, 90.0))):
         o.put(f"drawers-{k + 1}", "drawers", 4.485 + 0.215, y, theta, front=f"desk_front_{'ab'[k]}")
@@ -151,8 +151,8 @@ def place():
     # The middle: a double row of bookcases with a cupboard across its end, and a table to meet at.
     for k in range(3):
         x = 1.58 + SHELF_WIDTH * (k + 0.5)
-        o.shelf(x, 5.04 - SHELF_DEPTH / 2 - 0.005, -90, plate=k != 1)
-        o.shelf(x, 5.04 + SHELF_DEPTH / 2 + 0.005, 90, plate=k != 1)
+        o.shelf(x, 5.04 - SHELF_DEPTH / 2 - 0.005, -90, plate=k != 1, wood="wood_dark")
+        o.shelf(x, 5.04 + SHELF_DEPTH / 2 + 0.005, 90, plate=k != 1, wood="wood_dark")
     o.cupboard(1.58 + 3 * SHELF_WIDTH + 0.215, 5.04, 0, "end")
     o.put("table", "table", 7.40, 4.93, 90)
     for k, (x, theta) in enumerate(((7.40 - TABLE_LENGTH / 2 - 0.02, 0.0), (7.40 + TABLE_LENGTH / 2 + 0.02, 180.0))):

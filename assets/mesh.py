@@ -74,7 +74,9 @@ class Mesh:
             if side in skip:
                 continue
             m, rect = faces.get(side, (mat, None))
-            if rect is None:
+            if side in faces:
+                rect = rect or FULL
+            else:
                 if tile:
                     rect = (shift[0], shift[1], shift[0] + width / tile, shift[1] + height / tile)
                 else:
@@ -111,6 +113,19 @@ class Mesh:
                 return (u0 + (u1 - u0) * (0.5 + 0.5 * math.cos(a)), v0 + (v1 - v0) * (0.5 - 0.5 * math.sin(a)))
             for i in range(1, sides - 1):
                 self._face([high[0], high[i], high[i + 1]], [lid(0), lid(i), lid(i + 1)], m)
+
+    def pillar(self, outline, z0, z1, mat, wraps=1.0):
+        """An upright prism over a convex counter-clockwise outline, open above and below; the picture runs around it."""
+        low, high = [(x, y, z0) for x, y in outline], [(x, y, z1) for x, y in outline]
+        if not self._claim(low + high):
+            raise ValueError(f"{self.name}: a pillar shares a corner with another part")
+        around = sum(math.dist(a, b) for a, b in zip(low, low[1:] + low[:1]))
+        u = 0.0
+        for i in range(len(low)):
+            k = (i + 1) % len(low)
+            v = u + math.dist(low[i], low[k]) / around * wraps
+            self._face([low[i], low[k], high[k], high[i]], [(u, 1), (v, 1), (v, 0), (u, 0)], mat)
+            u = v
 
     def wall_quads(self, quads):
         """One flat part made of several (corners, uv, material): a wall or floor divided for its textures."""

@@ -119,6 +119,8 @@ def room():
     west.box(4.05, 0.86, 6.25, 2.16, 0.03, "whiteboard", (0, 0, 1, 1))
     for k in range(4):
         west.box(4.00 + 0.58 * k, 0.28, 4.57 + 0.58 * k, 0.44, 0.045, "fittings", prop("duct"))
+    for k, (s, z) in enumerate(((4.15, 0.50), (4.7, 0.47), (5.25, 0.49), (5.85, 0.48))):
+        west.box(s, z, s + 0.26, z + 0.35, 0.008, "pages", cell(4, (2 + 5 * k) % 16))
     for k, s in enumerate((4.3, 5.3)):
         west.box(s, 2.28, s + 0.7, 2.62, 0.012, "posters_b", part_of(cell(2, k), 0, 0, 1, 0.55))
     for k, s in enumerate((0.5, 1.6, 2.7, 7.0, 8.1, 9.1)):
@@ -135,8 +137,8 @@ def room():
     east.box(3.4, 2.0, 3.9, 2.5, 0.012, "signs", sign("rota"))
     for k in range(6):
         east.box(0.3 + 0.66 * k, 0.30, 0.94 + 0.66 * k, 0.46, 0.045, "fittings", prop("duct"))
-    east.box(0.3, 0.56, 0.6, 0.94, 0.008, "pages", cell(4, 11))
-    east.box(3.5, 0.56, 3.8, 0.94, 0.008, "pages", cell(4, 12))
+    for k, (s, z) in enumerate(((0.45, 0.56), (1.25, 0.50), (1.75, 0.56), (2.35, 0.52), (3.05, 0.58), (3.7, 0.52))):
+        east.box(s, z, s + 0.27, z + 0.36, 0.008, "pages", cell(4, (11 + 3 * k) % 16))
     for k, s in enumerate((4.4, 5.5, 6.6, 7.5)):
         east.box(s, 2.10, s + 0.62, 2.62, 0.012, "posters_a" if k % 2 else "posters_b",
                  part_of(cell(2, (k + 1) % 4), 0, 0, 1, 0.84))

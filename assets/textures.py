@@ -57,7 +57,18 @@ def wall(rng):
     c.rect(0, top_of_band, 512, 512, (196, 205, 202))
     c.rect(0, top_of_band - 9, 512, 8, (86, 126, 140))
     c.rect(0, top_of_band - 14, 512, 2, (150, 172, 178))
-    for _ in range(90):
+    for k in range(6):   # panelling: boards with a raised field
+        x = k * 512 // 6
+        c.rect(x, top_of_band, 2, 512, (128, 140, 140))
+        c.rect(x + 2, top_of_band, 2, 512, (226, 232, 230))
+        fx, fy, fw, fh = x + 16, top_of_band + 18, 56, 134
+        c.rect(fx, fy, fw, fh, shade((196, 205, 202), rng.uniform(0.94, 1.05)))
+        c.frame(fx, fy, fw, fh, 2, (150, 160, 160))
+        c.bevel(fx + 2, fy + 2, fw - 4, fh - 4, 2, 0.4)
+        for sx in (6, 78):
+            for sy in (8, 164):
+                c.ellipse(x + sx, top_of_band + sy, 2, 2, (110, 116, 118))
+    for _ in range(110):
         x, y = rng.randrange(512), rng.randint(top_of_band + 20, 505)
         c.line(x, y, x + rng.randint(-26, 26), y + rng.randint(-4, 4), (120, 120, 116), 1, rng.uniform(0.15, 0.5))
     for _ in range(26):
@@ -103,14 +114,27 @@ def knots(c, rng, count, colour):
             c.ellipse(x, y, r * 1.8, r, colour, 0.14)
 
 
-def wood_shelf(rng):
-    c = Canvas(256, 256, (192, 158, 114))
-    knots(c, rng, 5, (110, 76, 44))
+def wood_shelf(rng, base=(192, 158, 114)):
+    c = Canvas(256, 256, base)
+    knots(c, rng, 5, shade(base, 0.55))
     wood(c, rng, 15)
     return c
 
 
-BEECH, MAPLE = (206, 176, 134), (188, 152, 108)
+def laminate(rng):
+    """White board with a fine structure and marks of use."""
+    c = Canvas(256, 256, (212, 214, 212))
+    wood(c, rng, 5)
+    for _ in range(30):
+        x, y = rng.randrange(256), rng.randrange(256)
+        c.line(x, y, x + rng.randint(-14, 14), y + rng.randint(-9, 9), (150, 152, 150), 1, 0.6)
+    for _ in range(9):
+        c.ellipse(rng.randrange(256), rng.randrange(256), 3, 3, (160, 160, 156))
+    c.grain(rng, 2)
+    return c
+
+
+BEECH, LAMINATE = (206, 176, 134), (198, 201, 200)
 
 
 def paper(c, rng, x, y, w, h, kind=None):
@@ -823,13 +847,17 @@ def props(rng):
             c.rect(0, 30, 128, 40, RED)
             c.text_centred(64, 42, "TEA", (255, 255, 255), 3)
         elif name == "coat":
-            c.gradient(0, 0, 128, 128, (70, 80, 112), (48, 56, 84))
+            c.gradient(0, 0, 128, 128, (84, 96, 132), (60, 70, 104))
             c.add_field(smooth_noise(128, 128, 12, 3, rng, 26))
-            c.line(64, 0, 60, 128, (30, 34, 50), 3)
-            for j in range(5):
-                c.ellipse(70, 16 + j * 24, 3, 3, (200, 190, 150))
-            c.rect(14, 80, 34, 5, (30, 34, 50))
-            c.rect(84, 80, 34, 5, (30, 34, 50))
+            c.poly([(36, 0), (92, 0), (76, 34), (52, 34)], (196, 72, 60))       # a scarf
+            for j in range(4):
+                c.rect(44 + 4 * (j % 2), 4 + 8 * j, 42 - 6 * j, 3, (240, 226, 190))
+            c.line(64, 34, 60, 128, (30, 34, 50), 3)
+            for j in range(4):
+                c.ellipse(70, 46 + j * 22, 3, 3, (220, 210, 170))
+            for x in (14, 84):
+                c.rect(x, 78, 34, 6, (30, 34, 50))
+                c.rect(x, 84, 34, 2, (130, 140, 170))
         elif name == "bin":
             c.rect(0, 0, 128, 128, (72, 76, 84))
             for j in range(8):
@@ -882,9 +910,9 @@ TEXTURES = {
     "desk_top_a": lambda r: desk_top(r, (214, 186, 146)),
     "desk_top_b": lambda r: desk_top(r, (222, 212, 194)),
     "desk_front_a": lambda r: desk_front(r, BEECH, (120, 122, 128)),
-    "desk_front_b": lambda r: desk_front(r, MAPLE, (70, 70, 76)),
+    "desk_front_b": lambda r: desk_front(r, LAMINATE, (70, 70, 76)),
     "desk_side_a": lambda r: desk_side(r, BEECH, True),
-    "desk_side_b": lambda r: desk_side(r, MAPLE, False),
+    "desk_side_b": lambda r: desk_side(r, LAMINATE, False),
     "partition_a": lambda r: partition(r, (120, 146, 158)),
     "partition_b": lambda r: partition(r, (172, 150, 118)),
     "screen_1": lambda r: screen(r, 0),
@@ -900,6 +928,8 @@ TEXTURES = {
     "books_a": lambda r: books(r, LIVELY),
     "books_b": lambda r: books(r, CALM),
     "wood_shelf": wood_shelf,
+    "wood_dark": lambda r: wood_shelf(r, (134, 98, 70)),
+    "laminate": laminate,
     "cupboard_a": lambda r: cupboard(r, (200, 172, 132), 0),
     "cupboard_b": lambda r: cupboard(r, (176, 184, 188), 1),
 }
@@ -909,7 +939,7 @@ def paint(name):
     return TEXTURES[name](random.Random("office " + name))
 
 
-def _paint_and_save(job):
+def paint_and_save(job):
     name, path = job
     paint(name).save(path)
     return name
