@@ -33,9 +33,23 @@ struct PoseGraph {
 double chi2(const PoseGraph& graph);
 double chi2(const PoseGraph& graph, const GraphEdge& edge);
 
-/// Moves every pose but the first to where all edges agree best: a linear start for the orientations
-/// and then the translations, then
-/// Levenberg-Marquardt on sparse Cholesky (thesis 6.3.3 uses TORO). One thread, same bits every time.
-RelaxReport relax(PoseGraph& graph);
+enum class RelaxStart {
+  kLinear,   ///< orientations first, then positions, each a linear problem: needs no good start
+  kCurrent,  ///< the poses as they are; a linear start only when that ends badly
+};
+
+/// Moves every pose but the first to where all edges agree best: a linear start for the
+/// orientations and then the translations, then Levenberg-Marquardt on sparse Cholesky
+/// (thesis 6.3.3 uses TORO). One thread, same bits every time. The better of linear and current
+/// start is kept.
+RelaxReport relax(PoseGraph& graph, RelaxStart start = RelaxStart::kLinear);
+
+/// How uncertain the pose of `to` is seen from `from`: the marginal of the whole graph, linearised
+/// at its poses; x, y, theta in the frame of `from`. Costs a factorisation.
+Mat3 relative_covariance(const PoseGraph& graph, int from, int to);
+
+/// The same from `from` to every node, dead reckoned along the most certain path: never smaller
+/// than the marginal, and cheap.
+std::vector<Mat3> path_covariances(const PoseGraph& graph, int from);
 
 }  // namespace panoptes

@@ -1,0 +1,473 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/graph/loop_closer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "core/base/check.h"
+#include "core/map/contours.h"
+
+namespace panoptes {
+namespace {
+
+constexpr int kHalf = 3;      // keyframes on either side of the middle of seven
+constexpr int kLearned = 10;  // distances needed before their quantile means something
+constexpr double kNearbyQuantile = 0.95;
+constexpr int kRowsNeeded = 4;  // of seven: two ways may share only part of seven keyframes
+constexpr int kSuppress = 4;    // keyframes to either side of a chosen candidate
+constexpr double kThreeSigma = 3;
+constexpr double kPriorFloor_m = 0.1;  // the graph is never trusted more than this when searching
+constexpr double kPriorFloor_rad = 0.03;
+constexpr double kPoseFloor_m = 0.015;  // lens, mounting and floor are not as ideal as the model
+constexpr double kPoseFloor_rad = 0.005;
+constexpr double kVague_m = 0.15;  // a closure less certain than this is not worth its risk
+constexpr double kVague_rad = 0.026;
+constexpr double kContourOverlap =
+    0.5;  // below it contours share too little to contradict anything
+constexpr double kContourAmbiguity = 0.8;  // above it they fit elsewhere as well
+constexpr double kContourApart_m = 0.1;  // blurred by what the floor colour smears: 5 cm a contour
+constexpr double kContourApart_rad = 0.07;
+
+// What the thesis's rule claims, which knows no covariance of its own: a hand's breadth, 3 degrees.
+constexpr double kHistogramSigma_m = 0.1;
+constexpr double kHistogramSigma_rad = 0.05;
+constexpr double kUnknown_m = 10;  // as good as nothing in a room
+
+template <class... Args>
+std::string format(const char* pattern, Args... args) {
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(), pattern, args...);
+  return text.data();
+}
+
+double square(double x) { return x * x; }
+
+double class_heading(Heading heading) { return heading == Heading::kSame ? 0 : std::numbers::pi; }
+
+// Probability that a chi-square variable of three degrees of freedom stays below x.
+double chi_square_3(double x) {
+  return std::erf(std::sqrt(x / 2)) - std::sqrt(2 * x / std::numbers::pi) * std::exp(-x / 2);
+}
+
+double chi_square_3_quantile(double probability) {
+  double low = 0;
+  double high = 200;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = (low + high) / 2;
+    (chi_square_3(middle) < probability ? low : high) = middle;
+  }
+  return high;
+}
+
+Vec3 difference(const Pose2& a, const Pose2& b) {
+  return {a.x_m - b.x_m, a.y_m - b.y_m, wrap_angle(a.theta_rad - b.theta_rad)};
+}
+
+// Covariance of the inverse of a relative pose.
+Mat3 inverted(const Pose2& T_a_b, const Mat3& covariance) {
+  const Mat2 Rt = T_a_b.rotation().transpose();
+  const Vec2 t = Rt * T_a_b.position();
+  Mat3 A = Mat3::Zero();
+  A.topLeftCorner<2, 2>() = -Rt;
+  A(0, 2) = -t.y();
+  A(1, 2) = t.x();
+  A(2, 2) = -1;
+  return A * covariance * A.transpose();
+}
+
+double largest_sigma_m(const Mat3& covariance) {
+  const Mat2 xy = covariance.topLeftCorner<2, 2>();
+  const double mean = xy.trace() / 2;
+  const double swing = std::hypot((xy(0, 0) - xy(1, 1)) / 2, xy(0, 1));
+  return std::sqrt(std::max(0.0, mean + swing));
+}
+
+}  // namespace
+
+void bind(Fields& f, HistogramMethod& o) { f("threshold_grey", o.threshold_grey, positive); }
+
+void bind(Fields& f, VerifiedMethod& o) {
+  f("reach_m", o.reach_m, between(0.1, 3));
+  f.angle("reach", o.reach_rad, between(0.05, 1.2));
+  f("gate_probability", o.gate_probability, between(0.5, 0.999999));
+  f("verify_per_keyframe", o.verify_per_keyframe, between(1, 20));
+  f("min_inliers", o.min_inliers, at_least(6));
+  f("min_inlier_share", o.min_inlier_share, between(0, 1));
+  f("contours", o.contours);
+}
+
+void bind(Fields& f, LoopOptions& o) {
+  f.choice("method", o.method);
+  f("min_way_m", o.min_way_m, at_least(1));
+  f("spacing_m", o.spacing_m, not_negative);
+  f("features", o.features);
+  f("motion", o.motion);
+}
+
+GraphEdge closure_edge(const ClosureReport& closure) {
+  return {closure.earlier, closure.recent, closure.T_earlier_recent, closure.information, true};
+}
+
+double diagonal_max_grey(const DistanceMatrix& matrix, Heading heading) {
+  double largest = 0;
+  for (int k = 0; k <= 2 * kHalf; ++k) {
+    const int column = heading == Heading::kSame ? k : 2 * kHalf - k;
+    largest = std::max(largest, static_cast<double>(matrix[k][column]));
+  }
+  return largest;
+}
+
+LoopCloser::LoopCloser(const LoopOptions& options, const LoopCameras& cameras, Rng rng)
+    : options_(options), cameras_(cameras), rng_(std::move(rng)) {}
+
+std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const PoseGraph& graph,
+                                             const ContourSource& contours) {
+  PANOPTES_CHECK(graph.T_map_node.size() == places_.size() + 1,
+                 "the newest keyframe is the graph's last node");
+  Remembered remembered;
+  remembered.place = std::move(place);
+  if (!places_.empty()) {
+    const Pose2& before = graph.T_map_node[places_.size() - 1];
+    remembered.way_m = places_.back().way_m +
+                       (graph.T_map_node[places_.size()].position() - before.position()).norm();
+  }
+  places_.push_back(std::move(remembered));
+  depths(newest(), graph);
+  if (places_.size() >= 3) {
+    const auto emd = static_cast<float>(
+        emd_grey(places_.back().place.signature, places_[places_.size() - 3].place.signature));
+    nearby_emd_.insert(std::upper_bound(nearby_emd_.begin(), nearby_emd_.end(), emd), emd);
+  }
+  const int recent = newest() - kHalf;
+  if (recent < kHalf || !spaced(recent)) {
+    return {};
+  }
+  if (const auto* histogram = std::get_if<HistogramMethod>(&options_.method)) {
+    return close_by_histogram(*histogram, recent, contours);
+  }
+  return close_verified(std::get<VerifiedMethod>(options_.method), recent, graph, contours);
+}
+
+std::optional<PlanarMotion> LoopCloser::motion_to(const LoopPlace& place, int from,
+                                                  const MotionPrior& wheels) const {
+  PANOPTES_CHECK(from >= 0 && from <= newest(), "a keyframe remembered");
+  return visual_heading(options_.features, options_.motion, cameras_, places_[from].place.features,
+                        places_[from].depths, place.features, wheels);
+}
+
+bool LoopCloser::spaced(int recent) const {
+  return places_[recent].way_m >= accepted_way_m_ + options_.spacing_m;
+}
+
+double LoopCloser::nearby_threshold_grey() const {
+  if (static_cast<int>(nearby_emd_.size()) < kLearned) {
+    return std::numeric_limits<double>::infinity();
+  }
+  const double rank = kNearbyQuantile * static_cast<double>(nearby_emd_.size() - 1);
+  return nearby_emd_[static_cast<std::size_t>(rank)];
+}
+
+ClosureReport LoopCloser::report_of(int recent, int earlier, Heading heading) const {
+  ClosureReport report;
+  report.recent = recent;
+  report.earlier = earlier;
+  report.heading = heading;
+  for (int row = 0; row <= 2 * kHalf; ++row) {
+    for (int column = 0; column <= 2 * kHalf; ++column) {
+      report.matrix[row][column] =
+          static_cast<float>(emd_grey(places_[recent - kHalf + row].place.signature,
+                                      places_[earlier - kHalf + column].place.signature));
+    }
+  }
+  report.emd_grey = report.matrix[kHalf][kHalf];
+  report.diagonal_max_grey = diagonal_max_grey(report.matrix, heading);
+  return report;
+}
+
+const PlaceDepths& LoopCloser::depths(int keyframe, const PoseGraph& graph) {
+  Remembered& here = places_[keyframe];
+  constexpr int kNeighbours = 2;  // to each side: half a metre of baseline
+  const int until = std::min(newest(), keyframe + kNeighbours);
+  if (here.depths_until >= until) {
+    return here.depths;
+  }
+  std::vector<Neighbour> neighbours;
+  for (int other = std::max(0, keyframe - kNeighbours); other <= until; ++other) {
+    if (other != keyframe) {
+      neighbours.push_back({&places_[other].place.features,
+                            graph.T_map_node[keyframe].inverse() * graph.T_map_node[other]});
+    }
+  }
+  here.depths =
+      triangulate(options_.features, options_.motion, cameras_, here.place.features, neighbours);
+  here.depths_until = until;
+  return here.depths;
+}
+
+std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& method, int recent,
+                                                         const PoseGraph& graph) const {
+  const double threshold_grey = nearby_threshold_grey();
+  const std::vector<Mat3> covariances = path_covariances(graph, recent);
+  const Pose2 T_recent_map = graph.T_map_node[recent].inverse();
+  std::vector<Candidate> candidates;
+  for (int earlier = kHalf; earlier < recent - 2 * kHalf &&
+                            places_[recent].way_m - places_[earlier].way_m >= options_.min_way_m;
+       ++earlier) {
+    const Pose2 T_recent_earlier = T_recent_map * graph.T_map_node[earlier];
+    const Mat3& covariance = covariances[earlier];
+    const double distance_m = T_recent_earlier.position().norm();
+    const double beyond = std::max(0.0, distance_m - method.reach_m);
+    if (!covariance.allFinite() || beyond > kThreeSigma * largest_sigma_m(covariance)) {
+      continue;
+    }
+    for (const Heading heading : {Heading::kSame, Heading::kOpposite}) {
+      const double turned =
+          std::abs(wrap_angle(T_recent_earlier.theta_rad - class_heading(heading)));
+      if (turned - method.reach_rad > kThreeSigma * std::sqrt(covariance(2, 2))) {
+        continue;
+      }
+      Candidate candidate;
+      candidate.earlier = earlier;
+      candidate.heading = heading;
+      candidate.emd_grey =
+          emd_grey(places_[recent].place.signature, places_[earlier].place.signature);
+      if (candidate.emd_grey > threshold_grey) {
+        continue;
+      }
+      // where the graph expects it, within what one place can mean
+      const Vec3 reach(square(method.reach_m), square(method.reach_m), square(method.reach_rad));
+      const Vec3 floor(square(kPriorFloor_m), square(kPriorFloor_m), square(kPriorFloor_rad));
+      const Pose2 T_earlier_recent = T_recent_earlier.inverse();
+      Mat3 expected = inverted(T_recent_earlier, covariance);
+      expected.diagonal() += floor;
+      const Pose2 centre{0, 0, class_heading(heading)};
+      const Mat3 gain = expected * (expected + Mat3(reach.asDiagonal())).inverse();
+      const Vec3 pulled = gain * difference(centre, T_earlier_recent);
+      candidate.prior.T_a_b = {T_earlier_recent.x_m + pulled.x(), T_earlier_recent.y_m + pulled.y(),
+                               wrap_angle(T_earlier_recent.theta_rad + pulled.z())};
+      const Mat3 together = expected - gain * expected;
+      candidate.prior.covariance = 0.5 * (together + together.transpose());
+      const Vec3 off = difference(centre, T_earlier_recent);
+      const Mat3 allowed = expected + Mat3(reach.asDiagonal());
+      candidate.score =
+          candidate.emd_grey / std::max(threshold_grey, 1e-3) + off.dot(allowed.inverse() * off);
+      candidates.push_back(candidate);
+    }
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
+  std::vector<Candidate> chosen;
+  for (const Candidate& candidate : candidates) {
+    const bool near = std::any_of(chosen.begin(), chosen.end(), [&](const Candidate& other) {
+      return other.heading == candidate.heading &&
+             std::abs(other.earlier - candidate.earlier) <= kSuppress;
+    });
+    if (!near) {
+      chosen.push_back(candidate);
+      if (static_cast<int>(chosen.size()) == method.verify_per_keyframe) {
+        break;
+      }
+    }
+  }
+  return chosen;
+}
+
+std::vector<ClosureReport> LoopCloser::close_verified(const VerifiedMethod& method, int recent,
+                                                      const PoseGraph& graph,
+                                                      const ContourSource& contours) {
+  std::vector<ClosureReport> reports;
+  for (const Candidate& candidate : shortlist(method, recent, graph)) {
+    reports.push_back(report_of(recent, candidate.earlier, candidate.heading));
+    ClosureReport& report = reports.back();
+    report.T_earlier_recent = candidate.prior.T_a_b;
+    report.verdict = refusal(method, candidate, graph, contours, report);
+    if (report.verdict.empty()) {
+      report.verdict = "accepted";
+      report.accepted = true;
+      accepted_way_m_ = places_[recent].way_m;
+      break;
+    }
+  }
+  return reports;
+}
+
+// Why this pair is no closure; empty when it is one.
+std::string LoopCloser::refusal(const VerifiedMethod& method, const Candidate& candidate,
+                                const PoseGraph& graph, const ContourSource& contours,
+                                ClosureReport& report) {
+  const double threshold_grey = nearby_threshold_grey();
+  int rows = 0;
+  for (int row = 0; row <= 2 * kHalf; ++row) {
+    const int middle = report.heading == Heading::kSame ? row : 2 * kHalf - row;
+    bool near = false;
+    for (int column = std::max(0, middle - 1); column <= std::min(2 * kHalf, middle + 1);
+         ++column) {
+      near = near || report.matrix[row][column] <= threshold_grey;
+    }
+    rows += near ? 1 : 0;
+  }
+  if (rows < kRowsNeeded) {
+    return format("diagonal: %d of 7 within %.2f grey levels, %d needed", rows, threshold_grey,
+                  kRowsNeeded);
+  }
+  const int recent = report.recent;
+  const int earlier = report.earlier;
+  const PlaceFeatures& features_earlier = places_[earlier].place.features;
+  const PlaceFeatures& features_recent = places_[recent].place.features;
+  const std::vector<PlaceMatch> matches = match_places(
+      options_.features, features_earlier, features_recent, report.heading == Heading::kOpposite);
+  if (static_cast<int>(matches.size()) < method.min_inliers) {
+    return format("features: %d matches, %d needed", static_cast<int>(matches.size()),
+                  method.min_inliers);
+  }
+  const PlaceDepths& depths_earlier = depths(earlier, graph);
+  const PlaceDepths& depths_recent = depths(recent, graph);
+  Rng rng = rng_.fork(std::to_string(recent) + "-" + std::to_string(earlier));
+  const std::optional<PlanarMotion> motion =
+      motion_by_features(options_.motion, cameras_, features_earlier, depths_earlier,
+                         features_recent, depths_recent, matches, candidate.prior, &rng);
+  if (!motion) {
+    return "features: no motion fits them";
+  }
+  report.feature_inliers = motion->inliers;
+  report.flow_heading_rad = motion->T_a_b_seen.theta_rad;
+  if (motion->inliers < method.min_inliers ||
+      motion->inliers < method.min_inlier_share * motion->matches) {
+    return format("features: %d of %d agree, %d and %.0f %% needed", motion->inliers,
+                  motion->matches, method.min_inliers, 100 * method.min_inlier_share);
+  }
+  Mat3 covariance = motion->information_seen.inverse();
+  if (!covariance.allFinite() || !(largest_sigma_m(covariance) <= kVague_m) ||
+      !(covariance(2, 2) <= square(kVague_rad))) {
+    return format("features: pose known to %.2f m only", largest_sigma_m(covariance));
+  }
+  covariance.diagonal() += Vec3(square(kPoseFloor_m), square(kPoseFloor_m), square(kPoseFloor_rad));
+  report.T_earlier_recent = motion->T_a_b_seen;
+  report.information = covariance.inverse();
+
+  const Pose2 expected = graph.T_map_node[earlier].inverse() * graph.T_map_node[recent];
+  const Vec3 surprise = difference(motion->T_a_b_seen, expected);
+  const Mat3 allowed = relative_covariance(graph, earlier, recent) + covariance;
+  report.gate_sigma = std::sqrt(std::max(0.0, surprise.dot(allowed.inverse() * surprise)));
+  const double limit = chi_square_3_quantile(method.gate_probability);
+  if (!(square(report.gate_sigma) <= limit)) {
+    return format("gate: %.1f sigma from where the graph expects it, %.1f allowed",
+                  report.gate_sigma, std::sqrt(limit));
+  }
+  const double apart_m = motion->T_a_b_seen.position().norm();
+  if (apart_m > method.reach_m) {
+    return format("place: %.2f m apart, %.2f allowed", apart_m, method.reach_m);
+  }
+  const double turned =
+      std::abs(wrap_angle(motion->T_a_b_seen.theta_rad - class_heading(report.heading)));
+  if (turned > method.reach_rad) {
+    return format("place: turned by %.1f degrees, %.1f allowed", rad_to_deg(turned),
+                  rad_to_deg(method.reach_rad));
+  }
+
+  if (contours) {
+    report.contour_earlier = contours(earlier);
+    report.contour_recent = contours(recent);
+    const std::optional<ContourMatch> match = align_contours(
+        method.contours, report.contour_earlier, report.contour_recent, motion->T_a_b_seen);
+    if (match) {
+      report.contour_cost_m = match->mean_distance_m;
+      report.contour_overlap = match->overlap;
+      const Vec3 off = difference(match->T_fixed_moving, motion->T_a_b_seen);
+      Mat3 tolerated = covariance + match->covariance;
+      tolerated.diagonal() +=
+          Vec3(square(kContourApart_m / kThreeSigma), square(kContourApart_m / kThreeSigma),
+               square(kContourApart_rad / kThreeSigma));
+      if (match->overlap >= kContourOverlap && match->ambiguity() <= kContourAmbiguity &&
+          off.dot(tolerated.inverse() * off) > limit) {
+        return format("contours: fit %.2f m and %.1f degrees away from the features",
+                      off.head<2>().norm(), rad_to_deg(std::abs(off.z())));
+      }
+    }
+  }
+
+  PoseGraph tried = graph;
+  const double before = chi2(tried);
+  tried.edges.push_back(closure_edge(report));
+  const RelaxReport relaxed = relax(tried, RelaxStart::kCurrent);
+  report.chi2_growth = relaxed.chi2_end - before;
+  if (!relaxed.converged || report.chi2_growth > limit) {
+    return format("chi2: grows by %.1f, %.1f allowed", report.chi2_growth, limit);
+  }
+  return {};
+}
+
+std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod& method, int recent,
+                                                          const ContourSource& contours) {
+  std::optional<ClosureReport> best;
+  for (int earlier = kHalf; earlier < recent - 2 * kHalf &&
+                            places_[recent].way_m - places_[earlier].way_m >= options_.min_way_m;
+       ++earlier) {
+    if (emd_grey(places_[recent].place.signature, places_[earlier].place.signature) >=
+        method.threshold_grey) {
+      continue;
+    }
+    for (const Heading heading : {Heading::kSame, Heading::kOpposite}) {
+      const ClosureReport report = report_of(recent, earlier, heading);
+      if (!best || report.diagonal_max_grey < best->diagonal_max_grey) {
+        best = report;
+      }
+    }
+  }
+  if (!best) {
+    return {};
+  }
+  ClosureReport& report = *best;
+  if (report.diagonal_max_grey >= method.threshold_grey) {
+    report.verdict = format("diagonal: up to %.2f grey levels, %.2f allowed",
+                            report.diagonal_max_grey, method.threshold_grey);
+    return {report};
+  }
+  // heading by the features' flow, position by contours where the robot goes the same way (6.3.3)
+  const bool opposite = report.heading == Heading::kOpposite;
+  MotionPrior anywhere;
+  anywhere.T_a_b = {0, 0, class_heading(report.heading)};
+  anywhere.covariance = Vec3(0.09, 0.09, square(0.2)).asDiagonal();
+  const PlaceFeatures& features_earlier = places_[report.earlier].place.features;
+  const PlaceFeatures& features_recent = places_[recent].place.features;
+  Rng rng = rng_.fork(std::to_string(recent) + "-" + std::to_string(report.earlier));
+  const std::optional<PlanarMotion> motion = motion_by_features(
+      options_.motion, cameras_, features_earlier, {}, features_recent, {},
+      match_places(options_.features, features_earlier, features_recent, opposite), anywhere, &rng);
+  report.T_earlier_recent = anywhere.T_a_b;
+  if (motion) {
+    report.feature_inliers = motion->inliers;
+    report.flow_heading_rad = motion->T_a_b.theta_rad;
+    report.T_earlier_recent.theta_rad = motion->T_a_b.theta_rad;
+  }
+  double sigma_m = kUnknown_m;
+  if (contours && !opposite) {
+    report.contour_earlier = contours(report.earlier);
+    report.contour_recent = contours(recent);
+    const std::optional<ContourMatch> match = align_contours(
+        ContourOptions(), report.contour_earlier, report.contour_recent, report.T_earlier_recent);
+    if (match) {
+      report.contour_cost_m = match->mean_distance_m;
+      report.contour_overlap = match->overlap;
+      report.T_earlier_recent.x_m = match->T_fixed_moving.x_m;
+      report.T_earlier_recent.y_m = match->T_fixed_moving.y_m;
+      sigma_m = kHistogramSigma_m;
+    }
+  }
+  report.information =
+      Vec3(1 / square(sigma_m), 1 / square(sigma_m), 1 / square(kHistogramSigma_rad)).asDiagonal();
+  report.accepted = true;
+  report.verdict = "accepted";
+  accepted_way_m_ = places_[recent].way_m;
+  return {report};
+}
+
+}  // namespace panoptes

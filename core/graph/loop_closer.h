@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "core/base/rng.h"
+#include "core/config/fields.h"
+#include "core/graph/closure.h"
+#include "core/graph/pose_graph.h"
+#include "core/map/contours.h"
+#include "core/vision/local_features.h"
+#include "core/vision/place_signature.h"
+#include "core/vision/relative_motion.h"
+
+namespace panoptes {
+
+/// The thesis's own rule (6.3.2): all seven elements of one diagonal of the 7x7 matrix of signature
+/// distances lie below a threshold. Blind to look-alike places: kept for comparison.
+struct HistogramMethod {
+  static constexpr std::string_view kName = "histogram";
+  double threshold_grey = 1.5;
+};
+void bind(Fields& f, HistogramMethod& o);
+
+/// A chain of checks, each cheaper than the next and each able to refuse: signature and diagonals
+/// (thresholds learned from the run), where the graph expects the place, matched features and their
+/// geometry, contours, and the whole graph's agreement after relaxing.
+struct VerifiedMethod {
+  static constexpr std::string_view kName = "verified";
+  double reach_m = 0.6;     ///< how far apart two keyframes of one place may be
+  double reach_rad = 0.44;  ///< and how much turned: two thirds of an 80 degree picture remain
+  double gate_probability =
+      0.9973;                   ///< of three sigma: what the graph expects, with this certainty
+  int verify_per_keyframe = 2;  ///< pairs whose features are matched: bounds the time
+  int min_inliers = 30;
+  double min_inlier_share = 0.4;  ///< of the matches
+  ContourOptions contours;
+};
+void bind(Fields& f, VerifiedMethod& o);
+
+struct LoopOptions {
+  std::variant<VerifiedMethod, HistogramMethod> method;
+  double min_way_m = 5;  ///< driven since an earlier place before coming back counts
+  double spacing_m = 1;  ///< driven between two accepted closures: one is enough for a revisit
+  FeatureOptions features;
+  MotionOptions motion;
+};
+void bind(Fields& f, LoopOptions& o);
+
+/// One keyframe as loops see it.
+struct LoopPlace {
+  PlaceSignature signature;
+  PlaceFeatures features;
+};
+
+/// Contour points of the free space around a keyframe, in its frame, from the keyframes around it.
+using ContourSource = std::function<std::vector<Vec2>(int keyframe)>;
+
+/// The edge an accepted closure stands for.
+GraphEdge closure_edge(const ClosureReport& closure);
+
+/// The matrix of signature distances around a pair, [recent][earlier], and the largest on the
+/// diagonal along which a robot going the same or the opposite way would meet the same places.
+using DistanceMatrix = std::array<std::array<float, 7>, 7>;
+double diagonal_max_grey(const DistanceMatrix& matrix, Heading heading);
+
+/// Remembers every keyframe and says where the robot has come back.
+class LoopCloser {
+ public:
+  LoopCloser(const LoopOptions& options, const LoopCameras& cameras, Rng rng);
+
+  /// Takes the newest keyframe, which is the graph's last node, and tries the one three before it,
+  /// so that each pair has seven keyframes on either side. Reports every pair that came as far as
+  /// the diagonals; the caller adds `closure_edge` of the accepted ones and relaxes.
+  std::vector<ClosureReport> close(LoopPlace place, const PoseGraph& graph,
+                                   const ContourSource& contours);
+
+  /// Motion from keyframe `from` to the newest, by wheels and pictures together: `place` is not yet
+  /// remembered. Empty when the pictures say nothing.
+  std::optional<PlanarMotion> motion_to(const LoopPlace& place, int from,
+                                        const MotionPrior& wheels) const;
+
+ private:
+  struct Remembered {
+    LoopPlace place;
+    double way_m = 0;       ///< driven up to here
+    PlaceDepths depths;     ///< by the neighbours known when last asked
+    int depths_until = -1;  ///< the last keyframe they were seen from
+  };
+  struct Candidate {
+    int earlier = 0;
+    Heading heading = Heading::kSame;
+    double emd_grey = 0;
+    double score = 0;
+    MotionPrior prior;  ///< recent seen from earlier
+  };
+
+  int newest() const { return static_cast<int>(places_.size()) - 1; }
+  ClosureReport report_of(int recent, int earlier, Heading heading) const;
+  double nearby_threshold_grey() const;
+  bool spaced(int recent) const;
+  const PlaceDepths& depths(int keyframe, const PoseGraph& graph);
+  std::vector<Candidate> shortlist(const VerifiedMethod& method, int recent,
+                                   const PoseGraph& graph) const;
+  std::vector<ClosureReport> close_verified(const VerifiedMethod& method, int recent,
+                                            const PoseGraph& graph, const ContourSource& contours);
+  std::vector<ClosureReport> close_by_histogram(const HistogramMethod& method, int recent,
+                                                const ContourSource& contours);
+  std::string refusal(const VerifiedMethod& method, const Candidate& candidate,
+                      const PoseGraph& graph, const ContourSource& contours, ClosureReport& report);
+
+  LoopOptions options_;
+  LoopCameras cameras_;
+  Rng rng_;
+  std::vector<Remembered> places_;
+  std::vector<float> nearby_emd_;  ///< between keyframes two apart, sorted
+  double accepted_way_m_ = -1e9;   ///< driven up to the last accepted closure
+};
+
+}  // namespace panoptes

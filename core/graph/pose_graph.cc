@@ -1,0 +1,469 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/graph/pose_graph.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <functional>
+#include <limits>
+#include <queue>
+#include <utility>
+
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+
+#include "core/base/check.h"
+
+namespace panoptes {
+namespace {
+
+using Sparse = Eigen::SparseMatrix<double>;
+using Triplets = std::vector<Eigen::Triplet<double>>;
+
+constexpr int kMaxIterations = 200;
+constexpr double kConverged = 1e-10;  // relative change of chi2 at which nothing more is gained
+constexpr double kBadStart = 10;      // chi2 a degree of freedom that no good graph has: start anew
+constexpr double kSmallestDamping = 1e-9;  // of the diagonal: keeps loose nodes solvable
+
+Vec3 residual_of(const GraphEdge& edge, const Pose2& from, const Pose2& to) {
+  const Vec2 t =
+      from.rotation().transpose() * (to.position() - from.position()) - edge.T_from_to.position();
+  return {t.x(), t.y(), wrap_angle(to.theta_rad - from.theta_rad - edge.T_from_to.theta_rad)};
+}
+
+void check(const PoseGraph& graph) {
+  const int nodes = static_cast<int>(graph.T_map_node.size());
+  for (const GraphEdge& edge : graph.edges) {
+    PANOPTES_CHECK(edge.from >= 0 && edge.from < nodes && edge.to >= 0 && edge.to < nodes &&
+                       edge.from != edge.to,
+                   "an edge joins two nodes of the graph");
+  }
+}
+
+// The normal equations of a graph with one node held, their pattern analysed once.
+class Normals {
+ public:
+  Normals(const PoseGraph& graph, int held) : nodes_(static_cast<int>(graph.T_map_node.size())) {
+    column_.resize(nodes_);
+    int next = 0;
+    for (int node = 0; node < nodes_; ++node) {
+      column_[node] = node == held ? -1 : 3 * next++;
+    }
+    size_ = 3 * next;
+    Triplets triplets;
+    const auto add_block = [&](int row, int column) {
+      for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c) {
+          if (row + r >= column + c) {
+            triplets.emplace_back(row + r, column + c, 0.0);
+          }
+        }
+      }
+    };
+    for (int node = 0; node < nodes_; ++node) {
+      if (column_[node] >= 0) {
+        add_block(column_[node], column_[node]);
+      }
+    }
+    for (const GraphEdge& edge : graph.edges) {
+      const int a = column_[edge.from];
+      const int b = column_[edge.to];
+      if (a >= 0 && b >= 0) {
+        add_block(std::max(a, b), std::min(a, b));
+      }
+    }
+    H_.resize(size_, size_);
+    H_.setFromTriplets(triplets.begin(), triplets.end());
+    H_.makeCompressed();
+    diagonal_.resize(size_);
+    for (int k = 0; k < size_; ++k) {
+      diagonal_[k] = place(k, k);
+    }
+    slots_.reserve(graph.edges.size());
+    for (const GraphEdge& edge : graph.edges) {
+      const int a = column_[edge.from];
+      const int b = column_[edge.to];
+      std::array<int, 3> slots{-1, -1, -1};
+      if (a >= 0 && b >= 0) {
+        for (int c = 0; c < 3; ++c) {
+          slots[c] = place(std::max(a, b), std::min(a, b) + c);
+        }
+      }
+      slots_.push_back(slots);
+    }
+    solver_.analyzePattern(H_);
+    gradient_.resize(size_);
+  }
+
+  int size() const { return size_; }
+  int column(int node) const { return column_[node]; }
+
+  void linearise(const PoseGraph& graph) {
+    double* values = H_.valuePtr();
+    std::fill(values, values + H_.nonZeros(), 0.0);
+    gradient_.setZero();
+    for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+      const GraphEdge& edge = graph.edges[e];
+      const Pose2& from = graph.T_map_node[edge.from];
+      const Pose2& to = graph.T_map_node[edge.to];
+      const Mat2 Rt = from.rotation().transpose();
+      const Vec2 t = Rt * (to.position() - from.position());
+      Mat3 J_from;
+      J_from << -Rt(0, 0), -Rt(0, 1), t.y(), -Rt(1, 0), -Rt(1, 1), -t.x(), 0, 0, -1;
+      Mat3 J_to;
+      J_to << Rt(0, 0), Rt(0, 1), 0, Rt(1, 0), Rt(1, 1), 0, 0, 0, 1;
+      const Vec3 weighted = edge.information * residual_of(edge, from, to);
+      const Mat3 from_weighted = J_from.transpose() * edge.information;
+      const Mat3 to_weighted = J_to.transpose() * edge.information;
+      const int a = column_[edge.from];
+      const int b = column_[edge.to];
+      if (a >= 0) {
+        add_diagonal(values, a, from_weighted * J_from);
+        gradient_.segment<3>(a) += J_from.transpose() * weighted;
+      }
+      if (b >= 0) {
+        add_diagonal(values, b, to_weighted * J_to);
+        gradient_.segment<3>(b) += J_to.transpose() * weighted;
+      }
+      if (a >= 0 && b >= 0) {
+        const Mat3 block = b > a ? Mat3(to_weighted * J_from) : Mat3(from_weighted * J_to);
+        for (int c = 0; c < 3; ++c) {
+          for (int r = 0; r < 3; ++r) {
+            values[slots_[e][c] + r] += block(r, c);
+          }
+        }
+      }
+    }
+  }
+
+  // False when the equations cannot be solved.
+  bool factorise(double damping) {
+    if (damping > 0) {
+      damped_ = H_;
+      for (int k = 0; k < size_; ++k) {
+        double& value = damped_.valuePtr()[diagonal_[k]];
+        value += damping * value + std::numeric_limits<double>::min();
+      }
+      solver_.factorize(damped_);
+    } else {
+      solver_.factorize(H_);
+    }
+    return solver_.info() == Eigen::Success;
+  }
+
+  Eigen::VectorXd step() const { return solver_.solve(-gradient_); }
+  Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const { return solver_.solve(right); }
+
+  static void move(const Eigen::VectorXd& step, const std::vector<int>& column,
+                   std::vector<Pose2>& poses) {
+    for (std::size_t node = 0; node < poses.size(); ++node) {
+      const int k = column[node];
+      if (k >= 0) {
+        poses[node] = {poses[node].x_m + step[k], poses[node].y_m + step[k + 1],
+                       wrap_angle(poses[node].theta_rad + step[k + 2])};
+      }
+    }
+  }
+  const std::vector<int>& columns() const { return column_; }
+
+ private:
+  // Where the element lies among the values; a block's rows follow one another in its column.
+  int place(int row, int column) const {
+    const int* begin = H_.innerIndexPtr() + H_.outerIndexPtr()[column];
+    const int* end = H_.innerIndexPtr() + H_.outerIndexPtr()[column + 1];
+    return static_cast<int>(std::lower_bound(begin, end, row) - H_.innerIndexPtr());
+  }
+  void add_diagonal(double* values, int k, const Mat3& block) {
+    for (int c = 0; c < 3; ++c) {
+      for (int r = c; r < 3; ++r) {
+        values[diagonal_[k + c] + r - c] += block(r, c);
+      }
+    }
+  }
+
+  int nodes_;
+  int size_ = 0;
+  std::vector<int> column_;
+  std::vector<int> diagonal_;
+  std::vector<std::array<int, 3>> slots_;
+  Sparse H_;
+  Sparse damped_;
+  Eigen::VectorXd gradient_;
+  Eigen::SimplicialLDLT<Sparse> solver_;
+};
+
+// Levenberg-Marquardt from the poses as they are.
+RelaxReport descend(PoseGraph& graph, Normals& normals) {
+  RelaxReport report;
+  double now = chi2(graph);
+  report.chi2_start = now;
+  double damping = kSmallestDamping;
+  while (report.iterations < kMaxIterations && !report.converged) {
+    normals.linearise(graph);
+    bool better = false;
+    while (!better && !report.converged && report.iterations < kMaxIterations) {
+      ++report.iterations;
+      const std::vector<Pose2> before = graph.T_map_node;
+      double then = std::numeric_limits<double>::infinity();
+      if (normals.factorise(damping)) {
+        const Eigen::VectorXd step = normals.step();
+        if (step.allFinite()) {
+          Normals::move(step, normals.columns(), graph.T_map_node);
+          then = chi2(graph);
+        }
+      }
+      if (then <= now) {
+        better = true;
+        report.converged = now - then <= kConverged * now;
+        now = then;
+        damping = std::max(kSmallestDamping, damping / 10);
+      } else {
+        graph.T_map_node = before;
+        // no step, however small, helps any more: this is the bottom to within rounding
+        report.converged = then - now <= kConverged * now || damping > 1e6;
+        damping *= damping < 1e-6 ? 1e3 : 10;
+      }
+    }
+  }
+  report.chi2_end = now;
+  return report;
+}
+
+// Orientations as complex numbers, relaxed to any length (the chordal start), then scaled back.
+bool start_orientations(PoseGraph& graph) {
+  using Complex = std::complex<double>;
+  const int nodes = static_cast<int>(graph.T_map_node.size());
+  const Complex first = std::polar(1.0, graph.T_map_node[0].theta_rad);
+  std::vector<Eigen::Triplet<Complex>> triplets;
+  Eigen::VectorXcd right = Eigen::VectorXcd::Zero(nodes - 1);
+  for (const GraphEdge& edge : graph.edges) {
+    // z_to = z_from * turn
+    const Complex turn = std::polar(1.0, edge.T_from_to.theta_rad);
+    const double weight = edge.information(2, 2);
+    const int a = edge.from - 1;
+    const int b = edge.to - 1;
+    if (a >= 0) {
+      triplets.emplace_back(a, a, weight);
+    }
+    if (b >= 0) {
+      triplets.emplace_back(b, b, weight);
+    }
+    if (a >= 0 && b >= 0) {
+      triplets.emplace_back(std::max(a, b), std::min(a, b),
+                            b > a ? -weight * turn : -weight * std::conj(turn));
+    } else if (a >= 0) {
+      right[a] += weight * std::conj(turn) * first;
+    } else if (b >= 0) {
+      right[b] += weight * turn * first;
+    }
+  }
+  Eigen::SparseMatrix<Complex> H(nodes - 1, nodes - 1);
+  H.setFromTriplets(triplets.begin(), triplets.end());
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<Complex>> solver(H);
+  if (solver.info() != Eigen::Success) {
+    return false;
+  }
+  const Eigen::VectorXcd z = solver.solve(right);
+  for (int node = 1; node < nodes; ++node) {
+    const Complex value = z[node - 1];
+    if (!std::isfinite(value.real()) || !std::isfinite(value.imag()) || std::abs(value) < 1e-12) {
+      return false;
+    }
+    graph.T_map_node[node].theta_rad = std::arg(value);
+  }
+  return true;
+}
+
+// Positions with the orientations held: a linear problem.
+bool start_positions(PoseGraph& graph) {
+  const int nodes = static_cast<int>(graph.T_map_node.size());
+  Triplets triplets;
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(2 * (nodes - 1));
+  for (const GraphEdge& edge : graph.edges) {
+    const Mat2 R = graph.T_map_node[edge.from].rotation();
+    const Mat2 weight = R * edge.information.topLeftCorner<2, 2>() * R.transpose();
+    Vec2 want = R * edge.T_from_to.position();  // to - from, in map
+    const int a = 2 * (edge.from - 1);
+    const int b = 2 * (edge.to - 1);
+    if (a < 0) {
+      want += graph.T_map_node[0].position();
+    }
+    if (b < 0) {
+      want -= graph.T_map_node[0].position();
+    }
+    const Vec2 weighted = weight * want;
+    for (int c = 0; c < 2; ++c) {
+      for (int r = 0; r < 2; ++r) {
+        if (a >= 0) {
+          triplets.emplace_back(a + r, a + c, weight(r, c));
+        }
+        if (b >= 0) {
+          triplets.emplace_back(b + r, b + c, weight(r, c));
+        }
+        if (a >= 0 && b >= 0) {
+          triplets.emplace_back(std::max(a, b) + r, std::min(a, b) + c, -weight(r, c));
+        }
+      }
+    }
+    if (a >= 0) {
+      right.segment<2>(a) -= weighted;
+    }
+    if (b >= 0) {
+      right.segment<2>(b) += weighted;
+    }
+  }
+  Sparse H(2 * (nodes - 1), 2 * (nodes - 1));
+  H.setFromTriplets(triplets.begin(), triplets.end());
+  const Eigen::SimplicialLDLT<Sparse> solver(H);
+  if (solver.info() != Eigen::Success) {
+    return false;
+  }
+  const Eigen::VectorXd t = solver.solve(right);
+  if (!t.allFinite()) {
+    return false;
+  }
+  for (int node = 1; node < nodes; ++node) {
+    graph.T_map_node[node].x_m = t[2 * (node - 1)];
+    graph.T_map_node[node].y_m = t[2 * (node - 1) + 1];
+  }
+  return true;
+}
+
+bool start_linear(PoseGraph& graph) { return start_orientations(graph) && start_positions(graph); }
+
+}  // namespace
+
+double chi2(const PoseGraph& graph, const GraphEdge& edge) {
+  const Vec3 r = residual_of(edge, graph.T_map_node[edge.from], graph.T_map_node[edge.to]);
+  return r.dot(edge.information * r);
+}
+
+double chi2(const PoseGraph& graph) {
+  double sum = 0;
+  for (const GraphEdge& edge : graph.edges) {
+    sum += chi2(graph, edge);
+  }
+  return sum;
+}
+
+RelaxReport relax(PoseGraph& graph, RelaxStart start) {
+  check(graph);
+  RelaxReport report;
+  report.chi2_start = chi2(graph);
+  report.chi2_end = report.chi2_start;
+  if (graph.T_map_node.size() < 2 || graph.edges.empty()) {
+    report.converged = true;
+    return report;
+  }
+  Normals normals(graph, 0);
+  const PoseGraph given = graph;
+  const double freedom = std::max(3.0, 3.0 * static_cast<double>(graph.edges.size()) -
+                                           3.0 * static_cast<double>(graph.T_map_node.size() - 1));
+  bool from_given = start == RelaxStart::kCurrent;
+  if (from_given) {
+    report = descend(graph, normals);
+    if (report.converged && report.chi2_end <= kBadStart * freedom) {
+      return report;
+    }
+  }
+  PoseGraph other = given;
+  if (start_linear(other)) {
+    const RelaxReport linear = descend(other, normals);
+    if (!from_given || linear.chi2_end < report.chi2_end) {
+      graph.T_map_node = other.T_map_node;
+      report = {chi2(given), linear.chi2_end, report.iterations + linear.iterations,
+                linear.converged};
+    }
+  }
+  if (!from_given && report.chi2_end >= chi2(given)) {
+    // the start was better than where the linear one led, or there was none
+    graph = given;
+    report = descend(graph, normals);
+  }
+  return report;
+}
+
+Mat3 relative_covariance(const PoseGraph& graph, int from, int to) {
+  check(graph);
+  PANOPTES_CHECK(from != to, "two nodes");
+  Normals normals(graph, from);
+  normals.linearise(graph);
+  if (!normals.factorise(0) && !normals.factorise(kSmallestDamping)) {
+    return Mat3::Identity() * std::numeric_limits<double>::infinity();
+  }
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(normals.size(), 3);
+  right.block<3, 3>(normals.column(to), 0).setIdentity();
+  const Mat3 covariance_map = normals.solve(right).block<3, 3>(normals.column(to), 0);
+  Mat3 R_from_map = Mat3::Identity();
+  R_from_map.topLeftCorner<2, 2>() = graph.T_map_node[from].rotation().transpose();
+  const Mat3 covariance = R_from_map * covariance_map * R_from_map.transpose();
+  return 0.5 * (covariance + covariance.transpose());
+}
+
+std::vector<Mat3> path_covariances(const PoseGraph& graph, int from) {
+  check(graph);
+  const int nodes = static_cast<int>(graph.T_map_node.size());
+  PANOPTES_CHECK(from >= 0 && from < nodes, "a node of the graph");
+  std::vector<std::vector<int>> edges_of(nodes);
+  for (int e = 0; e < static_cast<int>(graph.edges.size()); ++e) {
+    edges_of[graph.edges[e].from].push_back(e);
+    edges_of[graph.edges[e].to].push_back(e);
+  }
+  constexpr double kLever_m2 = 1;  // weighs headings against positions: an error seen a metre away
+  std::vector<Mat3> covariances(nodes, Mat3::Identity() * std::numeric_limits<double>::infinity());
+  std::vector<double> cost(nodes, std::numeric_limits<double>::infinity());
+  std::vector<bool> settled(nodes, false);
+  using Item = std::pair<double, int>;
+  std::priority_queue<Item, std::vector<Item>, std::greater<>> queue;
+  covariances[from].setZero();
+  cost[from] = 0;
+  queue.emplace(0.0, from);
+  const Pose2 T_from_map = graph.T_map_node[from].inverse();
+  while (!queue.empty()) {
+    const int node = queue.top().second;
+    queue.pop();
+    if (settled[node]) {
+      continue;
+    }
+    settled[node] = true;
+    for (const int e : edges_of[node]) {
+      const GraphEdge& edge = graph.edges[e];
+      const int next = edge.from == node ? edge.to : edge.from;
+      if (settled[next]) {
+        continue;
+      }
+      // the edge's covariance lies in the frame of its own start; turned to `from`, the error of a
+      // relative pose is the same either way round but for the lever of its heading
+      Mat3 step = edge.information.inverse();
+      if (!step.allFinite()) {
+        continue;
+      }
+      const Pose2 T_start = T_from_map * graph.T_map_node[edge.from];
+      const Pose2 T_next = T_from_map * graph.T_map_node[next];
+      Mat3 turn = Mat3::Identity();
+      turn.topLeftCorner<2, 2>() = T_start.rotation();
+      step = turn * step * turn.transpose();
+      const Vec2 way = T_next.position() - (T_from_map * graph.T_map_node[node]).position();
+      if (edge.from != node) {
+        // walked backwards, an error of heading at the far end swings the way back
+        Mat3 swing = Mat3::Identity();
+        swing(0, 2) = -way.y();
+        swing(1, 2) = way.x();
+        step = swing * step * swing.transpose();
+      }
+      Mat3 carry = Mat3::Identity();
+      carry(0, 2) = -way.y();
+      carry(1, 2) = way.x();
+      const double to_next = cost[node] + step(0, 0) + step(1, 1) + kLever_m2 * step(2, 2);
+      if (to_next < cost[next]) {
+        cost[next] = to_next;
+        covariances[next] = carry * covariances[node] * carry.transpose() + step;
+        queue.emplace(to_next, next);
+      }
+    }
+  }
+  return covariances;
+}
+
+}  // namespace panoptes

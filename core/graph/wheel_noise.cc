@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/graph/wheel_noise.h"
+
+#include <cmath>
+
+namespace panoptes {
+
+void bind(Fields& f, WheelNoise& o) {
+  f("step_sigma_m", o.step_sigma_m, not_negative);
+  f("diameter_share", o.diameter_share, not_negative);
+  f("base_share", o.base_share, not_negative);
+  f("slip_share", o.slip_share, not_negative);
+}
+
+Mat3 wheel_covariance(const WheelNoise& noise, double wheel_base_m, const Pose2& T_from_to) {
+  const double turn = T_from_to.theta_rad;
+  const double half = turn / 2;
+  const double chord = T_from_to.position().norm();
+  const double sinc = std::abs(half) < 1e-6 ? 1.0 : std::sin(half) / half;
+  const double way = chord / std::max(sinc, 0.1);
+  const double left = std::abs(way - half * wheel_base_m);
+  const double right = std::abs(way + half * wheel_base_m);
+  const double step2 = noise.step_sigma_m * noise.step_sigma_m;
+  const double base2 = wheel_base_m * wheel_base_m;
+  // along the way; what a wheel gains or loses at random
+  const double along = step2 * (left + right) / 4;
+  const double turn_random = step2 * (left + right) / base2;
+  const double turn_steady =
+      std::pow(noise.diameter_share * way / wheel_base_m, 2) +
+      (noise.base_share * noise.base_share + noise.slip_share * noise.slip_share) * turn * turn;
+  // a heading that wanders along the way swings its end by half, with a third of the variance
+  const double across = (turn_random / 3 + turn_steady / 4) * way * way;
+  const double coupled = (turn_random + turn_steady) / 2 * way;
+  constexpr double kGround_m = 5e-4;  // unevenness and rounding of ticks: never quite certain
+  constexpr double kGround_rad = 5e-4;
+  Mat3 covariance = Mat3::Zero();
+  covariance(0, 0) = along + std::pow(noise.diameter_share * way, 2) + kGround_m * kGround_m;
+  covariance(1, 1) = across + kGround_m * kGround_m;
+  covariance(2, 2) = turn_random + turn_steady + kGround_rad * kGround_rad;
+  covariance(1, 2) = covariance(2, 1) = coupled;
+  // along and across the chord, turned into the frame of the start
+  const double direction = chord > 1e-9 ? std::atan2(T_from_to.y_m, T_from_to.x_m) : 0;
+  const double c = std::cos(direction);
+  const double s = std::sin(direction);
+  // driven backwards the same wandering swings the end to the other side: the direction says so
+  Mat3 R = Mat3::Identity();
+  R.topLeftCorner<2, 2>() << c, -s, s, c;
+  return R * covariance * R.transpose();
+}
+
+}  // namespace panoptes

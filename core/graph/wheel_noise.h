@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "core/config/fields.h"
+#include "core/geometry/pose2.h"
+
+namespace panoptes {
+
+/// What the robot believes of its wheels' errors.
+struct WheelNoise {
+  double step_sigma_m =
+      0.005;  ///< per wheel after one metre; grows with the square root of the way
+  double diameter_share = 0.001;  ///< by which the wheels' diameters may differ
+  double base_share = 0.005;      ///< by which the wheel base may be wrong
+  double slip_share = 0.01;       ///< of a turn
+};
+void bind(Fields& f, WheelNoise& o);
+
+/// Covariance of a motion by the wheels taken for one arc; x, y, theta in the frame of its start.
+/// Valid for the short ways between keyframes.
+Mat3 wheel_covariance(const WheelNoise& noise, double wheel_base_m, const Pose2& T_from_to);
+
+}  // namespace panoptes

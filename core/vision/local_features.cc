@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/vision/local_features.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/check.h"
+
+namespace panoptes {
+namespace {
+
+constexpr float kPyramidStep = 1.2F;
+constexpr int kBorder_px = 10;      // nearer to the edge the descriptor sees mostly reflection
+constexpr int kApart_px = 3;        // a corner found again on another level is the same corner
+constexpr float kElsewhere_px = 5;  // a second-best match this near is the same thing seen twice
+constexpr int kWords = 4;           // of 64 bits
+using Descriptor = std::array<std::uint64_t, kWords>;
+
+struct Corner {
+  cv::KeyPoint keypoint;
+  int cell = 0;
+  int rank = 0;  // in its cell
+};
+
+bool stronger(const Corner& a, const Corner& b) {
+  if (a.keypoint.response != b.keypoint.response) {
+    return a.keypoint.response > b.keypoint.response;
+  }
+  if (a.keypoint.octave != b.keypoint.octave) {
+    return a.keypoint.octave < b.keypoint.octave;
+  }
+  if (a.keypoint.pt.y != b.keypoint.pt.y) {
+    return a.keypoint.pt.y < b.keypoint.pt.y;
+  }
+  return a.keypoint.pt.x < b.keypoint.pt.x;
+}
+
+std::vector<Corner> find_corners(const FeatureOptions& options, const cv::Mat& grey) {
+  std::vector<Corner> corners;
+  const int cells_across = (grey.cols + options.cell_px - 1) / options.cell_px;
+  cv::Mat level_picture = grey;
+  float scale = 1;
+  for (int level = 0; level < options.levels; ++level, scale *= kPyramidStep) {
+    if (level > 0) {
+      cv::Mat smaller;
+      cv::resize(grey, smaller,
+                 cv::Size(cvRound(static_cast<float>(grey.cols) / scale),
+                          cvRound(static_cast<float>(grey.rows) / scale)),
+                 0, 0, cv::INTER_AREA);
+      level_picture = smaller;
+    }
+    std::vector<cv::KeyPoint> found;
+    cv::FAST(level_picture, found, options.fast_threshold_grey, true);
+    for (cv::KeyPoint& keypoint : found) {
+      keypoint.pt *= scale;
+      keypoint.octave = level;
+      keypoint.angle = 0;
+      const auto x = static_cast<int>(keypoint.pt.x);
+      const auto y = static_cast<int>(keypoint.pt.y);
+      if (x < kBorder_px || y < kBorder_px || x >= grey.cols - kBorder_px ||
+          y >= grey.rows - kBorder_px) {
+        continue;
+      }
+      corners.push_back({keypoint, y / options.cell_px * cells_across + x / options.cell_px, 0});
+    }
+  }
+  return corners;
+}
+
+// The strongest of each cell first, then the second of each, and so on.
+std::vector<cv::KeyPoint> spread(const FeatureOptions& options, std::vector<Corner> corners,
+                                 cv::Size size) {
+  std::sort(corners.begin(), corners.end(), stronger);
+  cv::Mat taken = cv::Mat::zeros(size, CV_8U);
+  const int cells_across = (size.width + options.cell_px - 1) / options.cell_px;
+  const int cells_down = (size.height + options.cell_px - 1) / options.cell_px;
+  std::vector<int> in_cell(static_cast<std::size_t>(cells_across) * cells_down, 0);
+  std::vector<Corner> kept;
+  for (Corner& corner : corners) {
+    const auto x = static_cast<int>(corner.keypoint.pt.x);
+    const auto y = static_cast<int>(corner.keypoint.pt.y);
+    if (taken.at<std::uint8_t>(y, x) != 0) {
+      continue;
+    }
+    const cv::Rect around(x - kApart_px, y - kApart_px, 2 * kApart_px + 1, 2 * kApart_px + 1);
+    taken(around).setTo(1);
+    corner.rank = in_cell[corner.cell]++;
+    kept.push_back(corner);
+  }
+  std::stable_sort(kept.begin(), kept.end(),
+                   [](const Corner& a, const Corner& b) { return a.rank < b.rank; });
+  kept.resize(std::min<std::size_t>(kept.size(), options.max_count));
+  // ORB wants them level by level
+  std::stable_sort(kept.begin(), kept.end(), [](const Corner& a, const Corner& b) {
+    return a.keypoint.octave < b.keypoint.octave;
+  });
+  std::vector<cv::KeyPoint> keypoints;
+  keypoints.reserve(kept.size());
+  for (const Corner& corner : kept) {
+    keypoints.push_back(corner.keypoint);
+  }
+  return keypoints;
+}
+
+std::vector<Descriptor> words_of(const cv::Mat& descriptors) {
+  std::vector<Descriptor> words(descriptors.rows);
+  for (int row = 0; row < descriptors.rows; ++row) {
+    std::memcpy(words[row].data(), descriptors.ptr(row), sizeof(Descriptor));
+  }
+  return words;
+}
+
+[[gnu::always_inline]] inline void fill_distances(const std::vector<Descriptor>& a,
+                                                  const std::vector<Descriptor>& b,
+                                                  std::uint16_t* bits) {
+  for (const Descriptor& one : a) {
+    for (const Descriptor& other : b) {
+      int apart = 0;
+      for (int word = 0; word < kWords; ++word) {
+        apart += std::popcount(one[word] ^ other[word]);
+      }
+      *bits++ = static_cast<std::uint16_t>(apart);
+    }
+  }
+}
+
+#if defined(__x86_64__)
+// The same function where the processor counts bits in one instruction.
+[[gnu::target("popcnt")]] void fill_distances_fast(const std::vector<Descriptor>& a,
+                                                   const std::vector<Descriptor>& b,
+                                                   std::uint16_t* bits) {
+  fill_distances(a, b, bits);
+}
+#endif
+
+std::vector<std::uint16_t> all_distances(const std::vector<Descriptor>& a,
+                                         const std::vector<Descriptor>& b) {
+  std::vector<std::uint16_t> bits(a.size() * b.size());
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("popcnt")) {
+    fill_distances_fast(a, b, bits.data());
+    return bits;
+  }
+#endif
+  fill_distances(a, b, bits.data());
+  return bits;
+}
+
+}  // namespace
+
+void bind(Fields& f, FeatureOptions& o) {
+  f("max_count", o.max_count, between(50, 5000));
+  f("fast_threshold_grey", o.fast_threshold_grey, between(1, 100));
+  f("levels", o.levels, between(1, 8));
+  f("cell_px", o.cell_px, at_least(8));
+  f("max_distance_bits", o.max_distance_bits, between(1, 256));
+  f("ratio", o.ratio, between(0.1, 1.0));
+}
+
+LocalFeatures local_features(const FeatureOptions& options, const cv::Mat& picture) {
+  PANOPTES_CHECK(picture.type() == CV_8UC3 || picture.type() == CV_8UC1, "8-bit BGR or grey");
+  cv::Mat grey = picture;
+  if (picture.channels() == 3) {
+    cv::Mat converted;
+    cv::cvtColor(picture, converted, cv::COLOR_BGR2GRAY);
+    grey = converted;
+  }
+  std::vector<cv::KeyPoint> keypoints = spread(options, find_corners(options, grey), grey.size());
+  LocalFeatures features;
+  if (keypoints.empty()) {
+    return features;
+  }
+  const cv::Ptr<cv::ORB> orb =
+      cv::ORB::create(options.max_count, kPyramidStep, options.levels, kBorder_px - 1);
+  orb->compute(grey, keypoints, features.descriptors);
+  features.px.reserve(keypoints.size());
+  for (const cv::KeyPoint& keypoint : keypoints) {
+    features.px.emplace_back(keypoint.pt.x, keypoint.pt.y);
+  }
+  PANOPTES_CHECK(features.descriptors.rows == static_cast<int>(features.px.size()),
+                 "a descriptor for each point");
+  return features;
+}
+
+std::vector<FeatureMatch> match_features(const FeatureOptions& options, const LocalFeatures& a,
+                                         const LocalFeatures& b) {
+  std::vector<FeatureMatch> matches;
+  const int count_a = a.descriptors.rows;
+  const int count_b = b.descriptors.rows;
+  if (count_a == 0 || count_b == 0) {
+    return matches;
+  }
+  const std::vector<std::uint16_t> bits =
+      all_distances(words_of(a.descriptors), words_of(b.descriptors));
+  std::vector<int> best_a_of(count_b, 0);
+  std::vector<std::uint16_t> best_bits_of(count_b, 0xffff);
+  for (int i = 0; i < count_a; ++i) {
+    const std::uint16_t* row = &bits[static_cast<std::size_t>(i) * count_b];
+    for (int j = 0; j < count_b; ++j) {
+      if (row[j] < best_bits_of[j]) {
+        best_bits_of[j] = row[j];
+        best_a_of[j] = i;
+      }
+    }
+  }
+  for (int i = 0; i < count_a; ++i) {
+    const std::uint16_t* row = &bits[static_cast<std::size_t>(i) * count_b];
+    const int best = static_cast<int>(std::min_element(row, row + count_b) - row);
+    if (row[best] > options.max_distance_bits || best_a_of[best] != i) {
+      continue;
+    }
+    const double clearly = row[best] / options.ratio;
+    bool unique = true;
+    for (int j = 0; j < count_b && unique; ++j) {
+      unique = row[j] > clearly || j == best || (b.px[j] - b.px[best]).norm() < kElsewhere_px;
+    }
+    if (unique) {
+      matches.push_back({i, best});
+    }
+  }
+  return matches;
+}
+
+}  // namespace panoptes

@@ -1,0 +1,433 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/vision/relative_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+
+#include "core/base/check.h"
+#include "core/base/error.h"
+
+namespace panoptes {
+namespace {
+
+constexpr int kSmallest = 6;  // matches below which nothing is tried
+constexpr int kScored = 100;  // matches that judge a sampled hypothesis: more cost only time
+constexpr double kPoseNoise_px = 0.5;  // of a neighbour's pose: 0.15 degrees on a 190 px lens
+constexpr double kForgetPrior =
+    1e-4;  // share of the prior kept where the pictures shall speak alone
+
+// A match, ready to be compared in one of the two pictures: `source` knows its depth better.
+struct Sight {
+  bool source_is_a = true;
+  Vec3 origin;                       // camera of the source, in the source's body frame
+  Vec3 direction;                    // what its pixel sees, z = 1 in its camera, in its body frame
+  InverseDepth depth;                // along it
+  Mat3 R_camera_target;              // body of the target place to its camera
+  Vec3 origin_target;                // that camera, in its body frame
+  const Intrinsics* lens = nullptr;  // of the target
+  Vec2 px;                           // where the target shows it
+  int camera_a = 0;
+};
+
+Vec3 ray_body(const LoopCamera& camera, const Mat3& R_body_camera, const Eigen::Vector2f& px) {
+  return R_body_camera * camera.intrinsics.ray(px.cast<double>());
+}
+
+const InverseDepth kUnknownDepth{};
+
+const InverseDepth& depth_of(const PlaceDepths& depths, int camera, int feature) {
+  return depths[camera].empty() ? kUnknownDepth : depths[camera][feature];
+}
+
+std::vector<Sight> sights_of(const LoopCameras& cameras, const PlaceFeatures& a,
+                             const PlaceDepths& depths_a, const PlaceFeatures& b,
+                             const PlaceDepths& depths_b, const std::vector<PlaceMatch>& matches) {
+  const std::array<Mat3, 2> R_body_camera{cameras[0].T_body_camera.rotation.toRotationMatrix(),
+                                          cameras[1].T_body_camera.rotation.toRotationMatrix()};
+  std::vector<Sight> sights;
+  sights.reserve(matches.size());
+  for (const PlaceMatch& match : matches) {
+    const InverseDepth& depth_a = depth_of(depths_a, match.camera_a, match.feature_a);
+    const InverseDepth& depth_b = depth_of(depths_b, match.camera_b, match.feature_b);
+    Sight sight;
+    sight.source_is_a = depth_a.sigma_pm <= depth_b.sigma_pm;
+    const int source = sight.source_is_a ? match.camera_a : match.camera_b;
+    const int target = sight.source_is_a ? match.camera_b : match.camera_a;
+    const Eigen::Vector2f& px_a = a[match.camera_a].px[match.feature_a];
+    const Eigen::Vector2f& px_b = b[match.camera_b].px[match.feature_b];
+    sight.origin = cameras[source].T_body_camera.translation;
+    sight.direction =
+        ray_body(cameras[source], R_body_camera[source], sight.source_is_a ? px_a : px_b);
+    sight.depth = sight.source_is_a ? depth_a : depth_b;
+    sight.R_camera_target = R_body_camera[target].transpose();
+    sight.origin_target = cameras[target].T_body_camera.translation;
+    sight.lens = &cameras[target].intrinsics;
+    sight.px = (sight.source_is_a ? px_b : px_a).cast<double>();
+    sight.camera_a = match.camera_a;
+    sights.push_back(sight);
+  }
+  return sights;
+}
+
+// The rigid motion of one candidate, computed once for all matches.
+struct Motion {
+  double c;
+  double s;
+  Vec3 t;
+
+  explicit Motion(const Pose2& T_a_b)
+      : c(std::cos(T_a_b.theta_rad)), s(std::sin(T_a_b.theta_rad)), t(T_a_b.x_m, T_a_b.y_m, 0) {}
+  Vec3 turn(const Vec3& v) const { return {c * v.x() - s * v.y(), s * v.x() + c * v.y(), v.z()}; }
+  Vec3 turn_back(const Vec3& v) const {
+    return {c * v.x() + s * v.y(), -s * v.x() + c * v.y(), v.z()};
+  }
+};
+
+// Residual in pixels with its inverse covariance, and how it changes with x, y, theta.
+struct Residual {
+  Vec2 r;
+  Mat2 weight;
+  double across_px = 0;  // the part that no depth explains
+  Eigen::Matrix<double, 2, 3> jacobian;
+};
+
+template <bool kWithJacobian>
+bool residual_of(const Sight& sight, const Motion& motion, double variance_px2, Residual& out) {
+  const double rho = sight.depth.mean_pm;
+  Vec3 seen_body;   // of the target, times the inverse depth
+  Vec3 along_body;  // its change with the inverse depth
+  Vec3 turned;
+  if (sight.source_is_a) {
+    const Vec3 offset = sight.origin - motion.t;
+    along_body = motion.turn_back(offset) - sight.origin_target;
+    turned = motion.turn_back(rho * offset + sight.direction);
+  } else {
+    const Vec3 moved = motion.turn(sight.origin);
+    along_body = moved + motion.t - sight.origin_target;
+    turned = motion.turn(rho * sight.origin + sight.direction);
+  }
+  seen_body = sight.source_is_a ? Vec3(turned - rho * sight.origin_target)
+                                : Vec3(turned + rho * (motion.t - sight.origin_target));
+  const Vec3 q = sight.R_camera_target * seen_body;
+  constexpr double kBehind = 0.05;  // of the depth in the source's camera
+  if (q.z() < kBehind) {
+    return false;
+  }
+  const Intrinsics& lens = *sight.lens;
+  const double z_inverse = 1 / q.z();
+  const double x = q.x() * z_inverse;
+  const double y = q.y() * z_inverse;
+  out.r = {lens.cx_px + lens.fx_px * x - sight.px.x(), lens.cy_px + lens.fy_px * y - sight.px.y()};
+  const auto project = [&](const Vec3& dq) {
+    return Vec2(lens.fx_px * z_inverse * (dq.x() - x * dq.z()),
+                lens.fy_px * z_inverse * (dq.y() - y * dq.z()));
+  };
+  const Vec2 along = project(sight.R_camera_target * along_body);
+  const double spread = sight.depth.sigma_pm * sight.depth.sigma_pm;
+  out.weight = (Mat2::Identity() - along * along.transpose() *
+                                       (spread / (variance_px2 + spread * along.squaredNorm()))) /
+               variance_px2;
+  if constexpr (kWithJacobian) {
+    const double length = along.norm();
+    out.across_px =
+        length > 1e-9 ? (along.x() * out.r.y() - along.y() * out.r.x()) / length : out.r.norm();
+    const Mat3& R = sight.R_camera_target;
+    if (sight.source_is_a) {
+      out.jacobian.col(0) = project(R * (-rho * motion.turn_back(Vec3::UnitX())));
+      out.jacobian.col(1) = project(R * (-rho * motion.turn_back(Vec3::UnitY())));
+      out.jacobian.col(2) = project(R * Vec3(turned.y(), -turned.x(), 0));
+    } else {
+      out.jacobian.col(0) = project(R * (rho * Vec3::UnitX()));
+      out.jacobian.col(1) = project(R * (rho * Vec3::UnitY()));
+      out.jacobian.col(2) = project(R * Vec3(-turned.y(), turned.x(), 0));
+    }
+  }
+  return true;
+}
+
+Vec3 difference(const Pose2& T, const Pose2& T0) {
+  return {T.x_m - T0.x_m, T.y_m - T0.y_m, wrap_angle(T.theta_rad - T0.theta_rad)};
+}
+
+Pose2 moved(const Pose2& T, const Vec3& step) {
+  return {T.x_m + step.x(), T.y_m + step.y(), wrap_angle(T.theta_rad + step.z())};
+}
+
+struct Normal {
+  Mat3 information = Mat3::Zero();  // of the pictures
+  Vec3 gradient = Vec3::Zero();
+};
+
+// Sums over the sights named by `chosen` (all when null). `kernel` <= 0: squares; else
+// Geman-McClure of that width in sigmas.
+Normal sum_up(const std::vector<Sight>& sights, const std::vector<int>* chosen, const Pose2& T_a_b,
+              double variance_px2, double kernel) {
+  const Motion motion(T_a_b);
+  Normal normal;
+  const int count = static_cast<int>(chosen != nullptr ? chosen->size() : sights.size());
+  Residual residual;
+  for (int k = 0; k < count; ++k) {
+    const Sight& sight = sights[chosen != nullptr ? (*chosen)[k] : k];
+    if (!residual_of<true>(sight, motion, variance_px2, residual)) {
+      continue;
+    }
+    double trust = 1;
+    if (kernel > 0) {
+      const double m2 = residual.r.dot(residual.weight * residual.r);
+      trust = 1 / (1 + m2 / (kernel * kernel));
+      trust *= trust;
+    }
+    const Eigen::Matrix<double, 3, 2> JW = trust * residual.jacobian.transpose() * residual.weight;
+    normal.information += JW * residual.jacobian;
+    normal.gradient += JW * residual.r;
+  }
+  return normal;
+}
+
+Pose2 step_from(const Pose2& T_a_b, const Normal& normal, const MotionPrior& prior,
+                const Mat3& prior_information) {
+  const Mat3 H = normal.information + prior_information;
+  const Vec3 g = normal.gradient + prior_information * difference(T_a_b, prior.T_a_b);
+  const Vec3 step = -H.ldlt().solve(g);
+  return step.allFinite() ? moved(T_a_b, step) : T_a_b;
+}
+
+// The start most matches agree with, among motions through three of them each.
+Pose2 search_start(const MotionOptions& options, const std::vector<Sight>& sights,
+                   const MotionPrior& prior, const Mat3& prior_information, double variance_px2,
+                   Rng& rng) {
+  const double limit = options.inlier_sigma * options.inlier_sigma;
+  const Mat3 root = prior.covariance.llt().matrixL();
+  const int count = static_cast<int>(sights.size());
+  std::vector<int> judges;
+  const int stride = std::max(1, count / kScored);
+  for (int i = 0; i < count; i += stride) {
+    judges.push_back(i);
+  }
+  Pose2 best = prior.T_a_b;
+  double best_cost = std::numeric_limits<double>::infinity();
+  Residual residual;
+  for (int h = 0; h < options.hypotheses; ++h) {
+    Pose2 T_a_b = prior.T_a_b;
+    if (h > 0) {
+      constexpr double kReach = 2;  // three steps of Gauss-Newton carry the rest of the way
+      Vec3 draw;
+      for (int k = 0; k < 3; ++k) {
+        draw[k] = rng.uniform(-kReach, kReach);
+      }
+      T_a_b = moved(T_a_b, root * draw);
+      const std::vector<int> sample{rng.index(count), rng.index(count), rng.index(count)};
+      for (int iteration = 0; iteration < 3; ++iteration) {
+        T_a_b = step_from(T_a_b, sum_up(sights, &sample, T_a_b, variance_px2, 0), prior,
+                          prior_information);
+      }
+    }
+    const Motion motion(T_a_b);
+    double cost = 0;
+    for (const int judge : judges) {
+      const bool visible = residual_of<false>(sights[judge], motion, variance_px2, residual);
+      cost += visible ? std::min(limit, residual.r.dot(residual.weight * residual.r)) : limit;
+      if (cost >= best_cost) {
+        break;
+      }
+    }
+    if (cost < best_cost) {
+      best_cost = cost;
+      best = T_a_b;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+void bind(Fields& f, MotionOptions& o) {
+  f("noise_px", o.noise_px, between(0.05, 10));
+  f("inlier_sigma", o.inlier_sigma, between(1, 10));
+  f("hypotheses", o.hypotheses, between(1, 100000));
+}
+
+LoopCameras loop_cameras(const Rig& rig) {
+  LoopCameras cameras;
+  const std::array<std::string, 2> roles{"loop_front", "loop_back"};
+  for (int i = 0; i < 2; ++i) {
+    const std::string name = rig.with_role(roles[i]);
+    if (name.empty()) {
+      throw ConfigError("rig.cameras: no camera has the role " + roles[i] +
+                        ", which closing loops needs");
+    }
+    const RigCamera& camera = rig.cameras.at(name);
+    cameras[i] = {camera.intrinsics, camera.T_body_camera};
+  }
+  return cameras;
+}
+
+std::vector<PlaceMatch> match_places(const FeatureOptions& options, const PlaceFeatures& a,
+                                     const PlaceFeatures& b, bool opposite) {
+  std::vector<PlaceMatch> matches;
+  for (int camera_a = 0; camera_a < 2; ++camera_a) {
+    const int camera_b = opposite ? 1 - camera_a : camera_a;
+    for (const FeatureMatch& match : match_features(options, a[camera_a], b[camera_b])) {
+      matches.push_back({camera_a, camera_b, match.a, match.b});
+    }
+  }
+  return matches;
+}
+
+std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
+                                               const LoopCameras& cameras, const PlaceFeatures& a,
+                                               const PlaceDepths& depths_a, const PlaceFeatures& b,
+                                               const PlaceDepths& depths_b,
+                                               const std::vector<PlaceMatch>& matches,
+                                               const MotionPrior& prior, Rng* search) {
+  if (static_cast<int>(matches.size()) < kSmallest) {
+    return std::nullopt;
+  }
+  const std::vector<Sight> sights = sights_of(cameras, a, depths_a, b, depths_b, matches);
+  const double variance_px2 = 2 * options.noise_px * options.noise_px;  // both pictures are noisy
+  const Mat3 prior_information = prior.covariance.inverse();
+  Pose2 T_a_b = prior.T_a_b;
+  if (search != nullptr) {
+    T_a_b = search_start(options, sights, prior, prior_information, variance_px2, *search);
+  }
+  // from forgiving to strict
+  for (const double kernel : {8.0, 8.0, 5.0, 5.0, 3.0, 3.0, 3.0}) {
+    T_a_b = step_from(T_a_b, sum_up(sights, nullptr, T_a_b, variance_px2, kernel), prior,
+                      prior_information);
+  }
+  std::vector<int> inliers;
+  PlanarMotion motion;
+  for (int round = 0; round < 3; ++round) {
+    inliers.clear();
+    const Motion now(T_a_b);
+    Residual residual;
+    double sum_px2 = 0;
+    motion.inliers_by_camera = {};
+    for (int i = 0; i < static_cast<int>(sights.size()); ++i) {
+      if (residual_of<true>(sights[i], now, variance_px2, residual) &&
+          residual.r.dot(residual.weight * residual.r) <=
+              options.inlier_sigma * options.inlier_sigma) {
+        inliers.push_back(i);
+        sum_px2 += residual.across_px * residual.across_px;
+        ++motion.inliers_by_camera[sights[i].camera_a];
+      }
+    }
+    if (static_cast<int>(inliers.size()) < kSmallest) {
+      return std::nullopt;
+    }
+    motion.rms_px = std::sqrt(sum_px2 / static_cast<double>(inliers.size()));
+    T_a_b = step_from(T_a_b, sum_up(sights, &inliers, T_a_b, variance_px2, 0), prior,
+                      prior_information);
+  }
+  // what the pictures are noisier than promised makes the answer less sure, never surer
+  const double excess = std::max(1.0, motion.rms_px * motion.rms_px / variance_px2);
+  const Normal normal = sum_up(sights, &inliers, T_a_b, variance_px2, 0);
+  motion.T_a_b = T_a_b;
+  motion.information_seen = normal.information / excess;
+  motion.covariance = (motion.information_seen + prior_information).inverse();
+  motion.T_a_b_seen = T_a_b;
+  for (int iteration = 0; iteration < 3; ++iteration) {
+    motion.T_a_b_seen =
+        step_from(motion.T_a_b_seen, sum_up(sights, &inliers, motion.T_a_b_seen, variance_px2, 0),
+                  prior, kForgetPrior * prior_information);
+  }
+  motion.sigma_theta_rad = std::sqrt(motion.covariance(2, 2));
+  motion.direction_rad = std::atan2(T_a_b.y_m, T_a_b.x_m);
+  motion.matches = static_cast<int>(matches.size());
+  motion.inliers = static_cast<int>(inliers.size());
+  return motion;
+}
+
+std::optional<PlanarMotion> visual_heading(const FeatureOptions& feature_options,
+                                           const MotionOptions& options, const LoopCameras& cameras,
+                                           const PlaceFeatures& previous,
+                                           const PlaceDepths& previous_depths,
+                                           const PlaceFeatures& now, const MotionPrior& wheels) {
+  return motion_by_features(options, cameras, previous, previous_depths, now, {},
+                            match_places(feature_options, previous, now, false), wheels, nullptr);
+}
+
+PlaceDepths triangulate(const FeatureOptions& feature_options, const MotionOptions& options,
+                        const LoopCameras& cameras, const PlaceFeatures& here,
+                        const std::vector<Neighbour>& neighbours) {
+  // where a pixel of `here` falls in a neighbour's picture: (at + rho * along) / z, and where it
+  // was
+  struct Partner {
+    Vec3 at;
+    Vec3 along;
+    Vec2 px;
+  };
+  PlaceDepths depths;
+  const double variance_px2 =
+      2 * options.noise_px * options.noise_px + kPoseNoise_px * kPoseNoise_px;
+  const double limit = options.inlier_sigma * options.inlier_sigma;
+  for (int camera = 0; camera < 2; ++camera) {
+    const LoopCamera& eye = cameras[camera];
+    const Mat3 R_body_camera = eye.T_body_camera.rotation.toRotationMatrix();
+    const Vec3& origin = eye.T_body_camera.translation;
+    std::vector<std::vector<Partner>> partners(here[camera].px.size());
+    for (const Neighbour& neighbour : neighbours) {
+      PANOPTES_CHECK(neighbour.features != nullptr, "a neighbour has features");
+      const Motion motion(neighbour.T_here_there);
+      const Vec3 along = R_body_camera.transpose() * (motion.turn_back(origin - motion.t) - origin);
+      for (const FeatureMatch& match :
+           match_features(feature_options, here[camera], (*neighbour.features)[camera])) {
+        const Vec3 direction = ray_body(eye, R_body_camera, here[camera].px[match.a]);
+        partners[match.a].push_back({R_body_camera.transpose() * motion.turn_back(direction), along,
+                                     (*neighbour.features)[camera].px[match.b].cast<double>()});
+      }
+    }
+    const Intrinsics& lens = eye.intrinsics;
+    depths[camera].assign(partners.size(), kUnknownDepth);
+    for (std::size_t feature = 0; feature < partners.size(); ++feature) {
+      std::vector<Partner>& seen = partners[feature];
+      while (!seen.empty()) {
+        const double prior = 1 / (kUnknownDepth.sigma_pm * kUnknownDepth.sigma_pm);
+        double rho = kUnknownDepth.mean_pm;
+        double information = prior;
+        std::size_t worst = 0;
+        double worst_m2 = 0;
+        constexpr int kIterations = 5;
+        for (int iteration = 0; iteration < kIterations; ++iteration) {
+          information = prior;
+          double gradient = prior * (rho - kUnknownDepth.mean_pm);
+          worst_m2 = 0;
+          for (std::size_t k = 0; k < seen.size(); ++k) {
+            const Vec3 q = seen[k].at + rho * seen[k].along;
+            if (q.z() < 0.05) {
+              worst = k;
+              worst_m2 = std::numeric_limits<double>::infinity();
+              continue;
+            }
+            const Vec2 r(lens.cx_px + lens.fx_px * q.x() / q.z() - seen[k].px.x(),
+                         lens.cy_px + lens.fy_px * q.y() / q.z() - seen[k].px.y());
+            const Vec2 j(
+                lens.fx_px * (seen[k].along.x() - q.x() / q.z() * seen[k].along.z()) / q.z(),
+                lens.fy_px * (seen[k].along.y() - q.y() / q.z() * seen[k].along.z()) / q.z());
+            information += j.squaredNorm() / variance_px2;
+            gradient += j.dot(r) / variance_px2;
+            const double m2 = r.squaredNorm() / variance_px2;
+            if (m2 > worst_m2) {
+              worst = k;
+              worst_m2 = m2;
+            }
+          }
+          if (iteration + 1 < kIterations) {
+            rho = std::clamp(rho - gradient / information, 0.0, 10.0);
+          }
+        }
+        if (worst_m2 <= limit) {
+          depths[camera][feature] = {rho, 1 / std::sqrt(information)};
+          break;
+        }
+        seen.erase(seen.begin() + static_cast<std::ptrdiff_t>(worst));
+      }
+    }
+  }
+  return depths;
+}
+
+}  // namespace panoptes

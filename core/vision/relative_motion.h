@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "core/base/rng.h"
+#include "core/camera/rig.h"
+#include "core/config/fields.h"
+#include "core/geometry/pose2.h"
+#include "core/geometry/pose3.h"
+#include "core/vision/local_features.h"
+
+namespace panoptes {
+
+/// A camera that recognises places, as the robot believes it to be.
+struct LoopCamera {
+  Intrinsics intrinsics;
+  Pose3 T_body_camera;
+};
+using LoopCameras = std::array<LoopCamera, 2>;       ///< front, back
+using PlaceFeatures = std::array<LocalFeatures, 2>;  ///< front, back
+
+/// The cameras with the roles loop_front and loop_back; ConfigError when one is missing.
+LoopCameras loop_cameras(const Rig& rig);
+
+/// Inverse distance along a camera's axis of what a pixel shows, 1/m, and how sure that is.
+struct InverseDepth {
+  double mean_pm = 0.4;
+  double sigma_pm = 0.5;  ///< the defaults say "somewhere between half a metre and infinity"
+};
+using PlaceDepths = std::array<std::vector<InverseDepth>, 2>;  ///< one for each feature of a place
+
+/// One thing seen from two places, `a` and `b`.
+struct PlaceMatch {
+  int camera_a = 0;
+  int camera_b = 0;
+  int feature_a = 0;
+  int feature_b = 0;
+};
+
+/// Matches front with front and back with back, or, for a place seen the other way round
+/// (`opposite`), front with back and back with front.
+std::vector<PlaceMatch> match_places(const FeatureOptions& options, const PlaceFeatures& a,
+                                     const PlaceFeatures& b, bool opposite);
+
+struct MotionOptions {
+  double noise_px =
+      0.8;  ///< of a feature's position, one sigma: corners on a pixel grid and pyramid
+  double inlier_sigma = 3;  ///< how far a residual may be from what noise and depth explain
+  int hypotheses = 240;     ///< tried when the prior is too wide to start from
+};
+void bind(Fields& f, MotionOptions& o);
+
+/// What is believed of the pose of `b` seen from `a` before looking; x, y, theta in the frame of
+/// `a`.
+struct MotionPrior {
+  Pose2 T_a_b;
+  Mat3 covariance = Mat3::Identity();
+};
+
+struct PlanarMotion {
+  Pose2 T_a_b;                           ///< prior and pictures together
+  Mat3 covariance = Mat3::Identity();    ///< of it; x, y, theta in the frame of `a`
+  Pose2 T_a_b_seen;                      ///< by the pictures alone, prior forgotten,
+  Mat3 information_seen = Mat3::Zero();  ///< and what they alone say
+  double sigma_theta_rad = 0;            ///< of T_a_b
+  double direction_rad = 0;              ///< of the translation of T_a_b, in the frame of `a`
+  int matches = 0;
+  int inliers = 0;
+  std::array<int, 2> inliers_by_camera{};  ///< by the camera of `a`
+  double rms_px = 0;                       ///< of the inliers, across their epipolar lines
+};
+
+/// The motion on the floor between two places from matched features: each match is compared where
+/// the other picture shows it, with noise and uncertain depth weighing the residual, so that a
+/// point without known depth counts only across its epipolar line. Robust Gauss-Newton from the
+/// prior, or, when `search` is set, from the best of many sampled hypotheses within three sigma of
+/// it. Empty with too few consistent matches. Depths (of either place, or empty) make the
+/// translation observable.
+std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
+                                               const LoopCameras& cameras, const PlaceFeatures& a,
+                                               const PlaceDepths& depths_a, const PlaceFeatures& b,
+                                               const PlaceDepths& depths_b,
+                                               const std::vector<PlaceMatch>& matches,
+                                               const MotionPrior& prior, Rng* search);
+
+/// The motion between consecutive keyframes: wheels for the way, pictures for the heading. Matches
+/// and calls the above; falls back to empty when the pictures say nothing.
+std::optional<PlanarMotion> visual_heading(const FeatureOptions& feature_options,
+                                           const MotionOptions& options, const LoopCameras& cameras,
+                                           const PlaceFeatures& previous,
+                                           const PlaceDepths& previous_depths,
+                                           const PlaceFeatures& now, const MotionPrior& wheels);
+
+/// A place seen from where `here` was or will be.
+struct Neighbour {
+  const PlaceFeatures* features = nullptr;
+  Pose2 T_here_there;
+};
+
+/// Depth of each of a place's features, from its matches in neighbouring places at known relative
+/// poses; a feature without a consistent partner keeps the default.
+PlaceDepths triangulate(const FeatureOptions& feature_options, const MotionOptions& options,
+                        const LoopCameras& cameras, const PlaceFeatures& here,
+                        const std::vector<Neighbour>& neighbours);
+
+}  // namespace panoptes
