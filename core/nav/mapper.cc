@@ -102,7 +102,7 @@ std::vector<PlacedGrid> Mapper::placed(const std::vector<Pose2>& T_map_keyframes
   return all;
 }
 
-OccupancyMap Mapper::map(const std::vector<Pose2>& T_map_keyframes) const {
+OccupancyMap Mapper::map(const std::vector<Pose2>& T_map_keyframes) {
   if (T_map_keyframes.empty()) {
     return {};
   }

@@ -50,7 +50,7 @@ class Mapper {
               const std::vector<Keyframe>& keyframes, const std::vector<Pose2>& T_map_keyframes);
 
   /// The map as far as it is known now, on planning cells.
-  OccupancyMap map(const std::vector<Pose2>& T_map_keyframes) const;
+  OccupancyMap map(const std::vector<Pose2>& T_map_keyframes);
 
   /// All of it made anew.
   OccupancyMap finished_map(double cell_m, const std::vector<Pose2>& T_map_keyframes) const;

@@ -9,17 +9,11 @@
 #include "core/base/time.h"
 #include "core/geometry/pose2.h"
 #include "core/graph/closure.h"
+#include "core/plan/dwa.h"
 
 namespace panoptes {
 
 enum class NavState { kDriving, kRecovering, kStopped };
-
-/// One candidate of the dynamic window (thesis Fig. 6.7).
-struct WindowScore {
-  Twist2 twist_body;
-  double score = 0;     ///< in [0, 1]; 0 when not admissible
-  double clearance_m = 0;
-};
 
 /// Everything the navigator decided at one observation, and why.
 struct NavStep {

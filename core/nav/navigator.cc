@@ -45,7 +45,7 @@ OccupancyMap Navigator::map(double cell_m) const {
   return mapper_.finished_map(cell_m, localiser_.graph().T_map_node);
 }
 
-OccupancyMap Navigator::planning_map() const {
+OccupancyMap Navigator::planning_map() {
   return mapper_.map(localiser_.graph().T_map_node);
 }
 

@@ -55,7 +55,7 @@ class Navigator {
   OccupancyMap map(double cell_m) const;
 
   /// The map as the planner has it now: cheap.
-  OccupancyMap planning_map() const;
+  OccupancyMap planning_map();
 
  private:
   void choose_goal(const Observation& seen, const Located& located, NavStep& step);

@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/map/fusion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/check.h"
+
+namespace panoptes {
+namespace {
+
+// A cell is called free or occupied once a nat speaks for it (eighths of a nat, per grid cell).
+constexpr int kDecided = 8;
+
+constexpr int kBlock = 128;  // the lattice grows by whole blocks
+
+int block_floor(int cells) {
+  return (cells >= 0 ? cells / kBlock : -((-cells + kBlock - 1) / kBlock)) * kBlock;
+}
+
+int to_cell(double p, double cell_m) { return static_cast<int>(std::floor(p / cell_m)); }
+
+struct Bounds {
+  Vec2 low = Vec2::Zero();
+  Vec2 high = Vec2::Zero();
+};
+
+// Of a crop's cells in its own frame, and of the same when placed.
+Bounds own_bounds(const GridCrop& grid) {
+  int begin = 0;
+  int end = 0;
+  bool any = false;
+  for (const GridCrop::Row& row : grid.rows) {
+    if (row.begin < row.end) {
+      begin = any ? std::min(begin, row.begin) : row.begin;
+      end = any ? std::max(end, row.end) : row.end;
+      any = true;
+    }
+  }
+  return {grid.cell_m * Vec2(begin, grid.first_row),
+          grid.cell_m * Vec2(end, grid.first_row + static_cast<int>(grid.rows.size()))};
+}
+
+Bounds placed_bounds(const Bounds& own, const Pose2& T_map_keyframe) {
+  Bounds out{T_map_keyframe * own.low, T_map_keyframe * own.low};
+  for (const Vec2& corner :
+       {own.high, Vec2(own.low.x(), own.high.y()), Vec2(own.high.x(), own.low.y())}) {
+    const Vec2 p = T_map_keyframe * corner;
+    out.low = out.low.cwiseMin(p);
+    out.high = out.high.cwiseMax(p);
+  }
+  return out;
+}
+
+constexpr int kShift = 16;
+constexpr double kOne = 1 << kShift;
+
+// Calls each(column, row, evidence) with map cells and what the grid says there. The sums that add()
+// and subtract() make of it cancel exactly, for it depends on the grid and its pose alone.
+template <class Each>
+void for_each_contribution(const PlacedGrid& placed, double cell_m, const Each& each) {
+  const GridCrop& grid = *placed.grid;
+  const Pose2& T = placed.T_map_keyframe;
+  const double c = std::cos(T.theta_rad);
+  const double s = std::sin(T.theta_rad);
+  if (cell_m >= 1.5 * grid.cell_m) {
+    // every grid cell goes to the coarser map cell its centre falls into
+    const double scale = grid.cell_m / cell_m;
+    const auto step_x = static_cast<std::int64_t>(std::llround(c * scale * kOne));
+    const auto step_y = static_cast<std::int64_t>(std::llround(s * scale * kOne));
+    for (std::size_t r = 0; r < grid.rows.size(); ++r) {
+      const GridCrop::Row& row = grid.rows[r];
+      const Vec2 start = T * (grid.cell_m * Vec2(row.begin + 0.5,
+                                                 grid.first_row + static_cast<int>(r) + 0.5));
+      auto x = static_cast<std::int64_t>(std::floor(start.x() / cell_m * kOne));
+      auto y = static_cast<std::int64_t>(std::floor(start.y() / cell_m * kOne));
+      const std::int8_t* cell = grid.cells.data() + row.offset;
+      for (int k = row.begin; k < row.end; ++k, ++cell, x += step_x, y += step_y) {
+        if (*cell != 0) {
+          each(static_cast<int>(x >> kShift), static_cast<int>(y >> kShift), *cell);
+        }
+      }
+    }
+    return;
+  }
+  // every map cell takes what the grid says under its centre, so that none is left out
+  const Bounds own = own_bounds(grid);
+  const Bounds bounds = placed_bounds(own, T);
+  const double scale = cell_m / grid.cell_m;
+  const auto step_x = static_cast<std::int64_t>(std::llround(c * scale * kOne));
+  const auto step_y = static_cast<std::int64_t>(std::llround(-s * scale * kOne));
+  const Pose2 T_keyframe_map = T.inverse();
+  const int grid_rows = static_cast<int>(grid.rows.size());
+  // the part of a map row that lies within the grid's rectangle
+  const auto narrow = [](double at, double step, double low, double high, int& begin, int& end) {
+    if (std::abs(step) < 1e-9) {
+      if (at < low - 1 || at > high + 1) {
+        end = begin;
+      }
+      return;
+    }
+    const double first = (low - at) / step;
+    const double second = (high - at) / step;
+    const int base = begin;
+    begin = std::max(begin, base + static_cast<int>(std::floor(std::min(first, second))) - 1);
+    end = std::min(end, base + static_cast<int>(std::ceil(std::max(first, second))) + 2);
+  };
+  const int low_column = to_cell(bounds.low.x(), cell_m);
+  const int high_column = to_cell(bounds.high.x(), cell_m) + 1;
+  for (int row = to_cell(bounds.low.y(), cell_m); row <= to_cell(bounds.high.y(), cell_m); ++row) {
+    const Vec2 start = T_keyframe_map * (cell_m * Vec2(low_column + 0.5, row + 0.5)) / grid.cell_m;
+    int begin = low_column;
+    int end = high_column;
+    narrow(start.x(), c * scale, own.low.x() / grid.cell_m, own.high.x() / grid.cell_m, begin, end);
+    int begin_y = low_column;
+    int end_y = high_column;
+    narrow(start.y(), -s * scale, own.low.y() / grid.cell_m, own.high.y() / grid.cell_m, begin_y,
+           end_y);
+    begin = std::max(begin, begin_y);
+    end = std::min(end, end_y);
+    std::int64_t x = static_cast<std::int64_t>(std::floor(start.x() * kOne)) +
+                     step_x * (begin - low_column);
+    std::int64_t y = static_cast<std::int64_t>(std::floor(start.y() * kOne)) +
+                     step_y * (begin - low_column);
+    for (int column = begin; column < end; ++column, x += step_x, y += step_y) {
+      const int r = static_cast<int>(y >> kShift) - grid.first_row;
+      if (static_cast<unsigned>(r) >= static_cast<unsigned>(grid_rows)) {
+        continue;
+      }
+      const GridCrop::Row& grid_row = grid.rows[static_cast<std::size_t>(r)];
+      const int k = static_cast<int>(x >> kShift);
+      if (k < grid_row.begin || k >= grid_row.end) {
+        continue;
+      }
+      const std::int8_t v = grid.cells[grid_row.offset + static_cast<std::size_t>(k - grid_row.begin)];
+      if (v != 0) {
+        each(column, row, v);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+EvidenceSum::EvidenceSum(double cell_m) : cell_m_(cell_m) {
+  PANOPTES_CHECK(cell_m > 0, "a map has cells of some size");
+}
+
+void EvidenceSum::reserve(int low_column, int low_row, int high_column, int high_row) {
+  if (columns_ > 0 && low_column >= first_column_ && low_row >= first_row_ &&
+      high_column < first_column_ + columns_ && high_row < first_row_ + rows_) {
+    return;
+  }
+  int first_column = block_floor(low_column);
+  int first_row = block_floor(low_row);
+  int end_column = block_floor(high_column) + kBlock;
+  int end_row = block_floor(high_row) + kBlock;
+  if (columns_ > 0) {
+    first_column = std::min(first_column, first_column_);
+    first_row = std::min(first_row, first_row_);
+    end_column = std::max(end_column, first_column_ + columns_);
+    end_row = std::max(end_row, first_row_ + rows_);
+  }
+  const int columns = end_column - first_column;
+  const int rows = end_row - first_row;
+  std::vector<Sum> grown(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+  for (int row = 0; row < rows_; ++row) {
+    std::copy_n(sums_.begin() + static_cast<std::ptrdiff_t>(row) * columns_, columns_,
+                grown.begin() +
+                    static_cast<std::ptrdiff_t>(row + first_row_ - first_row) * columns +
+                    (first_column_ - first_column));
+  }
+  sums_ = std::move(grown);
+  first_column_ = first_column;
+  first_row_ = first_row;
+  columns_ = columns;
+  rows_ = rows;
+}
+
+template <int kSign>
+void EvidenceSum::apply(const PlacedGrid& placed) {
+  PANOPTES_CHECK(placed.grid != nullptr, "a placed grid is there");
+  if (placed.grid->rows.empty()) {
+    return;
+  }
+  finer_m_ = placed.grid->cell_m;
+  const Bounds bounds = placed_bounds(own_bounds(*placed.grid), placed.T_map_keyframe);
+  reserve(to_cell(bounds.low.x(), cell_m_) - 1, to_cell(bounds.low.y(), cell_m_) - 1,
+          to_cell(bounds.high.x(), cell_m_) + 1, to_cell(bounds.high.y(), cell_m_) + 1);
+  Sum* sums = sums_.data();
+  const int first_column = first_column_;
+  const int first_row = first_row_;
+  const int columns = columns_;
+  for_each_contribution(placed, cell_m_, [=](int column, int row, int evidence) {
+    Sum& sum = sums[static_cast<std::ptrdiff_t>(row - first_row) * columns + (column - first_column)];
+    if (evidence > 0) {
+      sum.free += kSign * evidence;
+    } else {
+      sum.occupied -= kSign * evidence;
+    }
+  });
+}
+
+void EvidenceSum::add(const PlacedGrid& placed) { apply<1>(placed); }
+void EvidenceSum::subtract(const PlacedGrid& placed) { apply<-1>(placed); }
+
+Cell EvidenceSum::verdict(const Sum& sum, double finer_m) const {
+  // A wall one grid cell thick fills one of `ratio` grid cells of a coarser cell, so its evidence
+  // counts that much more; half of the cell's floor must have been seen to call it free.
+  const int ratio = std::max(1, static_cast<int>(std::lround(cell_m_ / finer_m)));
+  const std::int64_t occupied = static_cast<std::int64_t>(sum.occupied) * ratio;
+  const std::int64_t decided = static_cast<std::int64_t>(kDecided) * ratio * ratio;
+  if (occupied > sum.free) {
+    return occupied - sum.free >= decided ? Cell::kOccupied : Cell::kUnknown;
+  }
+  return 2 * (sum.free - occupied) >= decided * (ratio > 1 ? 1 : 2) ? Cell::kFree : Cell::kUnknown;
+}
+
+Cell EvidenceSum::at(int column, int row) const {
+  const int c = column - first_column_;
+  const int r = row - first_row_;
+  if (c < 0 || r < 0 || c >= columns_ || r >= rows_) {
+    return Cell::kUnknown;
+  }
+  return verdict(sums_[static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_) +
+                       static_cast<std::size_t>(c)],
+                 finer_m_);
+}
+
+OccupancyMap EvidenceSum::map() const {
+  int low_column = columns_;
+  int low_row = rows_;
+  int high_column = -1;
+  int high_row = -1;
+  for (int row = 0; row < rows_; ++row) {
+    const Sum* sums = &sums_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_)];
+    for (int column = 0; column < columns_; ++column) {
+      if (sums[column].free != 0 || sums[column].occupied != 0) {
+        low_column = std::min(low_column, column);
+        high_column = std::max(high_column, column);
+        low_row = std::min(low_row, row);
+        high_row = row;
+      }
+    }
+  }
+  OccupancyMap out;
+  out.cell_m = cell_m_;
+  if (high_row < 0) {
+    return out;
+  }
+  return map(cell_m_ * Vec2(first_column_ + low_column, first_row_ + low_row),
+             cell_m_ * Vec2(first_column_ + high_column + 1, first_row_ + high_row + 1));
+}
+
+OccupancyMap EvidenceSum::map(const Vec2& low, const Vec2& high) const {
+  // corners that lie on the lattice stay there, whichever way their product was rounded
+  const auto down = [this](double p) { return static_cast<int>(std::floor(p / cell_m_ + 1e-6)); };
+  const auto up = [this](double p) { return static_cast<int>(std::ceil(p / cell_m_ - 1e-6)); };
+  const int low_column = down(low.x());
+  const int low_row = down(low.y());
+  OccupancyMap out;
+  out.cell_m = cell_m_;
+  out.origin = cell_m_ * Vec2(low_column, low_row);
+  out.columns = std::max(0, up(high.x()) - low_column);
+  out.rows = std::max(0, up(high.y()) - low_row);
+  out.cells.assign(static_cast<std::size_t>(out.columns) * static_cast<std::size_t>(out.rows),
+                   Cell::kUnknown);
+  const int begin = std::max(0, first_column_ - low_column);
+  const int end = std::min(out.columns, first_column_ + columns_ - low_column);
+  for (int row = std::max(0, first_row_ - low_row);
+       row < std::min(out.rows, first_row_ + rows_ - low_row); ++row) {
+    const Sum* sums = sums_.data() +
+                      static_cast<std::ptrdiff_t>(row + low_row - first_row_) * columns_ +
+                      (low_column - first_column_);
+    Cell* cells = &out.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(out.columns)];
+    for (int column = begin; column < end; ++column) {
+      cells[column] = verdict(sums[column], finer_m_);
+    }
+  }
+  return out;
+}
+
+GlobalMap::GlobalMap(double cell_m) : sum_(cell_m) {}
+
+int GlobalMap::add(std::shared_ptr<const GridCrop> grid, const Pose2& T_map_keyframe) {
+  fused_.push_back({std::move(grid), T_map_keyframe});
+  wanted_.push_back(T_map_keyframe);
+  sum_.add(fused_.back());
+  return static_cast<int>(fused_.size()) - 1;
+}
+
+OccupancyMap GlobalMap::map_with(const PlacedGrid& open) {
+  sum_.add(open);
+  OccupancyMap with = sum_.map();
+  sum_.subtract(open);
+  return with;
+}
+
+void GlobalMap::move(std::span<const Pose2> T_map_keyframes) {
+  PANOPTES_CHECK(T_map_keyframes.size() >= fused_.size(), "every keyframe has a pose");
+  waiting_.clear();
+  for (std::size_t i = 0; i < fused_.size(); ++i) {
+    wanted_[i] = T_map_keyframes[i];
+    const Pose2 T_was_is = fused_[i].T_map_keyframe.inverse() * wanted_[i];
+    const Bounds own = own_bounds(*fused_[i].grid);
+    const double reach = own.low.cwiseAbs().cwiseMax(own.high.cwiseAbs()).norm();
+    const double half_cell = sum_.cell_m() / 2;
+    if (T_was_is.position().norm() > half_cell || std::abs(T_was_is.theta_rad) * reach > half_cell) {
+      waiting_.push_back(static_cast<int>(i));
+    }
+  }
+}
+
+int GlobalMap::refuse(int keyframes_max) {
+  const auto count = std::min(waiting_.size(), static_cast<std::size_t>(std::max(0, keyframes_max)));
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto i = static_cast<std::size_t>(waiting_[k]);
+    sum_.subtract(fused_[i]);
+    fused_[i].T_map_keyframe = wanted_[i];
+    sum_.add(fused_[i]);
+  }
+  waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(count));
+  return waiting();
+}
+
+OccupancyMap fuse(std::span<const PlacedGrid> grids, double cell_m) {
+  EvidenceSum sum(cell_m);
+  for (const PlacedGrid& grid : grids) {
+    sum.add(grid);
+  }
+  return sum.map();
+}
+
+LocalMap::LocalMap(double cell_m, double half_width_m, int keyframes)
+    : half_width_m_(half_width_m), keep_(keyframes), sum_(cell_m) {
+  PANOPTES_CHECK(half_width_m > 0 && keyframes >= 0, "a window has a size");
+}
+
+void LocalMap::close(std::shared_ptr<const GridCrop> grid, const Pose2& T_odom_keyframe) {
+  closed_.push_back({std::move(grid), T_odom_keyframe});
+  if (static_cast<int>(closed_.size()) > keep_) {
+    closed_.erase(closed_.begin());
+  }
+  // made anew, so that it stays as large as the window and not as the way driven
+  sum_ = EvidenceSum(sum_.cell_m());
+  for (const PlacedGrid& placed : closed_) {
+    sum_.add(placed);
+  }
+}
+
+OccupancyMap LocalMap::map(const KeyframeGrid& open, const Pose2& T_odom_open,
+                           const Vec2& robot_odom) {
+  const PlacedGrid placed{std::make_shared<GridCrop>(open.crop()), T_odom_open};
+  sum_.add(placed);
+  const Vec2 half = Vec2::Constant(half_width_m_);
+  OccupancyMap out = sum_.map(robot_odom - half, robot_odom + half);
+  sum_.subtract(placed);
+  return out;
+}
+
+}  // namespace panoptes

@@ -1,0 +1,497 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/nav/driver.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/base/check.h"
+
+namespace panoptes {
+namespace {
+
+/// A thing touched once is kept clear of by this much around the touched point.
+constexpr double kTouched_m = 0.05;
+constexpr double kTrackStep_m = 0.02;
+constexpr double kTrackLength_m = 2.0;
+/// The local map is laid over the global one this far around the robot when a path is planned.
+constexpr double kOverlay_m = 2.0;
+constexpr double kStanding_mps = 0.05;
+
+Cell look_up(const OccupancyMap& map, const Vec2& p) {
+  return map.at(static_cast<int>(std::floor((p.x() - map.origin.x()) / map.cell_m)),
+                static_cast<int>(std::floor((p.y() - map.origin.y()) / map.cell_m)));
+}
+
+void stamp(OccupancyMap& map, const Vec2& p, double radius_m) {
+  const auto first_column =
+      static_cast<int>(std::floor((p.x() - radius_m - map.origin.x()) / map.cell_m));
+  const auto first_row =
+      static_cast<int>(std::floor((p.y() - radius_m - map.origin.y()) / map.cell_m));
+  const int count = static_cast<int>(std::ceil(2 * radius_m / map.cell_m)) + 1;
+  for (int row = first_row; row < first_row + count; ++row) {
+    for (int column = first_column; column < first_column + count; ++column) {
+      if (map.contains(column, row) && (map.centre(column, row) - p).norm() <= radius_m) {
+        map.cells[static_cast<std::size_t>(row) * map.columns + column] = Cell::kOccupied;
+      }
+    }
+  }
+}
+
+/// Lays what `local_odom` knows within `kOverlay_m` of the robot over the coarse map.
+void overlay(const OccupancyMap& local_odom, const Pose2& T_map_odom, const Vec2& robot_map,
+             OccupancyMap& coarse_map) {
+  const Pose2 T_odom_map = T_map_odom.inverse();
+  const int samples =
+      std::max(1, static_cast<int>(std::lround(coarse_map.cell_m / local_odom.cell_m)));
+  const double step_m = coarse_map.cell_m / samples;
+  const Vec2 along_x = T_odom_map.rotation() * Vec2(step_m, 0);
+  const Vec2 along_y = T_odom_map.rotation() * Vec2(0, step_m);
+  const auto clamp_cell = [&](double v, double origin, int count) {
+    return std::clamp(static_cast<int>(std::floor((v - origin) / coarse_map.cell_m)), 0, count);
+  };
+  const int left = clamp_cell(robot_map.x() - kOverlay_m, coarse_map.origin.x(), coarse_map.columns);
+  const int right =
+      clamp_cell(robot_map.x() + kOverlay_m, coarse_map.origin.x(), coarse_map.columns);
+  const int low = clamp_cell(robot_map.y() - kOverlay_m, coarse_map.origin.y(), coarse_map.rows);
+  const int high = clamp_cell(robot_map.y() + kOverlay_m, coarse_map.origin.y(), coarse_map.rows);
+  for (int row = low; row < high; ++row) {
+    for (int column = left; column < right; ++column) {
+      const Vec2 corner = T_odom_map * Vec2(coarse_map.origin +
+                                            coarse_map.cell_m * Vec2(column, row));
+      int free = 0;
+      bool occupied = false;
+      for (int j = 0; j < samples && !occupied; ++j) {
+        for (int i = 0; i < samples; ++i) {
+          const Cell cell = look_up(local_odom, corner + (i + 0.5) * along_x + (j + 0.5) * along_y);
+          free += cell == Cell::kFree ? 1 : 0;
+          if (cell == Cell::kOccupied) {
+            occupied = true;
+            break;
+          }
+        }
+      }
+      Cell& to = coarse_map.cells[static_cast<std::size_t>(row) * coarse_map.columns + column];
+      if (occupied) {
+        to = Cell::kOccupied;
+      } else if (2 * free >= samples * samples) {
+        to = Cell::kFree;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void bind(Fields& f, DriverOptions& o) {
+  f("search", o.search);
+  f("dwa", o.dwa);
+  f("carrot_m", o.carrot_m, positive);
+  f("replan_s", o.replan_s, positive);
+  f.angle("turn_first", o.turn_first_rad, between(0.2, std::numbers::pi));
+  f("reached_m", o.reached_m, positive);
+  f.angle("reached", o.reached_rad, positive);
+  f("stuck_s", o.stuck_s, positive);
+  f("blocked_s", o.blocked_s, positive);
+  f("retreat_m", o.retreat_m, positive);
+  f("retreat_mps", o.retreat_mps, positive);
+}
+
+OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
+                        const std::vector<Vec2>& touched_odom) {
+  const OccupancyMap& local = *task.local_odom;
+  OccupancyMap window;
+  window.cell_m = options.cell_m;
+  window.columns = window.rows = static_cast<int>(std::ceil(options.window_m / options.cell_m));
+  // On a fixed grid in odom, so that cells do not shift under the robot from one step to the next.
+  const Vec2 corner =
+      task.T_odom_body.position() - Vec2::Constant(0.5 * window.columns * window.cell_m);
+  window.origin = {std::floor(corner.x() / window.cell_m) * window.cell_m,
+                   std::floor(corner.y() / window.cell_m) * window.cell_m};
+  window.cells.resize(static_cast<std::size_t>(window.columns) * window.rows);
+  const int samples =
+      std::max(1, static_cast<int>(std::lround(window.cell_m / local.cell_m)));
+  const double step_m = window.cell_m / samples;
+  const Vec2 start = window.origin;
+  std::vector<Cell> known(window.cells.size());
+  for (int row = 0; row < window.rows; ++row) {
+    for (int column = 0; column < window.columns; ++column) {
+      int free = 0;
+      bool occupied = false;
+      for (int j = 0; j < samples; ++j) {
+        for (int i = 0; i < samples; ++i) {
+          const Cell cell =
+              look_up(local, start + window.cell_m * Vec2(column, row) +
+                                 step_m * Vec2(i + 0.5, j + 0.5));
+          free += cell == Cell::kFree ? 1 : 0;
+          occupied |= cell == Cell::kOccupied;
+        }
+      }
+      Cell cell = Cell::kUnknown;
+      if (occupied) {
+        cell = Cell::kOccupied;
+      } else if (2 * free >= samples * samples) {
+        cell = Cell::kFree;
+      } else if (task.map != nullptr) {
+        cell = look_up(*task.map, task.T_map_odom * window.centre(column, row));
+      }
+      known[static_cast<std::size_t>(row) * window.columns + column] = cell;
+    }
+  }
+  window.cells = known;
+  constexpr int kMostFree = 6;  // of eight neighbours: a lone cell or a pair
+  for (int row = 1; row + 1 < window.rows; ++row) {
+    for (int column = 1; column + 1 < window.columns; ++column) {
+      const std::size_t at = static_cast<std::size_t>(row) * window.columns + column;
+      if (known[at] != Cell::kUnknown) {
+        continue;
+      }
+      int free = 0;
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const std::size_t beside = static_cast<std::size_t>(row + dy) * window.columns + column + dx;
+          free += known[beside] == Cell::kFree ? 1 : 0;
+        }
+      }
+      if (free >= kMostFree) {
+        window.cells[at] = Cell::kFree;
+      }
+    }
+  }
+  for (const Vec2& p : touched_odom) {
+    stamp(window, p, kTouched_m);
+  }
+  return window;
+}
+
+Driver::Driver(const DriverOptions& options, const Body& body) : options_(options), body_(body) {}
+
+void Driver::plan(const DriveTask& task) {
+  planned_ = task.stamp;
+  const Pose2 T_map_body = task.T_map_odom * task.T_odom_body;
+  OccupancyMap coarse = coarsen(*task.map, options_.search.cell_m, kOverlay_m);
+  overlay(*task.local_odom, task.T_map_odom, T_map_body.position(), coarse);
+  for (const Vec2& p : touched_odom_) {
+    stamp(coarse, task.T_map_odom * p, kTouched_m);
+  }
+  grid_ = drivable_grid_of_coarse(options_.search, body_, std::move(coarse));
+  PathSearch found =
+      search_path(options_.search, *grid_, T_map_body.position(), goal_->pose_map.position());
+  path_ = std::move(found.path);
+  no_path_ = std::move(found.reason);
+  plans_failed_ = path_ ? 0 : plans_failed_ + 1;
+  along_ = 0;
+}
+
+void Driver::remember_track(const DriveTask& task) {
+  if (mode_ == Mode::kRetreat) {
+    return;
+  }
+  if (track_odom_.empty() ||
+      (track_odom_.back().position() - task.T_odom_body.position()).norm() >= kTrackStep_m) {
+    track_odom_.push_back(task.T_odom_body);
+    if (track_odom_.size() > static_cast<std::size_t>(kTrackLength_m / kTrackStep_m)) {
+      track_odom_.pop_front();
+    }
+  }
+}
+
+Twist2 Driver::turn_by(double angle_rad, double speed_radps, const Twist2& twist_body) const {
+  // The speed from which it can just stop in time at half the limit, less what a cycle covers.
+  const double left = std::max(0.0, std::abs(angle_rad) - 0.02);
+  const double speed = std::min(speed_radps, std::sqrt(body_.max_turn_accel_radps2 * left));
+  const double wanted = angle_rad < 0 ? -speed : speed;
+  const double dw = body_.max_turn_accel_radps2 * options_.dwa.cycle_s;
+  return {0, std::clamp(wanted, twist_body.w_radps - dw, twist_body.w_radps + dw)};
+}
+
+Twist2 Driver::brake(const Twist2& twist_body) const {
+  // On the same arc, which was chosen so that one can stop on it.
+  const double dv = body_.max_accel_mps2 * options_.dwa.cycle_s;
+  const double v = twist_body.v_mps > 0 ? std::max(0.0, twist_body.v_mps - dv)
+                                        : std::min(0.0, twist_body.v_mps + dv);
+  const double share = std::abs(twist_body.v_mps) > 1e-6 ? v / twist_body.v_mps : 0.0;
+  return {v, share * twist_body.w_radps};
+}
+
+void Driver::start_retreat(const std::string& why) {
+  mode_ = Mode::kRetreat;
+  why_ = why;
+  retreat_left_m_ = options_.retreat_m;
+}
+
+void Driver::recover(const DriveTask& task, const std::string& why, DriveStep& out) {
+  turning_ = false;
+  blocked_since_.reset();
+  got_on_ = task.stamp;
+  got_on_odom_ = task.T_odom_body.position();
+  out.state = NavState::kRecovering;
+  out.command_body = brake(task.twist_body);
+  ++recoveries_;
+  if (recoveries_ == 1) {
+    mode_ = Mode::kLook;
+    why_ = why;
+    look_left_rad_ = 2 * std::numbers::pi;
+    out.reason = why + ": turning on the spot to look";
+  } else if (recoveries_ == 2 && track_odom_.size() > 1) {
+    start_retreat(why);
+    out.reason = why + ": retreating along the own track";
+  } else {
+    recoveries_ = 0;
+    out.goal_given_up = true;
+    out.reason = why + ": goal given up";
+    goal_.reset();
+    path_.reset();
+  }
+}
+
+bool Driver::blocked_too_long(const DriveTask& task) {
+  if (!blocked_since_) {
+    blocked_since_ = task.stamp;
+  }
+  return to_seconds(task.stamp - *blocked_since_) >= options_.blocked_s;
+}
+
+void Driver::drive(const DriveTask& task, DriveStep& out) {
+  const Pose2 T_map_body = task.T_map_odom * task.T_odom_body;
+  const bool due = !planned_ || !path_ || task.relaxed ||
+                   to_seconds(task.stamp - *planned_) >= options_.replan_s;
+  constexpr double kAgain_s = 0.2;  // between plans while there is none
+  if (due && (path_ || !planned_ || to_seconds(task.stamp - *planned_) >= kAgain_s)) {
+    plan(task);
+    out.replanned = true;
+  }
+  if (!path_) {
+    out.command_body = brake(task.twist_body);
+    out.state = NavState::kStopped;
+    out.reason = no_path_;
+    constexpr int kFailures = 3;  // a speck in the local map lasts for a picture or two
+    if (plans_failed_ < kFailures) {
+      return;
+    }
+    plans_failed_ = 0;
+    // Where the robot itself stands in no drivable place, looking or backing out may help; a goal
+    // that nothing leads to is refused without moving.
+    const int column = grid_->clearance.column(T_map_body.position());
+    const int row = grid_->clearance.row(T_map_body.position());
+    if (grid_->drivable(column, row)) {
+      recoveries_ = 2;
+    }
+    recover(task, no_path_, out);
+    return;
+  }
+
+  const Carrot carrot =
+      carrot_on(*grid_, *path_, T_map_body.position(), options_.carrot_m, along_);
+  const Vec2 carrot_odom = task.T_map_odom.inverse() * carrot.point;
+  out.carrot_odom = carrot_odom;
+  const double end_m = (path_->points.back() - T_map_body.position()).norm();
+  const bool there =
+      end_m <= options_.reached_m || (goal_->pass_through && end_m <= 2 * options_.reached_m);
+  if (there) {
+    const double turn =
+        goal_->heading_matters ? wrap_angle(goal_->pose_map.theta_rad - T_map_body.theta_rad) : 0.0;
+    if (std::abs(turn) <= options_.reached_rad) {
+      out.goal_reached = true;
+      out.reason = "goal reached";
+      out.state = NavState::kDriving;
+      out.command_body = goal_->pass_through ? task.twist_body : brake(task.twist_body);
+      goal_.reset();
+      path_.reset();
+      got_on_ = task.stamp;
+      return;
+    }
+    out.state = NavState::kDriving;
+    if (std::abs(task.twist_body.v_mps) > kStanding_mps) {
+      out.command_body = brake(task.twist_body);
+      out.reason = "stopping at the goal";
+    } else {
+      out.command_body = turn_by(turn, body_.max_turn_radps, task.twist_body);
+      out.reason = "turning to the goal's heading";
+    }
+    return;
+  }
+
+  const Vec2 carrot_body = task.T_odom_body.inverse() * carrot_odom;
+  const double aside = std::atan2(carrot_body.y(), carrot_body.x());
+  constexpr double kTurned_rad = 0.26;  // 15 degrees: the dynamic window takes it from there
+  turning_ = std::abs(aside) > (turning_ ? kTurned_rad : options_.turn_first_rad);
+  if (turning_) {
+    out.state = NavState::kDriving;
+    if (std::abs(task.twist_body.v_mps) > kStanding_mps) {
+      out.command_body = brake(task.twist_body);
+      out.reason = "stopping to turn to the path";
+    } else {
+      out.command_body = turn_by(aside, body_.max_turn_radps, task.twist_body);
+      out.reason = "turning to the path";
+    }
+    return;
+  }
+
+  DwaRequest request;
+  // Where it will be, and how fast, when this command acts: the last one acts until then.
+  const double lag_s = std::max(0.0, options_.dwa.reaction_s - options_.dwa.cycle_s);
+  const bool obeyed = std::abs(task.twist_body.v_mps - last_command_.v_mps) <=
+                      2 * body_.max_accel_mps2 * options_.dwa.cycle_s;
+  request.twist_body = obeyed ? last_command_ : task.twist_body;
+  request.T_odom_body = task.T_odom_body * exp_twist(request.twist_body, lag_s);
+  request.carrot_odom = carrot_odom;
+  request.keep_window = task.keep_window;
+  if (!goal_->pass_through) {
+    const double left = std::max(0.0, carrot.to_go_m - 0.5 * options_.reached_m);
+    request.speed_limit_mps = std::max(kStanding_mps, std::sqrt(body_.max_accel_mps2 * left));
+  }
+  constexpr double kCap_m = 1.0;
+  const ClearanceMap window =
+      clearance_map(window_map(options_.dwa, task, touched_odom_), kCap_m);
+  DwaResult result = choose_arc(options_.dwa, body_, window, request);
+  out.window = std::move(result.window);
+  out.state = NavState::kDriving;
+  if (!result.choice) {
+    out.command_body = brake(task.twist_body);
+    out.reason = "no arc is clear";
+  } else {
+    out.command_body = result.choice->command_body;
+    out.reason = "following the path";
+  }
+  if (!result.choice || out.command_body.v_mps < 1e-3) {
+    if (blocked_too_long(task)) {
+      recover(task, "no arc gets on", out);
+    }
+  } else {
+    blocked_since_.reset();
+  }
+}
+
+void Driver::look(const DriveTask& task, DriveStep& out) {
+  out.state = NavState::kRecovering;
+  out.reason = why_ + ": turning on the spot to look";
+  if (std::abs(task.twist_body.v_mps) > kStanding_mps) {
+    out.command_body = brake(task.twist_body);
+    return;
+  }
+  if (last_odom_) {
+    look_left_rad_ -= std::abs(wrap_angle(task.T_odom_body.theta_rad - last_odom_->theta_rad));
+  }
+  constexpr double kLook_radps = 1.0;  // pictures overlap by nine tenths
+  if (look_left_rad_ <= 0) {
+    mode_ = Mode::kDrive;
+    path_.reset();
+    planned_.reset();
+    got_on_ = task.stamp;
+  }
+  out.command_body = turn_by(std::max(look_left_rad_, 0.0), kLook_radps, task.twist_body);
+}
+
+void Driver::retreat(const DriveTask& task, DriveStep& out) {
+  out.state = NavState::kRecovering;
+  out.reason = why_ + ": retreating along the own track";
+  if (task.twist_body.v_mps > kStanding_mps) {
+    out.command_body = brake(task.twist_body);
+    return;
+  }
+  const Vec2 here = task.T_odom_body.position();
+  if (last_odom_) {
+    retreat_left_m_ -= (here - last_odom_->position()).norm();
+  }
+  constexpr double kBehind_m = 0.10;
+  while (!track_odom_.empty() && (track_odom_.back().position() - here).norm() < kBehind_m) {
+    track_odom_.pop_back();
+  }
+  if (retreat_left_m_ <= 0 || track_odom_.empty()) {
+    mode_ = Mode::kDrive;
+    path_.reset();
+    planned_.reset();
+    got_on_ = task.stamp;
+    got_on_odom_ = here;
+    out.command_body = brake(task.twist_body);
+    return;
+  }
+  const Vec2 target = task.T_odom_body.inverse() * track_odom_.back().position();
+  const double back_rad = std::atan2(-target.y(), -target.x());
+  constexpr double kTurnFirst_rad = 0.35;
+  if (std::abs(back_rad) > kTurnFirst_rad) {
+    out.command_body = std::abs(task.twist_body.v_mps) > kStanding_mps
+                           ? brake(task.twist_body)
+                           : turn_by(back_rad, body_.max_turn_radps, task.twist_body);
+    return;
+  }
+  // The circle through the target, backwards (pure pursuit).
+  const double curvature = 2 * target.y() / target.squaredNorm();
+  const double v = std::max(-options_.retreat_mps,
+                            task.twist_body.v_mps - body_.max_accel_mps2 * options_.dwa.cycle_s);
+  out.command_body = {v, v * curvature};
+}
+
+DriveStep Driver::step(const DriveTask& task) {
+  PANOPTES_CHECK(task.local_odom != nullptr && task.map != nullptr, "the driver needs both maps");
+  DriveStep out;
+  remember_track(task);
+  const bool hit = task.bumper_pressed && !bumper_was_;
+  bumper_was_ = task.bumper_pressed;
+  if (hit) {
+    const double side = last_command_.v_mps < 0 ? -1.0 : 1.0;
+    touched_odom_.push_back(task.T_odom_body *
+                            Vec2(side * (body_.radius_m + kTouched_m), 0));
+  }
+  if (!task.goal) {
+    goal_.reset();
+    path_.reset();
+    mode_ = Mode::kDrive;
+    recoveries_ = 0;
+    turning_ = false;
+    blocked_since_.reset();
+    got_on_ = task.stamp;
+    out.command_body = brake(task.twist_body);
+    out.reason = "no goal";
+  } else {
+    const bool moved = !goal_ || !(goal_->pose_map == task.goal->pose_map);
+    if (moved) {
+      plans_failed_ = 0;
+      path_.reset();
+      planned_.reset();
+      if (!goal_) {
+        got_on_ = task.stamp;
+        got_on_odom_ = task.T_odom_body.position();
+      }
+    }
+    goal_ = task.goal;
+    if ((task.T_odom_body.position() - got_on_odom_).norm() >= body_.radius_m) {
+      got_on_odom_ = task.T_odom_body.position();
+      got_on_ = task.stamp;
+      if (mode_ == Mode::kDrive) {
+        recoveries_ = 0;
+      }
+    }
+    if (hit && mode_ == Mode::kRetreat) {
+      mode_ = Mode::kDrive;  // something is behind: no farther back
+      track_odom_.clear();
+      path_.reset();
+    } else if (hit) {
+      start_retreat("touched something");
+      recoveries_ = 1;
+    }
+    if (hit) {
+      out.state = NavState::kRecovering;
+      out.reason = "touched something: stopping";
+    } else if (mode_ == Mode::kLook) {
+      look(task, out);
+    } else if (mode_ == Mode::kRetreat) {
+      retreat(task, out);
+    } else if (to_seconds(task.stamp - got_on_) >= options_.stuck_s) {
+      recover(task, "not getting on", out);
+    } else {
+      drive(task, out);
+    }
+  }
+  if (path_) {
+    out.path_map = path_->points;
+  }
+  last_odom_ = task.T_odom_body;
+  last_command_ = out.command_body;
+  return out;
+}
+
+}  // namespace panoptes
