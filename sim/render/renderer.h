@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <opencv2/core/mat.hpp>
+
+#include "core/camera/rig.h"
+#include "core/geometry/pose3.h"
+#include "sim/world/world.h"
+
+namespace panoptes::sim {
+
+struct RendererOptions {
+  double exposure = 1.0;        ///< on the light that reaches the picture
+  double lightmap_cell_m = 0.05;  ///< how finely light and shadow are kept
+  int bake_threads = 2;         ///< the picture does not depend on it
+  bool trilinear = false;       ///< smoother far textures for a fifth more time
+  double near_m = 0.03;         ///< nothing nearer to the camera is drawn
+};
+
+/// Where a camera stands and how it sees.
+struct View {
+  Intrinsics intrinsics;
+  Pose3 T_scene_camera;
+};
+
+struct Drawn {
+  cv::Mat bgr;          ///< 8-bit
+  cv::Mat floor_label;  ///< 8-bit, 255 where the picture shows what is below 2 cm; empty unless asked for
+  cv::Mat depth_m;      ///< float, along the camera's axis, infinite where nothing is; empty unless asked for
+};
+
+/// Draws a world by OSMesa, without a screen or a graphics card: the same bits for any number of
+/// threads. Light and shadow are computed once per world and kept in the user's cache folder
+/// ($XDG_CACHE_HOME/panoptes or ~/.cache/panoptes). One thread uses it; every picture is a new one.
+/// Throws DeviceError when there is no OSMesa context to be had.
+class Renderer {
+ public:
+  explicit Renderer(const World& world, const RendererOptions& options = {});
+  ~Renderer();
+
+  Drawn draw(const View& view, bool with_label = false, bool with_depth = false);
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// How many threads draw besides the calling one, for every renderer of this process: call it before
+/// the first one is made. Does nothing where the environment says so already (LP_NUM_THREADS).
+void set_render_threads(int num_threads);
+
+}  // namespace panoptes::sim

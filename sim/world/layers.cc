@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "sim/world/layers.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <optional>
+
+#include "core/base/check.h"
+
+namespace panoptes::sim {
+namespace {
+
+// Corners closer than this are one, and a part may bulge inwards by this much and still count as convex:
+// far above the roundoff of single-precision meshes, far below a cell.
+constexpr double kSame_m = 1e-4;
+// Strictly above or below a height: a part that ends on it, as the floor does, is not in the slice.
+constexpr double kTouch_m = 1e-9;
+
+using SceneTriangle = std::array<Vec3, 3>;
+
+class Sets {
+ public:
+  explicit Sets(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), std::size_t{0});
+  }
+  std::size_t root(std::size_t i) {
+    while (parent_[i] != i) {
+      i = parent_[i] = parent_[parent_[i]];
+    }
+    return i;
+  }
+  void join(std::size_t a, std::size_t b) {
+    a = root(a);
+    b = root(b);
+    parent_[std::max(a, b)] = std::min(a, b);  // the root is the first of the set
+  }
+
+ private:
+  std::vector<std::size_t> parent_;
+};
+
+/// The triangles of each connected part, parts in the order of their first triangle.
+std::vector<std::vector<SceneTriangle>> connected_parts(const Object& object) {
+  std::vector<SceneTriangle> triangles;
+  std::map<std::array<long long, 3>, std::size_t> first_at;
+  Sets sets(object.triangles.size());
+  for (const Triangle& t : object.triangles) {
+    SceneTriangle scene;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3& p = t.corners[i].p_object;
+      scene[i] = object.T_scene_object * p;
+      const std::array<long long, 3> key{std::llround(p.x() / kSame_m), std::llround(p.y() / kSame_m),
+                                         std::llround(p.z() / kSame_m)};
+      const auto [entry, is_new] = first_at.try_emplace(key, triangles.size());
+      if (!is_new) {
+        sets.join(entry->second, triangles.size());
+      }
+    }
+    triangles.push_back(scene);
+  }
+  std::map<std::size_t, std::vector<SceneTriangle>> by_root;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    by_root[sets.root(i)].push_back(triangles[i]);
+  }
+  std::vector<std::vector<SceneTriangle>> parts;
+  for (auto& [root, part] : by_root) {
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+/// True when no corner lies in front of any face.
+bool is_convex(const std::vector<SceneTriangle>& part) {
+  for (const SceneTriangle& face : part) {
+    const Vec3 normal = (face[1] - face[0]).cross(face[2] - face[0]).normalized();
+    for (const SceneTriangle& other : part) {
+      for (const Vec3& p : other) {
+        if (normal.dot(p - face[0]) > kSame_m) {
+          return false;
+        }
+      }
+    }
+  }
+  return true;
+}
+
+/// Sutherland and Hodgman's clip at one height.
+std::vector<Vec3> clipped(const std::vector<Vec3>& polygon, double z_m, bool keep_above) {
+  std::vector<Vec3> kept;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec3& a = polygon[i];
+    const Vec3& b = polygon[(i + 1) % polygon.size()];
+    const double da = keep_above ? a.z() - z_m : z_m - a.z();
+    const double db = keep_above ? b.z() - z_m : z_m - b.z();
+    if (da >= 0) {
+      kept.push_back(a);
+    }
+    if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
+      kept.push_back(a + (b - a) * (da / (da - db)));
+    }
+  }
+  return kept;
+}
+
+std::vector<Vec2> slice_corners(const SceneTriangle& t, double z_low_m, double z_high_m) {
+  const auto [low, high] =
+      std::minmax_element(t.begin(), t.end(), [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); });
+  if (high->z() <= z_low_m + kTouch_m || low->z() >= z_high_m - kTouch_m) {
+    return {};
+  }
+  std::vector<Vec3> polygon = clipped({t.begin(), t.end()}, z_low_m, true);
+  polygon = clipped(polygon, z_high_m, false);
+  std::vector<Vec2> corners;
+  corners.reserve(polygon.size());
+  for (const Vec3& p : polygon) {
+    corners.push_back(p.head<2>());
+  }
+  return corners;
+}
+
+double cross(const Vec2& a, const Vec2& b, const Vec2& c) {
+  return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+}
+
+/// Andrew's monotone chain, counter-clockwise; corners that bend by less than a nanometre are left out.
+std::vector<Vec2> convex_hull(std::vector<Vec2> points) {
+  std::sort(points.begin(), points.end(), [](const Vec2& a, const Vec2& b) {
+    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
+  });
+  std::vector<Vec2> hull;
+  const auto add_chain = [&hull](auto begin, auto end) {
+    const std::size_t start = hull.size();
+    for (auto p = begin; p != end; ++p) {
+      if (hull.size() > start && (*p - hull.back()).norm() < kTouch_m) {
+        continue;
+      }
+      while (hull.size() >= start + 2) {
+        const Vec2& a = hull[hull.size() - 2];
+        if (cross(a, hull.back(), *p) > kTouch_m * (*p - a).norm()) {
+          break;
+        }
+        hull.pop_back();
+      }
+      hull.push_back(*p);
+    }
+    hull.pop_back();  // the next chain begins with it
+  };
+  if (points.empty() || (points.front() - points.back()).norm() < kTouch_m) {
+    return {};
+  }
+  add_chain(points.begin(), points.end());
+  add_chain(points.rbegin(), points.rend());
+  return hull;
+}
+
+/// Whether a convex outline and a cell's square share more than a touch: no line along one of their
+/// edges has them on different sides.
+bool overlaps(const std::vector<Vec2>& outline, const Vec2& low, const Vec2& high) {
+  const std::size_t n = outline.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec2& a = outline[i];
+    const Vec2 along = (outline[(i + 1) % n] - a).normalized();
+    const Vec2 outwards(along.y(), -along.x());
+    const Vec2 nearest(outwards.x() > 0 ? low.x() : high.x(), outwards.y() > 0 ? low.y() : high.y());
+    if (outwards.dot(nearest - a) >= (n == 2 ? kTouch_m : -kTouch_m)) {
+      return false;
+    }
+  }
+  return true;  // the caller has compared the bounds, which are the square's own edges
+}
+
+}  // namespace
+
+std::vector<Outline> outlines(const World& world, double z_low_m, double z_high_m) {
+  PANOPTES_CHECK(z_low_m < z_high_m, "a slice has its top above its bottom");
+  std::vector<Outline> found;
+  const auto add = [&found](const std::string& object, std::vector<Vec2> corners) {
+    std::vector<Vec2> hull = convex_hull(std::move(corners));
+    if (hull.size() >= 2) {
+      found.push_back({object, std::move(hull)});
+    }
+  };
+  for (const Object& object : world.objects) {
+    for (const std::vector<SceneTriangle>& part : connected_parts(object)) {
+      const bool whole = is_convex(part);
+      std::vector<Vec2> corners;
+      for (const SceneTriangle& triangle : part) {
+        const std::vector<Vec2> more = slice_corners(triangle, z_low_m, z_high_m);
+        corners.insert(corners.end(), more.begin(), more.end());
+        if (!whole) {
+          add(object.name, std::move(corners));
+          corners.clear();
+        }
+      }
+      add(object.name, std::move(corners));
+    }
+  }
+  return found;
+}
+
+TruthLayer occupancy(const World& world, double z_low_m, double z_high_m, double cell_m) {
+  PANOPTES_CHECK(cell_m > 0, "a cell has a size");
+  Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity());
+  Vec2 high = -low;
+  for (const Object& object : world.objects) {
+    for (const Triangle& t : object.triangles) {
+      for (const Corner& corner : t.corners) {
+        const Vec2 p_scene = (object.T_scene_object * corner.p_object).head<2>();
+        low = low.cwiseMin(p_scene);
+        high = high.cwiseMax(p_scene);
+      }
+    }
+  }
+  TruthLayer layer;
+  layer.cell_m = cell_m;
+  if (!(low.x() <= high.x())) {
+    return layer;
+  }
+  // On whole cells of `scene`, so that a wall on a round coordinate fills whole cells.
+  const auto cell_of = [cell_m](double x) { return static_cast<int>(std::floor(x / cell_m)); };
+  const int first_column = cell_of(low.x()) - 1;
+  const int first_row = cell_of(low.y()) - 1;
+  layer.origin_scene = cell_m * Vec2(first_column, first_row);
+  layer.columns = cell_of(high.x()) + 2 - first_column;
+  layer.rows = cell_of(high.y()) + 2 - first_row;
+  layer.cells.assign(static_cast<std::size_t>(layer.columns) * static_cast<std::size_t>(layer.rows), 0);
+  for (const Outline& outline : outlines(world, z_low_m, z_high_m)) {
+    Vec2 from = outline.corners_scene.front();
+    Vec2 to = from;
+    for (const Vec2& corner : outline.corners_scene) {
+      from = from.cwiseMin(corner);
+      to = to.cwiseMax(corner);
+    }
+    // A sheet along an edge between two cells belongs to both.
+    const double margin = outline.corners_scene.size() == 2 ? kTouch_m : -kTouch_m;
+    const auto column_of = [&](double x) { return cell_of(x) - first_column; };
+    const auto row_of = [&](double y) { return cell_of(y) - first_row; };
+    for (int row = row_of(from.y() - margin); row <= row_of(to.y() + margin); ++row) {
+      for (int column = column_of(from.x() - margin); column <= column_of(to.x() + margin); ++column) {
+        const Vec2 cell_low = cell_m * Vec2(first_column + column, first_row + row);
+        if (overlaps(outline.corners_scene, cell_low, cell_low + Vec2::Constant(cell_m))) {
+          layer.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(layer.columns) +
+                      static_cast<std::size_t>(column)] = 1;
+        }
+      }
+    }
+  }
+  return layer;
+}
+
+}  // namespace panoptes::sim
