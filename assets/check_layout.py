@@ -21,17 +21,17 @@ N = int(SIZE / CELL)
 RADIUS = 0.25
 
 
-def outlines(objects, meshes):
+def outlines(objects, meshes, low=0.02, high=0.80):
     for name, mesh, x, y, theta, z, _ in objects:
         c, s = math.cos(math.radians(theta)), math.sin(math.radians(theta))
-        for hull in meshes[mesh].footprints(0.02 - z, 0.80 - z):
+        for hull in meshes[mesh].footprints(low - z, high - z):
             yield name, [(x + c * px - s * py, y + s * px + c * py) for px, py in hull]
 
 
-def rasterise(objects, meshes):
+def rasterise(objects, meshes, low=0.02, high=0.80):
     """1 where something stands; row j is y = (j + 0.5) * CELL."""
     grid = [bytearray(N) for _ in range(N)]
-    for _, hull in outlines(objects, meshes):
+    for _, hull in outlines(objects, meshes, low, high):
         ys = [p[1] for p in hull]
         for j in range(max(0, int(min(ys) / CELL)), min(N - 1, int(max(ys) / CELL)) + 1):
             y = (j + 0.5) * CELL
@@ -146,6 +146,11 @@ def main():
           f"{sum(h > 400 for h in holes) - 1} loops")
     spots = sum(d >= 0.75 for row in clear for d in row) * CELL * CELL
     print(f"centres of discs of 1.5 m diameter: {spots:.2f} m2")
+    foot = rasterise(objects, meshes, 0.005, 0.02)
+    fx, fy = nearest(foot)
+    over = max((math.hypot(fx[j][i], fy[j][i]) * CELL, i * CELL, j * CELL)
+               for j in range(N) for i in range(N) if grid[j][i])
+    print(f"farthest from the foot of something, below 0.8 m: {over[0]:.3f} m at ({over[1]:.2f}, {over[2]:.2f})")
     gaps = passages(grid, dx, dy, 2.0)
     print("passages too narrow for the robot, m:", " ".join(f"{w:.2f}({x:.1f},{y:.1f})" for w, x, y in gaps if 0.12 < w < 0.5))
     print("ambiguous passages 0.50-0.86 m:", [(round(w, 2), round(x, 2), round(y, 2)) for w, x, y in gaps if 0.5 <= w < 0.86])
