@@ -40,13 +40,13 @@ struct TrueContact {
 
 /// What really was, for evaluation and the recorder alone; a plain value.
 struct Truth {
-  std::vector<TruePose> poses;        ///< one per frame set, in order
+  std::vector<TruePose> poses;  ///< one per frame set, in order
   std::vector<TrueContact> contacts;
   TruthLayer floor;  ///< 1 cm: 1 where something stands between the floor and 2 cm above it
   TruthLayer body;   ///< 1 cm: 1 where something is between 2 cm and the top of the robot's mast
-  TruthLayer seen;   ///< 5 cm: 1 where the mapped part of a floor camera saw the floor or the foot of
-                     ///< a thing, unoccluded, at some frame set
-  double path_m = 0;          ///< length of the true way
+  TruthLayer seen;   ///< 5 cm: 1 where the mapped part of a floor camera saw the floor or the foot
+                    ///< of a thing, unoccluded, at some frame set
+  double path_m = 0;  ///< length of the true way
 };
 
 }  // namespace panoptes

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/io/csv.h"
+
+#include <utility>
+
+#include "core/base/check.h"
+#include "core/base/error.h"
+#include "core/io/digits.h"
+
+namespace panoptes {
+namespace {
+
+std::string quoted(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
+    return std::string(text);
+  }
+  std::string all = "\"";
+  for (const char c : text) {
+    all += c;
+    if (c == '"') {
+      all += '"';
+    }
+  }
+  return all + "\"";
+}
+
+}  // namespace
+
+CsvWriter::CsvWriter(const std::filesystem::path& path, const std::vector<std::string>& columns)
+    : file_(path), columns_(columns.size()) {
+  for (const std::string& column : columns) {
+    *this << column;
+  }
+  end_row();
+}
+
+void CsvWriter::separate() {
+  if (fields_++ > 0) {
+    row_ += ',';
+  }
+}
+
+CsvWriter& CsvWriter::operator<<(double value) {
+  separate();
+  row_ += shortest(value);
+  return *this;
+}
+
+CsvWriter& CsvWriter::operator<<(int value) {
+  separate();
+  row_ += std::to_string(value);
+  return *this;
+}
+
+CsvWriter& CsvWriter::operator<<(Time stamp) {
+  separate();
+  row_ += seconds(stamp);
+  return *this;
+}
+
+CsvWriter& CsvWriter::operator<<(std::string_view text) {
+  separate();
+  row_ += quoted(text);
+  return *this;
+}
+
+CsvWriter& CsvWriter::skip() {
+  separate();
+  return *this;
+}
+
+void CsvWriter::end_row() {
+  PANOPTES_CHECK(fields_ == columns_, "a row has a field for every column");
+  row_ += '\n';
+  file_.append(row_);
+  row_.clear();
+  fields_ = 0;
+}
+
+void CsvWriter::finish() {
+  PANOPTES_CHECK(fields_ == 0, "the last row was ended");
+  file_.commit();
+}
+
+std::size_t CsvTable::column(std::string_view name) const {
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i] == name) {
+      return i;
+    }
+  }
+  throw IoError("a table has no column " + std::string(name));
+}
+
+CsvTable read_csv(const std::filesystem::path& path) {
+  const std::string text = read_file(path);
+  std::vector<std::vector<std::string>> rows;
+  std::vector<std::string> row;
+  std::string field;
+  bool inside_quotes = false;
+  bool row_open = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    row_open = true;
+    if (inside_quotes) {
+      if (c != '"') {
+        field += c;
+      } else if (i + 1 < text.size() && text[i + 1] == '"') {
+        field += '"';
+        ++i;
+      } else {
+        inside_quotes = false;
+      }
+    } else if (c == '"') {
+      inside_quotes = true;
+    } else if (c == ',') {
+      row.push_back(std::exchange(field, {}));
+    } else if (c == '\n') {
+      row.push_back(std::exchange(field, {}));
+      rows.push_back(std::exchange(row, {}));
+      row_open = false;
+    } else if (c != '\r') {
+      field += c;
+    }
+  }
+  if (inside_quotes) {
+    throw IoError(path.string() + ": ends inside a quoted field");
+  }
+  if (row_open) {
+    row.push_back(field);
+    rows.push_back(row);
+  }
+  if (rows.empty()) {
+    throw IoError(path.string() + ": has no header line");
+  }
+  CsvTable table;
+  table.columns = std::move(rows.front());
+  rows.erase(rows.begin());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].size() != table.columns.size()) {
+      throw IoError(path.string() + ": row " + std::to_string(i + 1) + " has " +
+                    std::to_string(rows[i].size()) + " fields, the header " +
+                    std::to_string(table.columns.size()));
+    }
+  }
+  table.rows = std::move(rows);
+  return table;
+}
+
+}  // namespace panoptes

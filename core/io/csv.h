@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/base/time.h"
+#include "core/io/file.h"
+
+namespace panoptes {
+
+/// A comma-separated table (RFC 4180) that grows a row at a time: fields by <<, numbers in shortest
+/// digits, instants in seconds, text quoted where it must be; empty fields by skip(). It appears
+/// under its name at finish().
+class CsvWriter {
+ public:
+  CsvWriter(const std::filesystem::path& path, const std::vector<std::string>& columns);
+
+  CsvWriter& operator<<(double value);
+  CsvWriter& operator<<(int value);
+  CsvWriter& operator<<(Time stamp);
+  CsvWriter& operator<<(std::string_view text);
+  CsvWriter& skip();
+  void end_row();  ///< the row must have as many fields as there are columns
+  void finish();
+
+ private:
+  void separate();
+
+  AtomicFile file_;
+  std::size_t columns_;
+  std::size_t fields_ = 0;
+  std::string row_;
+};
+
+struct CsvTable {
+  std::vector<std::string> columns;
+  std::vector<std::vector<std::string>> rows;
+
+  /// The index of a column; throws IoError when there is none.
+  std::size_t column(std::string_view name) const;
+};
+
+CsvTable read_csv(const std::filesystem::path& path);
+
+}  // namespace panoptes

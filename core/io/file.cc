@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/io/file.h"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include "core/base/error.h"
+
+namespace panoptes {
+namespace {
+
+constexpr std::size_t kBuffer_bytes = 1U << 18;
+
+std::string reason() { return std::error_code(errno, std::generic_category()).message(); }
+
+}  // namespace
+
+AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)), part_(path_) {
+  part_ += ".part";
+  descriptor_ = ::open(part_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (descriptor_ < 0) {
+    throw IoError(path_.string() + ": cannot be created: " + reason());
+  }
+}
+
+AtomicFile::~AtomicFile() {
+  if (descriptor_ >= 0) {
+    ::close(descriptor_);
+    ::unlink(part_.c_str());
+  }
+}
+
+void AtomicFile::append(std::string_view bytes) {
+  buffer_.append(bytes);
+  if (buffer_.size() >= kBuffer_bytes) {
+    flush();
+  }
+}
+
+void AtomicFile::flush() {
+  std::size_t done = 0;
+  while (done < buffer_.size()) {
+    const ssize_t n = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
+    if (n < 0 && errno == EINTR) {
+      continue;
+    }
+    if (n < 0) {
+      fail("written");
+    }
+    done += static_cast<std::size_t>(n);
+  }
+  buffer_.clear();
+}
+
+void AtomicFile::commit() {
+  flush();
+  if (::fsync(descriptor_) != 0 && errno != EINVAL &&
+      errno != EROFS) {  // EINVAL: not a disk's file
+    fail("brought to the disk");
+  }
+  const int descriptor = std::exchange(descriptor_, -1);
+  if (::close(descriptor) != 0 || ::rename(part_.c_str(), path_.c_str()) != 0) {
+    fail("finished");
+  }
+}
+
+void AtomicFile::fail(const char* doing) {
+  const std::string why = reason();
+  if (descriptor_ >= 0) {
+    ::close(std::exchange(descriptor_, -1));
+  }
+  ::unlink(part_.c_str());
+  throw IoError(path_.string() + ": cannot be " + doing + ": " + why);
+}
+
+void write_file(const std::filesystem::path& path, std::string_view bytes) {
+  AtomicFile file(path);
+  file.append(bytes);
+  file.commit();
+}
+
+std::string read_file(const std::filesystem::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) {
+    throw IoError(path.string() + ": cannot be opened: " + reason());
+  }
+  std::string all;
+  std::array<char, 1U << 16> block{};
+  while (true) {
+    const ssize_t n = ::read(descriptor, block.data(), block.size());
+    if (n < 0 && errno == EINTR) {
+      continue;
+    }
+    if (n < 0) {
+      const std::string why = reason();
+      ::close(descriptor);
+      throw IoError(path.string() + ": cannot be read: " + why);
+    }
+    if (n == 0) {
+      break;
+    }
+    all.append(block.data(), static_cast<std::size_t>(n));
+  }
+  ::close(descriptor);
+  return all;
+}
+
+}  // namespace panoptes
