@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/base/time.h"
+#include "core/eval/truth.h"
+#include "core/geometry/body.h"
+#include "core/geometry/pose2.h"
+#include "sim/physics/obstacles.h"
+
+namespace panoptes::sim {
+
+/// What the wheels roll in one step.
+struct Motion {
+  double forward_m = 0;
+  double turn_rad = 0;
+};
+
+/// The robot's body among obstacles: a disc with a differential drive that follows the commanded
+/// velocity within its limits of speed and acceleration, and is stopped by what it touches.
+/// Advances by steps of 1/120 s. Where nothing is touched every step is an exact arc; contacts are
+/// Box2D's.
+class DriveWorld {
+ public:
+  static constexpr std::int64_t kStepsPerSecond = 120;
+
+  DriveWorld(const Body& body, const Obstacles& obstacles, const Pose2& T_scene_body);
+  ~DriveWorld();
+
+  /// Followed until `expires`; then the robot brakes to a stop.
+  void drive(const Twist2& command_body, Time expires);
+  void step();
+
+  std::int64_t steps() const;
+  Time now() const;  ///< steps / 120 s, rounded to nanoseconds
+  Pose2 T_scene_body() const;
+  Twist2 twist_body() const;
+  Motion last_motion() const;  ///< of the last step
+  double path_m() const;
+  double clearance_m() const;
+  bool touching() const;
+  const std::vector<TrueContact>& contacts() const;
+
+ private:
+  class Impl;  // of Box2D, unknown here
+  std::unique_ptr<Impl> impl_;
+};
+
+/// The instant of a step: step / 120 s, rounded to whole nanoseconds.
+Time time_of_step(std::int64_t step);
+
+}  // namespace panoptes::sim

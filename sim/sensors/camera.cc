@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "sim/sensors/camera.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/base/check.h"
+#include "core/base/error.h"
+#include "sim/sensors/floor_pixels.h"
+
+namespace panoptes::sim {
+namespace {
+
+constexpr std::size_t kBankSize = std::size_t{1} << 20;
+
+std::string numbered(std::string_view name, std::int64_t number) {
+  return std::string(name) + "/" + std::to_string(number);
+}
+
+Vec3 three_normals(Rng& rng, double sigma) {
+  const double x = rng.normal(0, sigma);
+  const double y = rng.normal(0, sigma);
+  const double z = rng.normal(0, sigma);
+  return {x, y, z};
+}
+
+}  // namespace
+
+void bind(Fields& f, ImageNoise& o) { f("sigma_grey", o.sigma_grey, between(0, 30)); }
+
+void bind(Fields& f, MountingError& o) {
+  f("sigma_deg", o.sigma_deg, between(0, 45));
+  f("sigma_m", o.sigma_m, between(0, 1));
+}
+
+PixelNoise::PixelNoise(const ImageNoise& options, const Rng& rng) : rng_(rng) {
+  if (options.sigma_grey == 0) {
+    return;
+  }
+  Rng draw = rng.fork("bank");
+  bank_.resize(kBankSize);
+  for (std::int8_t& one : bank_) {
+    const double grey = std::round(draw.normal(0, options.sigma_grey));
+    one = static_cast<std::int8_t>(std::clamp(grey, -127.0, 127.0));
+  }
+}
+
+void PixelNoise::add(cv::Mat& bgr, std::string_view camera, std::int64_t picture) const {
+  PANOPTES_CHECK(bgr.isContinuous() && bgr.depth() == CV_8U, "noise is for continuous 8 bit");
+  if (bank_.empty()) {
+    return;
+  }
+  std::size_t at = static_cast<std::size_t>(
+      rng_.fork(numbered(camera, picture)).index(static_cast<int>(bank_.size())));
+  std::uint8_t* pixel = bgr.data;
+  std::size_t left = bgr.total() * bgr.elemSize();
+  while (left > 0) {  // the bank is a ring
+    const std::size_t run = std::min(left, bank_.size() - at);
+    const std::int8_t* noise = bank_.data() + at;
+    for (std::size_t i = 0; i < run; ++i) {
+      const int value = pixel[i] + noise[i];
+      pixel[i] = static_cast<std::uint8_t>(value < 0 ? 0 : value > 255 ? 255 : value);
+    }
+    pixel += run;
+    left -= run;
+    at = 0;
+  }
+}
+
+Rig mounted(const MountingError& error, const Rig& believed, const Rng& rng) {
+  Rig rig = believed;
+  for (auto& [name, camera] : rig.cameras) {
+    Rng draw = rng.fork(name);
+    const Vec3 turn_rad = three_normals(draw, deg_to_rad(error.sigma_deg));
+    const Vec3 shift_m = three_normals(draw, error.sigma_m);
+    const double angle_rad = turn_rad.norm();
+    if (angle_rad > 0) {
+      const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle_rad, turn_rad / angle_rad));
+      camera.T_body_camera.rotation = (turn * camera.T_body_camera.rotation).normalized();
+    }
+    camera.T_body_camera.translation += shift_m;
+  }
+  return rig;
+}
+
+std::vector<FloorMark> survey_floor(const std::string& name, const RigCamera& true_camera,
+                                    const Body& body, const SurveyError& error, const Rng& rng) {
+  PANOPTES_CHECK(true_camera.floor.has_value(), "only a camera with a floor view is surveyed");
+  // Near left, near right, far left, far right: the mapped pixels that lie farthest that way.
+  constexpr std::array<std::array<int, 2>, 4> kWays{{{-1, 1}, {1, 1}, {-1, -1}, {1, -1}}};
+  constexpr int kMargin_px = 4;  // a mark is not a point: all of it has to be in the picture
+  struct Place {
+    int score = std::numeric_limits<int>::min();
+    FloorMark mark;
+  };
+  std::array<Place, 4> places;
+  const Intrinsics& lens = true_camera.intrinsics;
+  for (int v = first_mapped_row(true_camera) + kMargin_px; v < lens.height_px - kMargin_px; ++v) {
+    for (int u = kMargin_px; u < lens.width_px - kMargin_px; ++u) {
+      const Vec2 px(u, v);
+      const std::optional<Vec2> p_body = floor_under(true_camera, px);
+      if (!p_body || !in_mapped_range(*true_camera.floor, body, *p_body)) {
+        continue;
+      }
+      for (std::size_t i = 0; i < places.size(); ++i) {
+        const int score = kWays[i][0] * u + kWays[i][1] * v;
+        if (score > places[i].score) {
+          places[i] = {score, {*p_body, px}};
+        }
+      }
+    }
+  }
+  const Vec2 across = places[1].mark.px - places[2].mark.px;
+  if (places[0].score == std::numeric_limits<int>::min() || across.x() < lens.width_px / 8.0 ||
+      across.y() < lens.height_px / 8.0) {
+    throw ConfigError("rig.cameras." + name +
+                      ".floor: too little of the floor from near_m to far_m is in this camera's "
+                      "picture to lay four marks on it; tilt it down or widen the range");
+  }
+  Rng draw = rng.fork(name);
+  std::vector<FloorMark> marks;
+  for (const Place& place : places) {
+    FloorMark mark = place.mark;
+    mark.p_body.x() += draw.normal(0, error.floor_m);
+    mark.p_body.y() += draw.normal(0, error.floor_m);
+    mark.px.x() += draw.normal(0, error.pixel_px);
+    mark.px.y() += draw.normal(0, error.pixel_px);
+    marks.push_back(mark);
+  }
+  return marks;
+}
+
+}  // namespace panoptes::sim

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "sim/sensors/encoders.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace panoptes::sim {
+namespace {
+
+double tick_m(const Body& body) {
+  return 2 * std::numbers::pi * body.wheel_radius_m / body.ticks_per_turn;
+}
+
+double drawn_sign(Rng rng) { return rng.uniform() < 0.5 ? -1 : 1; }
+
+}  // namespace
+
+void bind(Fields& f, WheelError& o) {
+  f("noise_m_per_sqrt_m", o.noise_m_per_sqrt_m, between(0, 0.1));
+  f("diameter_difference", o.diameter_difference, between(0, 0.2));
+  f("base_error", o.base_error, between(0, 0.2));
+  f("turn_slip", o.turn_slip, between(0, 0.2));
+}
+
+WheelEncoders::WheelEncoders(const WheelError& options, const Body& believed, const Rng& rng)
+    : noise_m_per_sqrt_m_(options.noise_m_per_sqrt_m),
+      turn_slip_(options.turn_slip),
+      base_m_(believed.wheel_base_m *
+              (1 + drawn_sign(rng.fork("wheel-base")) * options.base_error)),
+      ticks_per_m_{},
+      noise_rng_(rng.fork("wheel-noise")),
+      slip_rng_(rng.fork("wheel-slip")) {
+  const double left_larger =
+      drawn_sign(rng.fork("wheel-diameters")) * options.diameter_difference / 2;
+  ticks_per_m_ = {1 / (tick_m(believed) * (1 + left_larger)),
+                  1 / (tick_m(believed) * (1 - left_larger))};
+}
+
+void WheelEncoders::roll(double forward_m, double turn_rad) {
+  const int turning = turn_rad > 0 ? 1 : turn_rad < 0 ? -1 : 0;
+  if (turning != turning_ && turning != 0) {
+    slip_ = 1 + slip_rng_.normal(0, turn_slip_);
+  }
+  turning_ = turning;
+  const double half_m = turn_rad * slip_ * base_m_ / 2;
+  const std::array<double, 2> ways_m{forward_m - half_m, forward_m + half_m};
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (ways_m[i] != 0) {
+      const double noise_m =
+          noise_rng_.normal(0, noise_m_per_sqrt_m_ * std::sqrt(std::abs(ways_m[i])));
+      rolled_ticks_[i] += (ways_m[i] + noise_m) * ticks_per_m_[i];
+    }
+  }
+}
+
+Ticks WheelEncoders::ticks() const {
+  return {static_cast<std::int64_t>(std::floor(rolled_ticks_[0])),
+          static_cast<std::int64_t>(std::floor(rolled_ticks_[1]))};
+}
+
+DeadReckoning::DeadReckoning(const Body& believed)
+    : m_per_tick_(tick_m(believed)), base_m_(believed.wheel_base_m) {}
+
+void DeadReckoning::add(const Ticks& ticks, Duration step) {
+  const double left_m = m_per_tick_ * static_cast<double>(ticks.left - last_.left);
+  const double right_m = m_per_tick_ * static_cast<double>(ticks.right - last_.right);
+  last_ = ticks;
+  const Twist2 way{(left_m + right_m) / 2, (right_m - left_m) / base_m_};
+  odometry_.T_odom_body = odometry_.T_odom_body * exp_twist(way, 1);
+
+  recent_[next_] = {left_m, right_m, step};
+  next_ = (next_ + 1) % recent_.size();
+  Step sum;
+  for (const Step& one : recent_) {
+    sum.left_m += one.left_m;
+    sum.right_m += one.right_m;
+    sum.duration += one.duration;
+  }
+  const double seconds = to_seconds(sum.duration);
+  odometry_.twist_body = {(sum.left_m + sum.right_m) / 2 / seconds,
+                          (sum.right_m - sum.left_m) / base_m_ / seconds};
+}
+
+}  // namespace panoptes::sim

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/base/rng.h"
+#include "core/base/time.h"
+#include "core/camera/observation.h"
+#include "core/config/fields.h"
+#include "core/geometry/body.h"
+#include "core/geometry/pose2.h"
+
+namespace panoptes::sim {
+
+/// How the true wheels differ from what the robot believes of them. All zero: ticks are the only
+/// error.
+struct WheelError {
+  /// Standard deviation of a wheel's way after one metre; it grows with the square root of the way.
+  double noise_m_per_sqrt_m = 0.005;
+  double diameter_difference = 0.001;  ///< of the two wheels, relative; the seed draws its sign
+  double base_error = 0.005;           ///< of the wheel base, relative; the seed draws its sign
+  double turn_slip = 0.01;  ///< each turn is felt by the wheels times 1 + N(0, turn_slip)
+};
+void bind(Fields& f, WheelError& o);
+
+/// Counts of the two wheels since the start.
+struct Ticks {
+  std::int64_t left = 0;
+  std::int64_t right = 0;
+};
+
+/// The wheels and their encoders: from the true motion of the body to the ticks its controller
+/// counts. A turn lasts from when turning in one direction starts until it ends; its slip is drawn
+/// once.
+class WheelEncoders {
+ public:
+  WheelEncoders(const WheelError& options, const Body& believed, const Rng& rng);
+
+  /// The body moved `forward_m` and turned by `turn_rad` in one step.
+  void roll(double forward_m, double turn_rad);
+  Ticks ticks() const;
+
+ private:
+  double noise_m_per_sqrt_m_;
+  double turn_slip_;
+  double base_m_;
+  std::array<double, 2> ticks_per_m_;     // left, right
+  std::array<double, 2> rolled_ticks_{};  // not yet cut to whole ticks
+  int turning_ = 0;                       // sign of the turn that is going on
+  double slip_ = 1;
+  Rng noise_rng_;
+  Rng slip_rng_;
+};
+
+/// Dead reckoning in `odom` from ticks, with the wheels as the robot believes them to be.
+class DeadReckoning {
+ public:
+  explicit DeadReckoning(const Body& believed);
+
+  void add(const Ticks& ticks, Duration step);
+  Odometry odometry() const { return odometry_; }
+
+ private:
+  double m_per_tick_;
+  double base_m_;
+  Ticks last_;
+  struct Step {
+    double left_m = 0;
+    double right_m = 0;
+    Duration duration{};
+  };
+  // A single step of 1/120 s sees a handful of ticks: the velocity is taken over eight of them.
+  std::array<Step, 8> recent_{};
+  std::size_t next_ = 0;
+  Odometry odometry_;
+};
+
+}  // namespace panoptes::sim

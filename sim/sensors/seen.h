@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include "core/camera/rig.h"
+#include "core/eval/truth.h"
+#include "core/geometry/body.h"
+#include "core/geometry/pose2.h"
+
+namespace panoptes::sim {
+
+/// What the mapped part of one floor camera's picture truly shows of the floor.
+class SeenFloor {
+ public:
+  /// `true_camera` has its floor view.
+  SeenFloor(const RigCamera& true_camera, const Body& body);
+
+  /// Marks the cells of the floor pixels (not 0 in `floor_label`, 8 bit, one channel) that lie in
+  /// the mapped part, and in each column of the picture the foot of the thing that first ends the
+  /// floor, going upwards.
+  void mark(const cv::Mat& floor_label, const Pose2& T_scene_body, TruthLayer& seen) const;
+
+ private:
+  int width_px_;
+  int height_px_;
+  int top_px_ = 0;               // first row of the mapped part
+  std::vector<float> x_body_m_;  // of the floor under each pixel, row by row; NaN out of range
+  std::vector<float> y_body_m_;
+};
+
+}  // namespace panoptes::sim

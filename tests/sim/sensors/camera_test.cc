@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "sim/sensors/camera.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include "core/base/error.h"
+#include "sim/sensors/floor_pixels.h"
+
+namespace panoptes::sim {
+namespace {
+
+RigCamera floor_camera() {
+  RigCamera camera;
+  camera.roles = {"floor"};
+  camera.intrinsics = pinhole(320, 240, deg_to_rad(80));
+  camera.T_body_camera = mounted_camera({0.02, 0, 0.75}, 0, deg_to_rad(28));
+  camera.floor = FloorView{};
+  return camera;
+}
+
+TEST(PixelNoise, HasItsSigmaAndNoMean) {
+  const PixelNoise noise({2}, Rng(1));
+  cv::Mat picture(240, 320, CV_8UC3, cv::Scalar::all(100));
+  noise.add(picture, "front", 0);
+  cv::Mat flat;
+  picture.reshape(1).convertTo(flat, CV_64F);
+  cv::Scalar mean;
+  cv::Scalar sigma;
+  cv::meanStdDev(flat, mean, sigma);
+  const double n = static_cast<double>(flat.total());
+  const double expected = std::sqrt(4 + 1.0 / 12);  // rounded to whole levels
+  EXPECT_NEAR(mean[0], 100, 3 * expected / std::sqrt(n));
+  EXPECT_NEAR(sigma[0], expected, 3 * expected / std::sqrt(2 * n));
+}
+
+TEST(PixelNoise, StopsAtBlackAndWhite) {
+  const PixelNoise noise({10}, Rng(1));
+  cv::Mat black(240, 320, CV_8UC3, cv::Scalar::all(0));
+  cv::Mat white(240, 320, CV_8UC3, cv::Scalar::all(255));
+  noise.add(black, "front", 0);
+  noise.add(white, "front", 0);
+  double low = 0;
+  double high = 0;
+  cv::minMaxLoc(black.reshape(1), nullptr, &high);
+  cv::minMaxLoc(white.reshape(1), &low, nullptr);
+  EXPECT_LT(high, 100);
+  EXPECT_GT(low, 155);
+}
+
+TEST(PixelNoise, IsDecidedBySeedCameraAndPictureAlone) {
+  const auto noisy = [](std::uint64_t seed, const char* camera, std::int64_t picture) {
+    cv::Mat image(240, 320, CV_8UC3, cv::Scalar::all(100));
+    PixelNoise({2}, Rng(seed)).add(image, camera, picture);
+    return image;
+  };
+  const cv::Mat one = noisy(1, "front", 5);
+  EXPECT_EQ(cv::norm(one, noisy(1, "front", 5), cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(one, noisy(1, "front", 6), cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(one, noisy(1, "back", 5), cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(one, noisy(2, "front", 5), cv::NORM_INF), 0);
+}
+
+TEST(PixelNoise, OfNothingChangesNothing) {
+  cv::Mat image(24, 32, CV_8UC3, cv::Scalar::all(100));
+  PixelNoise({0}, Rng(1)).add(image, "front", 0);
+  EXPECT_EQ(cv::norm(image, cv::Mat(24, 32, CV_8UC3, cv::Scalar::all(100)), cv::NORM_INF), 0);
+}
+
+TEST(Mounted, IsAsBelievedWithoutError) {
+  Rig rig;
+  rig.cameras["floor"] = floor_camera();
+  const Rig same = mounted({}, rig, Rng(1));
+  const Pose3& a = rig.cameras["floor"].T_body_camera;
+  const Pose3& b = same.cameras.at("floor").T_body_camera;
+  EXPECT_TRUE(a.rotation.coeffs() == b.rotation.coeffs());
+  EXPECT_TRUE(a.translation == b.translation);
+}
+
+TEST(Mounted, TurnsAndMovesEveryAxisByItsSigma) {
+  Rig rig;
+  rig.cameras["floor"] = floor_camera();
+  const Pose3 believed = rig.cameras["floor"].T_body_camera;
+  constexpr int kDraws = 1000;
+  double turn2 = 0;
+  double shift2 = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const Rig off = mounted({1, 0.005}, rig, Rng(static_cast<std::uint64_t>(i)));
+    const Pose3& pose = off.cameras.at("floor").T_body_camera;
+    turn2 += std::pow(rad_to_deg(pose.rotation.angularDistance(believed.rotation)), 2);
+    shift2 += (pose.translation - believed.translation).squaredNorm();
+  }
+  const double three_sigma = 3 * std::sqrt(2.0 / (3 * kDraws));  // relative, 3 axes a draw
+  EXPECT_NEAR(turn2 / kDraws / 3, 1, three_sigma);
+  EXPECT_NEAR(shift2 / kDraws / 3 / (0.005 * 0.005), 1, three_sigma);
+}
+
+TEST(SurveyFloor, LaysFourMarksSpreadOverTheMappedPart) {
+  const RigCamera camera = floor_camera();
+  const Body body;
+  const auto marks = survey_floor("floor", camera, body, {0, 0}, Rng(1));
+  ASSERT_EQ(marks.size(), 4U);
+  for (const FloorMark& mark : marks) {
+    EXPECT_TRUE(in_mapped_range(*camera.floor, body, mark.p_body));
+    const Vec3 p_camera =
+        camera.T_body_camera.inverse() * Vec3(mark.p_body.x(), mark.p_body.y(), 0);
+    constexpr double kRoundoff_px = 1e-9;
+    EXPECT_NEAR((camera.intrinsics.project(p_camera) - mark.px).norm(), 0, kRoundoff_px);
+  }
+  EXPECT_GT(marks[0].p_body.y(), 0.3);  // near left, near right, far left, far right
+  EXPECT_LT(marks[1].p_body.y(), -0.3);
+  EXPECT_LT(marks[0].p_body.x(), 0.6);
+  EXPECT_GT(marks[2].p_body.x(), 3);
+  EXPECT_GT(marks[2].p_body.y(), 1.5);
+  EXPECT_LT(marks[3].p_body.y(), -1.5);
+}
+
+TEST(SurveyFloor, HasTheErrorsOfTapeAndPicture) {
+  const RigCamera camera = floor_camera();
+  const auto exact = survey_floor("floor", camera, Body{}, {0, 0}, Rng(1));
+  constexpr int kDraws = 100;
+  double floor2 = 0;
+  double pixel2 = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const auto marks =
+        survey_floor("floor", camera, Body{}, {}, Rng(static_cast<std::uint64_t>(i)));
+    for (std::size_t k = 0; k < 4; ++k) {
+      floor2 += (marks[k].p_body - exact[k].p_body).squaredNorm();
+      pixel2 += (marks[k].px - exact[k].px).squaredNorm();
+    }
+  }
+  constexpr double kNumbers = 8.0 * kDraws;
+  const double three_sigma = 3 * std::sqrt(2 / kNumbers);
+  EXPECT_NEAR(floor2 / kNumbers / (0.002 * 0.002), 1, three_sigma);
+  EXPECT_NEAR(pixel2 / kNumbers / (0.3 * 0.3), 1, three_sigma);
+}
+
+TEST(SurveyFloor, RefusesACameraWithoutFloor) {
+  RigCamera camera = floor_camera();
+  camera.T_body_camera = mounted_camera({0.02, 0, 0.75}, 0, deg_to_rad(-35));
+  try {
+    survey_floor("floor", camera, Body{}, {}, Rng(1));
+    FAIL();
+  } catch (const ConfigError& error) {
+    EXPECT_STREQ(error.what(),
+                 "rig.cameras.floor.floor: too little of the floor from near_m to far_m is in this "
+                 "camera's picture to lay four marks on it; tilt it down or widen the range");
+  }
+}
+
+}  // namespace
+}  // namespace panoptes::sim
