@@ -61,6 +61,8 @@ struct Rig {
   /// The name of the first camera (in order of name) with this role; empty when there is none.
   std::string with_role(std::string_view role) const;
 };
+void bind(Fields& f, FloorMark& o);
+void bind(Fields& f, FloorView& o);
 void bind(Fields& f, RigCamera& o);
 void bind(Fields& f, Rig& o);
 

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/config/geometry_fields.h"
+
+#include <cmath>
+#include <vector>
+
+namespace panoptes {
+
+void bind(Fields& f, Pose2& o) {
+  f("x_m", o.x_m);
+  f("y_m", o.y_m);
+  f.angle("theta", o.theta_rad);
+}
+
+void bind(Fields& f, Pose3& o) {
+  f("translation_m", o.translation);
+  std::vector<double> wxyz{o.rotation.w(), o.rotation.x(), o.rotation.y(), o.rotation.z()};
+  f("rotation_wxyz", wxyz);
+  if (f.writing()) {
+    return;
+  }
+  f.require(wxyz.size() == 4, "rotation_wxyz", "must be a list of 4 numbers");
+  if (wxyz.size() != 4) {
+    return;
+  }
+  const Eigen::Quaterniond read(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+  // A few printed digits may be missing; what is off by no more than roundoff is kept to the bit.
+  constexpr double kPrinted = 1e-3;
+  constexpr double kRoundoff = 1e-12;
+  const double error = std::abs(read.norm() - 1);
+  f.require(error <= kPrinted, "rotation_wxyz", "must be a unit quaternion [w, x, y, z]");
+  if (error <= kPrinted) {
+    o.rotation = error <= kRoundoff ? read : read.normalized();
+  }
+}
+
+void bind(Fields& f, Body& o) {
+  f("radius_m", o.radius_m, between(0.01, 5));
+  f("height_m", o.height_m, between(0.01, 5));
+  f("wheel_base_m", o.wheel_base_m, between(0.01, 5));
+  f("wheel_radius_m", o.wheel_radius_m, between(0.001, 2));
+  f("ticks_per_turn", o.ticks_per_turn, at_least(1));
+  f("max_speed_mps", o.max_speed_mps, positive);
+  f("max_turn_radps", o.max_turn_radps, positive);
+  f("max_accel_mps2", o.max_accel_mps2, positive);
+  f("max_turn_accel_radps2", o.max_turn_accel_radps2, positive);
+}
+
+}  // namespace panoptes

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "core/camera/rig.h"
+
+namespace panoptes {
+namespace {
+
+using testing::ElementsAre;
+
+std::vector<std::string> faults(const std::string& text) {
+  try {
+    read_settings_text<Rig>(text, "rig.yaml");
+  } catch (const ConfigError& error) {
+    return error.lines();
+  }
+  return {};
+}
+
+constexpr const char* kRig = R"(cameras:
+  front: {roles: [loop_front], rate_hz: 10, size_px: [640, 480], fov_deg: 80, at_m: [0.1, 0, 0.7]}
+  down:
+    roles: [floor]
+    fov_deg: 75
+    at_m: [0.1, -0.02, 0.75]
+    yaw_deg: 3
+    tilt_deg: 27
+    floor:
+      rows: lower_half
+      near_m: 0.21
+      far_m: 3.5
+      marks: [{p_body_m: [1, 0.3], px: [20, 30]}, {p_body_m: [1, -0.3], px: [220, 30]},
+              {p_body_m: [2, 0.3], px: [20, 5]}, {p_body_m: [2, -0.3], px: [200, 7]}]
+      homography: [1, 2, 3, 4, 5, 6, 7, 8, 9]
+)";
+
+TEST(RigFields, ReadsMountingAndView) {
+  const auto rig = read_settings_text<Rig>(kRig, "rig.yaml");
+  const RigCamera& front = rig.cameras.at("front");
+  EXPECT_TRUE(front.has_role("loop_front"));
+  EXPECT_EQ(front.rate_hz, 10);
+  EXPECT_EQ(front.intrinsics.fx_px, pinhole(640, 480, deg_to_rad(80)).fx_px);
+  EXPECT_FALSE(front.floor.has_value());
+  const RigCamera& down = rig.cameras.at("down");
+  const Pose3 expected = mounted_camera({0.1, -0.02, 0.75}, deg_to_rad(3), deg_to_rad(27));
+  EXPECT_EQ(down.T_body_camera.rotation.coeffs(), expected.rotation.coeffs());
+  EXPECT_EQ(down.T_body_camera.translation, expected.translation);
+  EXPECT_EQ(down.floor->rows, FloorView::Rows::kLowerHalf);
+  EXPECT_EQ(down.floor->near_m, 0.21);
+  EXPECT_EQ(down.floor->marks.at(3).px, Vec2(200, 7));
+  EXPECT_EQ((*down.floor->H_body_px)(0, 2), 3);
+  EXPECT_EQ((*down.floor->H_body_px)(2, 0), 7);
+}
+
+TEST(RigFields, WhatIsWrittenReadsBackToTheSameBits) {
+  const auto rig = read_settings_text<Rig>(kRig, "rig.yaml");
+  const std::string text = write_settings(rig);
+  const auto back = read_settings_text<Rig>(text, "rig.yaml");
+  EXPECT_EQ(write_settings(back), text);
+  for (const auto& [name, camera] : rig.cameras) {
+    const RigCamera& other = back.cameras.at(name);
+    EXPECT_EQ(other.T_body_camera.rotation.coeffs(), camera.T_body_camera.rotation.coeffs());
+    EXPECT_EQ(other.T_body_camera.translation, camera.T_body_camera.translation);
+    EXPECT_EQ(other.intrinsics.fx_px, camera.intrinsics.fx_px);
+    EXPECT_EQ(other.intrinsics.cy_px, camera.intrinsics.cy_px);
+    EXPECT_EQ(other.roles, camera.roles);
+  }
+}
+
+TEST(RigFields, RefusesWhatNoCameraCanBe) {
+  EXPECT_THAT(faults("camera: {}"),
+              ElementsAre("rig.yaml:1:1: cameras: missing; it must be given",
+                          "rig.yaml:1:1: cameras: must hold at least one camera",
+                          "rig.yaml:1:1: camera: unknown key; did you mean cameras?"));
+  EXPECT_THAT(
+      faults("cameras:\n  a b: {size_px: [320], fov_deg: 190, at_m: [0, 0, 1]}\n"
+             "  c: {roles: [floor]}\n"),
+      ElementsAre("rig.yaml:2:3: cameras: must be named by letters, digits, _ and - (their names "
+                  "become file names)",
+                  "rig.yaml:2:18: cameras.a b.size_px: must be [width, height]",
+                  "rig.yaml:2:34: cameras.a b.fov_deg: must be from 0.017453292519943295 to "
+                  "2.9670597283903604 in radians, got 190",
+                  "rig.yaml:3:6: cameras.c.fov_deg: missing; it must be given (or intrinsics_px)",
+                  "rig.yaml:3:6: cameras.c.at_m: missing; it must be given",
+                  "rig.yaml:3:6: cameras.c.floor: missing; a camera with the role floor must say "
+                  "which part of its picture is mapped"));
+  EXPECT_THAT(faults("cameras: {a: {fov_deg: 190, at_m: [0, 0, 1]}}"),
+              ElementsAre("rig.yaml:1:24: cameras.a.fov_deg: must be from 0.017453292519943295 to "
+                          "2.9670597283903604 in radians, got 190"));
+  EXPECT_THAT(
+      faults("cameras: {a: {fov_deg: 80, at_m: [0, 0, 1], floor: {near_m: 2, far_m: 1, marks: "
+             "[{p_body_m: [1, 1], px: [1, 1]}]}}}"),
+      ElementsAre("rig.yaml:1:71: cameras.a.floor.far_m: must be > near_m, got 1",
+                  "rig.yaml:1:81: cameras.a.floor.marks: must be four or more, or none where they "
+                  "are surveyed before the run"));
+}
+
+}  // namespace
+}  // namespace panoptes
