@@ -9,8 +9,7 @@
 #include <string>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 
 #include "core/base/check.h"
 #include "core/map/contours.h"

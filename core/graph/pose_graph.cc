@@ -10,6 +10,7 @@
 #include <queue>
 #include <utility>
 
+#include <Eigen/LU>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 

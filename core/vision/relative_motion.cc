@@ -6,6 +6,7 @@
 #include <limits>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include "core/base/check.h"
 #include "core/base/error.h"

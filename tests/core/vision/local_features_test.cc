@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/vision/local_features.h"
+
+#include <algorithm>
+#include <cstdint>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/rng.h"
+
+namespace panoptes {
+namespace {
+
+// Random blotches of some pixels' width, shifted to the right, with noise.
+cv::Mat patchwork(int shift_px, double noise_grey, Rng rng) {
+  cv::Mat blotches(60, 80, CV_8U);
+  Rng layout(11);
+  for (int row = 0; row < blotches.rows; ++row) {
+    for (int column = 0; column < blotches.cols; ++column) {
+      blotches.at<std::uint8_t>(row, column) = static_cast<std::uint8_t>(layout.index(256));
+    }
+  }
+  cv::Mat wide;
+  cv::resize(blotches, wide, cv::Size(), 5, 5, cv::INTER_CUBIC);
+  cv::Mat picture = wide(cv::Rect(40 - shift_px, 30, 320, 240)).clone();
+  for (int row = 0; row < picture.rows; ++row) {
+    for (int column = 0; column < picture.cols; ++column) {
+      auto& pixel = picture.at<std::uint8_t>(row, column);
+      pixel = cv::saturate_cast<std::uint8_t>(pixel + rng.normal(0, noise_grey));
+    }
+  }
+  return picture;
+}
+
+TEST(LocalFeatures, FindsAShiftBetweenNoisyPictures) {
+  const FeatureOptions options;
+  constexpr int kShift_px = 13;
+  const LocalFeatures a = local_features(options, patchwork(0, 2, Rng(1)));
+  const LocalFeatures b = local_features(options, patchwork(kShift_px, 2, Rng(2)));
+  const auto matches = match_features(options, a, b);
+  ASSERT_GE(matches.size(), 100U);
+  const auto right = std::count_if(matches.begin(), matches.end(), [&](const FeatureMatch& match) {
+    const Eigen::Vector2f moved = b.px[match.b] - a.px[match.a];
+    constexpr float kCornerNoise_px = 2;  // a pixel on the coarsest level
+    return (moved - Eigen::Vector2f(kShift_px, 0)).norm() < kCornerNoise_px;
+  });
+  EXPECT_GE(static_cast<double>(right), 0.95 * static_cast<double>(matches.size()));
+}
+
+TEST(LocalFeatures, MatchesAPictureWithItselfEntirely) {
+  const FeatureOptions options;
+  const LocalFeatures a = local_features(options, patchwork(0, 2, Rng(1)));
+  for (const FeatureMatch& match : match_features(options, a, a)) {
+    EXPECT_EQ(match.a, match.b);
+  }
+}
+
+TEST(LocalFeatures, SpreadsOverThePicture) {
+  FeatureOptions options;
+  // half the picture is ten times weaker in contrast
+  cv::Mat picture = patchwork(0, 0, Rng(1));
+  picture.colRange(0, 160).convertTo(picture.colRange(0, 160), CV_8U, 0.2, 60);
+  const LocalFeatures features = local_features(options, picture);
+  const auto weak = std::count_if(features.px.begin(), features.px.end(),
+                                  [](const Eigen::Vector2f& px) { return px.x() < 160; });
+  EXPECT_GE(static_cast<double>(weak), 0.3 * static_cast<double>(features.px.size()));
+  EXPECT_LE(static_cast<int>(features.px.size()), options.max_count);
+}
+
+TEST(LocalFeatures, GivesTheSameBitsAgainAndForColour) {
+  const cv::Mat grey = patchwork(0, 2, Rng(1));
+  cv::Mat colour;
+  cv::cvtColor(grey, colour, cv::COLOR_GRAY2BGR);
+  const LocalFeatures a = local_features({}, grey);
+  const LocalFeatures b = local_features({}, colour);
+  ASSERT_EQ(a.px, b.px);
+  EXPECT_EQ(cv::countNonZero(a.descriptors != b.descriptors), 0);
+}
+
+TEST(LocalFeatures, FindsNothingOnAPlainWall) {
+  const LocalFeatures none = local_features({}, cv::Mat(240, 320, CV_8U, cv::Scalar(128)));
+  EXPECT_TRUE(none.px.empty());
+  const LocalFeatures some = local_features({}, patchwork(0, 2, Rng(1)));
+  EXPECT_TRUE(match_features({}, none, some).empty());
+  EXPECT_TRUE(match_features({}, some, none).empty());
+}
+
+}  // namespace
+}  // namespace panoptes

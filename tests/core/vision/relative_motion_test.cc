@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/vision/relative_motion.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "tests/core/vision/synthetic_places.h"
+
+namespace panoptes {
+namespace {
+
+using testing::front_and_back;
+using testing::SyntheticRoom;
+
+const FeatureOptions kFeatures;
+const MotionOptions kMotion;
+constexpr double kPi = std::numbers::pi;
+
+Mat3 diagonal(double sigma_m, double sigma_rad) {
+  return Vec3(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
+}
+
+struct Errors {
+  double m = 0;
+  double rad = 0;
+};
+
+Errors error_of(const Pose2& estimate, const Pose2& truth) {
+  return {(estimate.position() - truth.position()).norm(),
+          std::abs(wrap_angle(estimate.theta_rad - truth.theta_rad))};
+}
+
+TEST(RelativeMotion, HeadingBetweenKeyframesIsFarBetterThanTheWheels) {
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(2500, 4, Rng(1));
+  Rng rng(2);
+  double sum2 = 0;
+  double normalised2 = 0;
+  constexpr int kTrials = 40;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Pose2 T_map_a{rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(-kPi, kPi)};
+    const Pose2 T_a_b{0.25, rng.normal(0, 0.01), rng.normal(0, 0.05)};
+    const PlaceFeatures a =
+        room.seen_from(cameras, T_map_a, 0.7, 0.15, rng.fork("a" + std::to_string(trial)));
+    const PlaceFeatures b =
+        room.seen_from(cameras, T_map_a * T_a_b, 0.7, 0.15, rng.fork("b" + std::to_string(trial)));
+    // 0.6 degrees: what two wheels of 5 mm/sqrt(m) leave after 25 cm
+    const MotionPrior wheels{{T_a_b.x_m + rng.normal(0, 0.002), T_a_b.y_m + rng.normal(0, 0.002),
+                              T_a_b.theta_rad + rng.normal(0, 0.0105)},
+                             diagonal(0.002, 0.0105)};
+    const auto motion = visual_heading(kFeatures, kMotion, cameras, a, {}, b, wheels);
+    ASSERT_TRUE(motion);
+    const double error = error_of(motion->T_a_b, T_a_b).rad;
+    sum2 += error * error;
+    normalised2 += error * error / (motion->sigma_theta_rad * motion->sigma_theta_rad);
+  }
+  EXPECT_LT(rad_to_deg(std::sqrt(sum2 / kTrials)), 0.15);
+  // the promised sigma is true to a factor: chi-square of 40 draws lies within [0.5, 1.7] nearly
+  // always
+  EXPECT_GT(normalised2 / kTrials, 0.2);
+  EXPECT_LT(normalised2 / kTrials, 2.0);
+}
+
+// A keyframe's depths from two neighbours on either side, a quarter of a metre apart.
+PlaceDepths depths_at(const SyntheticRoom& room, const LoopCameras& cameras,
+                      const Pose2& T_map_here, const PlaceFeatures& here, Rng rng) {
+  std::vector<PlaceFeatures> there;
+  std::vector<Neighbour> neighbours;
+  const std::array<double, 4> way_m{-0.5, -0.25, 0.25, 0.5};
+  for (const double x_m : way_m) {
+    there.push_back(room.seen_from(cameras, T_map_here * Pose2{x_m, 0, 0}, 0.7, 0.15,
+                                   rng.fork(std::to_string(x_m))));
+  }
+  for (std::size_t i = 0; i < there.size(); ++i) {
+    neighbours.push_back(
+        {&there[i], {way_m[i] + rng.normal(0, 0.002), rng.normal(0, 0.002), rng.normal(0, 0.002)}});
+  }
+  return triangulate(kFeatures, kMotion, cameras, here, neighbours);
+}
+
+class RevisitedPlace : public ::testing::TestWithParam<bool> {};
+
+TEST_P(RevisitedPlace, PoseIsFoundWithItsTranslation) {
+  const bool opposite = GetParam();
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(2500, 4, Rng(3));
+  Rng rng(4);
+  double sum2_m = 0;
+  double sum2_rad = 0;
+  double normalised2 = 0;
+  constexpr int kTrials = 20;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Pose2 T_map_a{rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(-kPi, kPi)};
+    const Pose2 T_a_b{rng.uniform(-0.3, 0.3), rng.uniform(-0.3, 0.3),
+                      (opposite ? kPi : 0) + rng.uniform(-0.25, 0.25)};
+    const Pose2 T_map_b = T_map_a * T_a_b;
+    const Rng draw = rng.fork(std::to_string(trial));
+    const PlaceFeatures a = room.seen_from(cameras, T_map_a, 0.7, 0.3, draw.fork("a"));
+    const PlaceFeatures b = room.seen_from(cameras, T_map_b, 0.7, 0.3, draw.fork("b"));
+    const MotionPrior prior{{0, 0, opposite ? kPi : 0}, diagonal(0.3, 0.2)};
+    Rng search = draw.fork("search");
+    const auto motion = motion_by_features(
+        kMotion, cameras, a, depths_at(room, cameras, T_map_a, a, draw.fork("depths a")), b,
+        depths_at(room, cameras, T_map_b, b, draw.fork("depths b")),
+        match_places(kFeatures, a, b, opposite), prior, &search);
+    ASSERT_TRUE(motion);
+    EXPECT_GT(motion->inliers, 0.4 * motion->matches);
+    EXPECT_GT(motion->inliers_by_camera[0], 0);
+    EXPECT_GT(motion->inliers_by_camera[1], 0);
+    const Errors error = error_of(motion->T_a_b_seen, T_a_b);
+    sum2_m += error.m * error.m;
+    sum2_rad += error.rad * error.rad;
+    const Vec3 off(motion->T_a_b_seen.x_m - T_a_b.x_m, motion->T_a_b_seen.y_m - T_a_b.y_m,
+                   wrap_angle(motion->T_a_b_seen.theta_rad - T_a_b.theta_rad));
+    normalised2 += off.dot(motion->information_seen * off) / 3;
+  }
+  EXPECT_LT(std::sqrt(sum2_m / kTrials), 0.03);
+  EXPECT_LT(rad_to_deg(std::sqrt(sum2_rad / kTrials)), 0.3);
+  EXPECT_LT(normalised2 / kTrials, 3);
+  RecordProperty("rms_m", std::to_string(std::sqrt(sum2_m / kTrials)));
+  RecordProperty("rms_deg", std::to_string(rad_to_deg(std::sqrt(sum2_rad / kTrials))));
+  RecordProperty("normalised", std::to_string(normalised2 / kTrials));
+}
+
+INSTANTIATE_TEST_SUITE_P(SameAndOpposite, RevisitedPlace, ::testing::Values(false, true));
+
+TEST(RelativeMotion, GivesTheSameBitsAgain) {
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(1500, 4, Rng(5));
+  const PlaceFeatures a = room.seen_from(cameras, {0, 0, 0}, 0.7, 0.3, Rng(6));
+  const PlaceFeatures b = room.seen_from(cameras, {0.2, 0.1, 0.1}, 0.7, 0.3, Rng(7));
+  const MotionPrior prior{{0, 0, 0}, diagonal(0.3, 0.2)};
+  Rng one(8);
+  Rng two(8);
+  const auto matches = match_places(kFeatures, a, b, false);
+  const auto first = motion_by_features(kMotion, cameras, a, {}, b, {}, matches, prior, &one);
+  const auto second = motion_by_features(kMotion, cameras, a, {}, b, {}, matches, prior, &two);
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->T_a_b, second->T_a_b);
+  EXPECT_EQ(first->information_seen, second->information_seen);
+}
+
+TEST(RelativeMotion, RefusesWhatHasNothingInCommon) {
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom here(2500, 4, Rng(9));
+  const SyntheticRoom elsewhere(2500, 4, Rng(10));
+  const PlaceFeatures a = here.seen_from(cameras, {0, 0, 0}, 0.7, 0, Rng(11));
+  const PlaceFeatures b = elsewhere.seen_from(cameras, {0, 0, 0}, 0.7, 0, Rng(12));
+  const auto motion =
+      visual_heading(kFeatures, kMotion, cameras, a, {}, b, {{0.25, 0, 0}, diagonal(0.002, 0.01)});
+  EXPECT_FALSE(motion);
+}
+
+TEST(LoopCameras, AreNamedByTheirRoles) {
+  Rig rig;
+  rig.cameras["A"].roles = {"loop_front"};
+  EXPECT_THROW(loop_cameras(rig), ConfigError);
+  rig.cameras["B"].roles = {"loop_back", "floor"};
+  rig.cameras["B"].T_body_camera.translation = {-0.2, 0, 0.8};
+  EXPECT_EQ(loop_cameras(rig)[1].T_body_camera.translation.x(), -0.2);
+}
+
+}  // namespace
+}  // namespace panoptes
