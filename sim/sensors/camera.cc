@@ -14,7 +14,7 @@
 namespace panoptes::sim {
 namespace {
 
-constexpr std::size_t kBankSize = std::size_t{1} << 20;
+constexpr std::size_t kBankSize = std::size_t{1} << 19;
 
 std::string numbered(std::string_view name, std::int64_t number) {
   return std::string(name) + "/" + std::to_string(number);

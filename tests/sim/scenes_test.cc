@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "core/camera/rig.h"
+#include "core/config/fields.h"
+#include "core/config/geometry_fields.h"
+#include "sim/sensors/floor_pixels.h"
+
+namespace panoptes::sim {
+namespace {
+
+const std::string kScenes = std::string(PANOPTES_SOURCE_DIR) + "/scenes/";
+
+TEST(Scenes, ThePioneersRigHasTheGeometryOfItsComments) {
+  const Body body = read_settings<Body>(kScenes + "robots/pioneer3dx.yaml");
+  const Rig rig = read_settings<Rig>(kScenes + "rigs/front-back-floor.yaml");
+  EXPECT_EQ(rig.with_role("loop_front"), "front");
+  EXPECT_EQ(rig.with_role("loop_back"), "back");
+  EXPECT_EQ(rig.with_role("floor"), "floor");
+  for (const auto& [name, camera] : rig.cameras) {
+    EXPECT_LE(camera.T_body_camera.translation.z(), body.height_m) << name;
+  }
+  const Vec3 back_axis = rig.cameras.at("back").T_body_camera.rotation * Vec3::UnitZ();
+  EXPECT_NEAR(back_axis.x(), -1, 1e-12);
+
+  const RigCamera& floor = rig.cameras.at("floor");
+  constexpr double kWritten_m = 0.005;  // to as many digits
+  const auto ahead_m = [&](double row_px) {
+    return floor_under(floor, {floor.intrinsics.cx_px, row_px})->x() - body.radius_m;
+  };
+  const double gap_m = ahead_m(floor.intrinsics.height_px - 0.5);
+  EXPECT_NEAR(gap_m, 0.20, kWritten_m);
+  EXPECT_LT(body.radius_m + gap_m + 0.10, 0.7) << "what is assumed free lies in what is clear";
+  EXPECT_LT(ahead_m(69), floor.floor->far_m);
+  EXPECT_GT(ahead_m(68), floor.floor->far_m);
+}
+
+}  // namespace
+}  // namespace panoptes::sim
