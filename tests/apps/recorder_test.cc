@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/run/recorder.h"
+
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/core/mat.hpp>
+
+#include "core/base/error.h"
+#include "core/io/csv.h"
+#include "core/io/g2o.h"
+#include "core/io/map_server.h"
+#include "core/io/tum.h"
+#include "tests/core/io/scratch.h"
+
+namespace panoptes {
+namespace {
+
+using nlohmann::json;
+constexpr double kPi = std::numbers::pi;
+constexpr double kRoundoff = 1e-9;
+
+/// A drive twice around a rectangle in a room of 8 x 6 m with a table in its middle, the robot's
+/// wheels drifting, the estimate 3 cm off, one right and one wrong closure.
+struct MadeUpRun {
+  Truth truth;
+  RunResult result;
+  std::vector<Observation> seen;
+  std::vector<NavStep> steps;
+
+  MadeUpRun() {
+    const auto layer = [](double cell_m, auto is_set) {
+      TruthLayer made{cell_m,
+                      {0, 0},
+                      static_cast<int>(std::lround(8 / cell_m)),
+                      static_cast<int>(std::lround(6 / cell_m)),
+                      {}};
+      for (int row = 0; row < made.rows; ++row) {
+        for (int column = 0; column < made.columns; ++column) {
+          made.cells.push_back(is_set((column + 0.5) * cell_m, (row + 0.5) * cell_m) ? 1 : 0);
+        }
+      }
+      return made;
+    };
+    const auto solid = [](double x, double y) {
+      return x < 0.1 || y < 0.1 || x > 7.9 || y > 5.9 || (x > 2 && x < 6 && y > 2.2 && y < 3.8);
+    };
+    truth.floor = layer(0.01, solid);
+    truth.body = truth.floor;
+    truth.seen = layer(0.05, [](double, double) { return true; });
+
+    const Pose2 T_scene_map{1, 1, 0};
+    const int sides_m[] = {6, 4, 6, 4};
+    Pose2 T{1, 1, 0};
+    Pose2 T_odom;
+    int frame = 0;
+    double since_keyframe_m = 1;
+    for (int side = 0; side < 8; ++side) {
+      for (int step_of_side = 0; step_of_side < 10 * sides_m[side % 4]; ++step_of_side) {
+        const Time stamp(Duration(frame++ * std::int64_t{250'000'000}));
+        truth.poses.push_back({stamp, T, {0.4, 0}, 0.5 - 0.001 * frame});
+        Observation observation;
+        observation.stamp = stamp;
+        observation.pictures["front"].stamp = stamp;
+        observation.odometry.T_odom_body = T_odom;
+        NavStep step;
+        step.stamp = stamp;
+        step.T_map_body = T_scene_map.inverse() * T;
+        step.command_body = {0.4, 0};
+        step.state = NavState::kDriving;
+        step.reason = "to a frontier, 1.2 m2";
+        step.goal_map = Vec2(2, 3);
+        step.frontier_reachable = side < 6;
+        if (since_keyframe_m > 0.45) {
+          since_keyframe_m = 0;
+          step.keyframe_made = static_cast<int>(result.keyframes.size());
+          const Pose2 T_map = step.T_map_body;
+          result.keyframes.push_back(
+              {stamp, {T_map.x_m, T_map.y_m + 0.03, T_map.theta_rad}, T_odom});
+          result.graph.T_map_node.push_back(result.keyframes.back().T_map_body);
+        }
+        seen.push_back(observation);
+        steps.push_back(step);
+        T = T * Pose2{0.1, 0, 0};
+        T_odom = T_odom * Pose2{0.1, 0, 0.0004};
+        since_keyframe_m += 0.1;
+        truth.path_m += 0.1;
+      }
+      T.theta_rad = wrap_angle(T.theta_rad + kPi / 2);
+      T_odom.theta_rad = wrap_angle(T_odom.theta_rad + kPi / 2);
+    }
+    for (int i = 1; i < static_cast<int>(result.keyframes.size()); ++i) {
+      result.graph.edges.push_back({i - 1, i, {0.5, 0, 0}, Mat3::Identity(), false});
+    }
+    const auto closure = [&](int recent, int earlier, bool accepted, std::size_t at) {
+      ClosureReport report;
+      report.recent = recent;
+      report.earlier = earlier;
+      report.accepted = accepted;
+      report.information = Vec3(1e4, 1e4, 1e4).asDiagonal();
+      report.verdict = accepted ? "accepted" : "diagonal 4.1 grey, over 1.5";
+      steps[at].closures.push_back(report);
+    };
+    closure(45, 5, true, 220);   // the second time around: truly there
+    closure(50, 20, true, 300);  // across the room
+    closure(60, 22, false, 330);
+
+    result.map.cell_m = 0.01;
+    result.map.origin = {-1.5, -1.5};
+    result.map.columns = 900;
+    result.map.rows = 700;
+    for (int row = 0; row < 700; ++row) {
+      for (int column = 0; column < 900; ++column) {
+        const Vec2 p = T_scene_map * result.map.centre(column, row);
+        const bool inside = p.x() > 0.05 && p.y() > 0.05 && p.x() < 7.95 && p.y() < 5.95;
+        const bool inside_table = p.x() > 2.05 && p.x() < 5.95 && p.y() > 2.25 && p.y() < 3.75;
+        result.map.cells.push_back(!inside || inside_table ? Cell::kUnknown
+                                   : solid(p.x(), p.y())   ? Cell::kOccupied
+                                                           : Cell::kFree);
+      }
+    }
+  }
+
+  OccupancyMap part_of_map(double share) const {
+    OccupancyMap part = result.map;
+    for (std::size_t i = static_cast<std::size_t>(share * 700) * 900; i < part.cells.size(); ++i) {
+      part.cells[i] = Cell::kUnknown;
+    }
+    return part;
+  }
+};
+
+class RecorderTest : public ScratchTest {
+ protected:
+  RunReport record(const std::filesystem::path& out_dir, const std::optional<Truth>& truth,
+                   std::vector<std::string> require = {}, RunEnd end = {"completed", "explored"}) {
+    claim_out_dir(out_dir);
+    RunInfo info;
+    info.version = "0.1.0";
+    info.mission = "made-up";
+    info.seed = 7;
+    info.mission_yaml = "seed: 7\n";
+    for (const std::string& line : require) {
+      info.require.push_back(parse_requirement(line));
+    }
+    StageClock clock;
+    Recorder recorder(out_dir, info, &clock);
+    for (std::size_t i = 0; i < run_.seen.size(); ++i) {
+      {
+        const TimedStage stage(clock, "step");
+        recorder.add(run_.seen[i], run_.steps[i]);
+      }
+      if (recorder.snapshot_due(run_.seen[i].stamp)) {
+        const double share = std::min(1.0, static_cast<double>(i) / 260);
+        recorder.add_snapshot(run_.seen[i].stamp, run_.part_of_map(share));
+      }
+      clock.end_frame();
+    }
+    return recorder.write_report(truth, run_.result, end);
+  }
+  json metrics(const std::filesystem::path& out_dir) {
+    return json::parse(read_file(out_dir / "metrics.json"));
+  }
+
+  static const MadeUpRun run_;
+};
+const MadeUpRun RecorderTest::run_;
+
+TEST_F(RecorderTest, LeavesEveryFileOfTheRunDirectory) {
+  const auto out = folder_ / "run";
+  const RunReport report = record(out, run_.truth);
+  EXPECT_EQ(report.exit_status, 0);
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(out)) {
+    names.insert(entry.path().filename());
+  }
+  EXPECT_THAT(names, testing::ElementsAre("coverage.png", "errors.png", "exploration.csv",
+                                          "graph.g2o", "ground_truth.tum", "loops.csv", "map.pgm",
+                                          "map.png", "map.yaml", "metrics.json", "mission.yaml",
+                                          "odometry.tum", "steps.csv", "trajectory.tum"));
+  EXPECT_EQ(read_file(out / "mission.yaml"), "seed: 7\n");
+  EXPECT_EQ(read_map_server(out / "map.yaml").cells, run_.result.map.cells);
+  EXPECT_EQ(read_tum(out / "trajectory.tum").size(), run_.result.keyframes.size());
+  EXPECT_EQ(read_tum(out / "ground_truth.tum").size(), run_.seen.size());
+  EXPECT_EQ(read_tum(out / "odometry.tum").size(), run_.seen.size());
+  EXPECT_EQ(read_g2o(out / "graph.g2o").edges.size(), run_.result.graph.edges.size());
+  EXPECT_EQ(read_csv(out / "steps.csv").rows.size(), run_.seen.size());
+  const CsvTable loops = read_csv(out / "loops.csv");
+  ASSERT_EQ(loops.rows.size(), 3U);
+  EXPECT_EQ(loops.rows[0][loops.column("correct")], "1");
+  EXPECT_EQ(loops.rows[1][loops.column("correct")], "0");
+  EXPECT_EQ(loops.rows[2][loops.column("verdict")], "diagonal 4.1 grey, over 1.5");
+}
+
+TEST_F(RecorderTest, WritesTheFigures) {
+  record(folder_ / "run", run_.truth);
+  const json m = metrics(folder_ / "run");
+  EXPECT_EQ(m["schema"], "panoptes.metrics/1");
+  EXPECT_EQ(m["command"], "explore");
+  EXPECT_EQ(m["outcome"], "completed");
+  EXPECT_EQ(m["end_reason"], "explored");
+  EXPECT_EQ(m["frames"], 400);
+  EXPECT_NEAR(m["run_s"].get<double>(), 399 * 0.25, kRoundoff);
+  EXPECT_NEAR(m["distance_m"].get<double>(), 40, kRoundoff);
+  EXPECT_NEAR(m["T_scene_map"]["x_m"].get<double>(), 1, kRoundoff);
+  EXPECT_NEAR(m["trajectory"]["ate_rmse_m"].get<double>(), 0.03, kRoundoff);
+  EXPECT_NEAR(m["trajectory"]["ate_max_m"].get<double>(), 0.03, kRoundoff);
+  EXPECT_GT(m["trajectory"]["odometry_ate_rmse_m"].get<double>(), 0.1);
+  EXPECT_EQ(m["checkpoints"]["count"], 8);
+  EXPECT_NEAR(m["checkpoints"]["error_mean_m"].get<double>(), 0.03, kRoundoff);
+  EXPECT_EQ(m["loops"]["accepted"], 2);
+  EXPECT_EQ(m["loops"]["correct"], 1);
+  EXPECT_EQ(m["loops"]["false"], 1);
+  EXPECT_EQ(m["loops"]["recall_same"], 1.0);
+  EXPECT_FALSE(m["loops"].contains("recall_opposite"));
+  EXPECT_EQ(m["map"]["coverage"], 1.0);
+  EXPECT_EQ(m["map"]["free_iou"], 1.0);
+  EXPECT_EQ(m["map"]["obstacle_recall"], 1.0);
+  EXPECT_EQ(m["collisions"], 0);
+  EXPECT_NEAR(m["min_clearance_m"].get<double>(), 0.1, kRoundoff);
+  EXPECT_EQ(m["stuck_s"], 0.0);
+  EXPECT_GT(m["exploration"]["t90_s"], m["exploration"]["t50_s"]);
+  EXPECT_NEAR(m["exploration"]["end_delay_s"].get<double>(), 100 * 0.25, kRoundoff);
+  EXPECT_TRUE(m["timing_ms"]["step"].contains("p99"));
+  EXPECT_TRUE(m["timing_cpu_ms"]["step"].contains("mean"));
+  EXPECT_GT(m["peak_memory_mb"], 1);
+}
+
+TEST_F(RecorderTest, InventsNothingWithoutTruth) {
+  record(folder_ / "run", std::nullopt);
+  const json m = metrics(folder_ / "run");
+  for (const char* key :
+       {"T_scene_map", "collisions", "min_clearance_m", "stuck_s", "trajectory", "checkpoints"}) {
+    EXPECT_FALSE(m.contains(key)) << key;
+  }
+  EXPECT_FALSE(m["map"].contains("coverage"));
+  EXPECT_FALSE(m["loops"].contains("false"));
+  EXPECT_EQ(m["loops"]["accepted"], 2);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "run" / "ground_truth.tum"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "run" / "errors.png"));
+}
+
+TEST_F(RecorderTest, JudgesTheRequirements) {
+  const auto report = record(folder_ / "run", run_.truth,
+                             {"map.coverage >= 0.85", "loops.false == 0", "outcome == completed",
+                              "goals == 3", "real_time_factor > 0"});
+  EXPECT_EQ(report.exit_status, 1);
+  const json lines = metrics(folder_ / "run")["requirements"];
+  ASSERT_EQ(lines.size(), 5U);
+  EXPECT_EQ(lines[0]["pass"], true);
+  EXPECT_EQ(lines[0]["value"], 1.0);
+  EXPECT_EQ(lines[1]["pass"], false);
+  EXPECT_EQ(lines[1]["value"], 1);
+  EXPECT_EQ(lines[2]["pass"], true);
+  EXPECT_EQ(lines[3]["pass"], false);
+  EXPECT_FALSE(lines[3].contains("value"));
+  EXPECT_EQ(lines[4]["pass"], true);
+  EXPECT_THAT(report.summary, testing::Contains("broken: loops.false == 0, it is 1"));
+  EXPECT_THAT(report.summary, testing::Contains("broken: goals == 3, no such figure"));
+}
+
+TEST_F(RecorderTest, CallsACollisionACollision) {
+  Truth truth = run_.truth;
+  truth.contacts.push_back({time_at(3), {2, 2}, "table", true});
+  EXPECT_EQ(record(folder_ / "run", truth).exit_status, 1);
+  const json m = metrics(folder_ / "run");
+  EXPECT_EQ(m["outcome"], "collision");
+  EXPECT_FALSE(m.contains("end_reason"));
+  EXPECT_EQ(m["collisions"], 1);
+}
+
+TEST_F(RecorderTest, KeepsWhatAnInterruptedRunDid) {
+  EXPECT_EQ(record(folder_ / "run", run_.truth, {}, {"interrupted", ""}).exit_status, 130);
+  EXPECT_EQ(metrics(folder_ / "run")["outcome"], "interrupted");
+  EXPECT_EQ(record(folder_ / "lost", run_.truth, {}, {"device_lost", ""}).exit_status, 3);
+}
+
+TEST_F(RecorderTest, KeepsARunThatEndedAtOnce) {
+  const auto out = folder_ / "run";
+  claim_out_dir(out);
+  Recorder recorder(out, {}, nullptr);
+  EXPECT_EQ(recorder.write_report(std::nullopt, {}, {"interrupted", ""}).exit_status, 130);
+  EXPECT_EQ(metrics(out)["keyframes"], 0);
+}
+
+TEST_F(RecorderTest, WritesTheSameBytesTwice) {
+  record(folder_ / "a", run_.truth);
+  record(folder_ / "b", run_.truth);
+  for (const auto& entry : std::filesystem::directory_iterator(folder_ / "a")) {
+    const auto name = entry.path().filename();
+    if (name == "metrics.json") {
+      json a = metrics(folder_ / "a");
+      json b = metrics(folder_ / "b");
+      for (const char* key : {"wall_s", "cpu_s", "real_time_factor", "peak_memory_mb", "timing_ms",
+                              "timing_cpu_ms"}) {
+        a.erase(key);
+        b.erase(key);
+      }
+      EXPECT_EQ(a, b);
+    } else {
+      EXPECT_EQ(read_file(entry.path()), read_file(folder_ / "b" / name)) << name;
+    }
+  }
+}
+
+TEST_F(RecorderTest, RefusesAFolderInUse) {
+  write_file(folder_ / "note.txt", "mine");
+  try {
+    claim_out_dir(folder_);
+    FAIL() << "no error";
+  } catch (const ConfigError& e) {
+    EXPECT_EQ(e.what(),
+              folder_.string() + ": is not empty; remove it or name another folder with --out");
+  }
+  EXPECT_THROW(claim_out_dir(folder_ / "note.txt"), ConfigError);
+  EXPECT_THROW(claim_out_dir(folder_ / "note.txt" / "run"), ConfigError);
+  claim_out_dir(folder_ / "new" / "run");
+  EXPECT_TRUE(std::filesystem::is_directory(folder_ / "new" / "run"));
+}
+
+}  // namespace
+}  // namespace panoptes
