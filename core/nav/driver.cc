@@ -40,6 +40,15 @@ void stamp(OccupancyMap& map, const Vec2& p, double radius_m) {
   }
 }
 
+OccupancyMap unknown_around(const Vec2& p, double cell_m) {
+  OccupancyMap map;
+  map.cell_m = cell_m;
+  map.columns = map.rows = static_cast<int>(std::ceil(2 * kOverlay_m / cell_m));
+  map.origin = p - Vec2::Constant(kOverlay_m);
+  map.cells.assign(static_cast<std::size_t>(map.columns) * map.rows, Cell::kUnknown);
+  return map;
+}
+
 /// Lays what `local_odom` knows within `kOverlay_m` of the robot over the coarse map.
 void overlay(const OccupancyMap& local_odom, const Pose2& T_map_odom, const Vec2& robot_map,
              OccupancyMap& coarse_map) {
@@ -172,6 +181,9 @@ void Driver::plan(const DriveTask& task) {
   planned_ = task.stamp;
   const Pose2 T_map_body = task.T_map_odom * task.T_odom_body;
   OccupancyMap coarse = coarsen(*task.map, options_.search.cell_m, kOverlay_m);
+  if (coarse.cells.empty()) {
+    coarse = unknown_around(T_map_body.position(), coarse.cell_m);
+  }
   overlay(*task.local_odom, task.T_map_odom, T_map_body.position(), coarse);
   for (const Vec2& p : touched_odom_) {
     stamp(coarse, task.T_map_odom * p, kTouched_m);
@@ -277,7 +289,7 @@ void Driver::drive(const DriveTask& task, DriveStep& out) {
     const int column = grid_->clearance.column(T_map_body.position());
     const int row = grid_->clearance.row(T_map_body.position());
     if (grid_->drivable(column, row)) {
-      recoveries_ = 2;
+      recoveries_ = 2;  // straight to giving up
     }
     recover(task, no_path_, out);
     return;

@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/explore/explorer.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace panoptes {
+namespace {
+
+constexpr double kTwoPi = 2 * std::numbers::pi;
+
+/// Cells that may turn out to be floor for the robot: not occupied, far enough from what is, and
+/// joined to where the robot is by others of the kind. Row-major.
+std::vector<std::uint8_t> hopeful_cells(const DrivableGrid& grid, const Body& body,
+                                        const CostField& field) {
+  const OccupancyMap& map = grid.clearance.map;
+  std::vector<std::uint8_t> hopeful(map.cells.size(), 0);
+  std::vector<int> open;
+  for (std::size_t i = 0; i < map.cells.size(); ++i) {
+    if (std::isfinite(field.cost_m[i])) {
+      hopeful[i] = 1;
+      open.push_back(static_cast<int>(i));
+    }
+  }
+  while (!open.empty()) {
+    const int cell = open.back();
+    open.pop_back();
+    const int column = cell % map.columns;
+    const int row = cell / map.columns;
+    constexpr std::array<std::array<int, 2>, 4> kSteps = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+    for (const auto& step : kSteps) {
+      const int to_column = column + step[0];
+      const int to_row = row + step[1];
+      if (!map.contains(to_column, to_row)) {
+        continue;
+      }
+      const std::size_t to = grid.clearance.index(to_column, to_row);
+      if (hopeful[to] == 0 && grid.clearance.to_occupied_m[to] >= body.radius_m) {
+        hopeful[to] = 1;
+        open.push_back(static_cast<int>(to));
+      }
+    }
+  }
+  return hopeful;
+}
+
+/// Unknown hopeful floor, in square metres, along each ray of a full turn about `place`.
+void cast_rays(const DirectedOptions& o, const FloorWedge& wedge, const ClearanceMap& map,
+               const std::vector<std::uint8_t>& hopeful, const std::vector<Vec2>& directions,
+               const Vec2& place, std::vector<double>& gains_m2) {
+  const double step_m = 1.5 * map.map.cell_m;
+  const double sector_rad = kTwoPi / static_cast<double>(directions.size());
+  for (std::size_t k = 0; k < directions.size(); ++k) {
+    double gain = 0;
+    double unknown_m = 0;
+    // What hides the floor may stand nearer than the floor that is seen.
+    for (double r = step_m; r < wedge.far_m; r += step_m) {
+      const Vec2 p = place + r * directions[k];
+      const int column = map.column(p);
+      const int row = map.row(p);
+      if (!map.map.contains(column, row)) {
+        break;
+      }
+      const std::size_t i = map.index(column, row);
+      if (map.map.cells[i] == Cell::kOccupied) {
+        break;
+      }
+      if (map.map.cells[i] == Cell::kUnknown) {
+        unknown_m += step_m;
+        if (unknown_m > o.unknown_depth_m) {
+          break;
+        }
+        if (hopeful[i] != 0 && r >= wedge.near_m) {
+          gain += r * sector_rad * step_m;
+        }
+      }
+    }
+    gains_m2[k] = gain;
+  }
+}
+
+/// The direction a way has after its first or before its last half metre.
+double heading_of(const std::vector<Vec2>& way, bool at_end) {
+  if (way.size() < 2) {
+    return 0;
+  }
+  constexpr double kBase_m = 0.5;
+  const Vec2 from = at_end ? way.back() : way.front();
+  Vec2 other = from;
+  for (std::size_t i = 1; i < way.size(); ++i) {
+    other = at_end ? way[way.size() - 1 - i] : way[i];
+    if ((other - from).norm() >= kBase_m) {
+      break;
+    }
+  }
+  const Vec2 d = at_end ? Vec2(from - other) : Vec2(other - from);
+  return std::atan2(d.y(), d.x());
+}
+
+std::string describe(const char* format, double a, double b) {
+  std::array<char, 128> text{};
+  std::snprintf(text.data(), text.size(), format, a, b);
+  return text.data();
+}
+
+}  // namespace
+
+void bind(Fields& f, DirectedOptions& o) {
+  f("spacing_m", o.spacing_m, positive);
+  f("rays", o.rays, between(8, 720));
+  f("unknown_depth_m", o.unknown_depth_m, positive);
+  f("pace_mps", o.pace_mps, positive);
+  f("turn_pace_radps", o.turn_pace_radps, positive);
+  f("settle_s", o.settle_s, not_negative);
+  f("loyalty", o.loyalty, at_least(1));
+}
+
+void bind(Fields& f, RandomOptions& o) {
+  f("window_m", o.window_m, positive);
+  f("area_m", o.area_m, positive);
+  f("patience_s", o.patience_s, positive);
+}
+
+void bind(Fields& f, ExploreOptions& o) {
+  f.choice("method", o.method);
+  f("search", o.search);
+  f("least_gain", o.least_gain, positive);
+  f("blacklist_m", o.blacklist_m, not_negative);
+  f("blacklist_s", o.blacklist_s, positive);
+}
+
+Explorer::Explorer(const ExploreOptions& options, const Body& body, const FloorWedge& wedge,
+                   Rng rng)
+    : options_(options), body_(body), wedge_(wedge), rng_(rng) {}
+
+bool Explorer::given_up(const Vec2& p_map, Time now) const {
+  return std::any_of(given_up_.begin(), given_up_.end(), [&](const GivenUp& g) {
+    return now < g.until && (g.p_map - p_map).norm() <= options_.blacklist_m;
+  });
+}
+
+void Explorer::give_up(Time now) {
+  if (!goal_) {
+    return;
+  }
+  double for_s = options_.blacklist_s;
+  const Vec2 p = goal_->pose_map.position();
+  goal_.reset();
+  for (GivenUp& g : given_up_) {
+    if ((g.p_map - p).norm() <= options_.blacklist_m) {
+      g.for_s *= 2;
+      g.until = now + from_seconds(g.for_s);
+      return;
+    }
+  }
+  given_up_.push_back({p, now + from_seconds(for_s), for_s});
+}
+
+void Explorer::reached() { goal_.reset(); }
+
+ExploreChoice Explorer::choose(Time now, const OccupancyMap& map, const Pose2& T_map_body) {
+  // As far as the camera sees beyond what is mapped: unknown floor out there counts too.
+  const DrivableGrid grid = drivable_grid_of_coarse(
+      options_.search, body_, coarsen(map, options_.search.cell_m, wedge_.far_m));
+  ExploreChoice choice =
+      std::holds_alternative<DirectedOptions>(options_.method)
+          ? choose_directed(std::get<DirectedOptions>(options_.method), now, grid, T_map_body)
+          : choose_random(std::get<RandomOptions>(options_.method), now, grid, T_map_body);
+  goal_ = choice.goal;
+  return choice;
+}
+
+ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
+                                        const DrivableGrid& grid, const Pose2& T_map_body) {
+  ExploreChoice out;
+  const OccupancyMap& map = grid.clearance.map;
+  const CostField field = flood(options_.search, grid, T_map_body.position());
+  const std::vector<std::uint8_t> hopeful = hopeful_cells(grid, body_, field);
+
+  const auto rays = static_cast<std::size_t>(o.rays);
+  std::vector<Vec2> directions(rays);
+  for (std::size_t k = 0; k < rays; ++k) {
+    const double angle = kTwoPi * (static_cast<double>(k) + 0.5) / static_cast<double>(rays);
+    directions[k] = {std::cos(angle), std::sin(angle)};
+  }
+  const int width = std::max(1, static_cast<int>(std::lround(wedge_.width_rad / kTwoPi * o.rays)));
+  const double least_m2 = options_.least_gain * std::numbers::pi * body_.radius_m * body_.radius_m;
+
+  struct Best {
+    ExploreGoal goal;
+    double worth = 0;
+  };
+  std::optional<Best> best;
+  std::vector<double> gains(rays);
+  // The best heading to stand at in this cell, over gain for the time.
+  const auto judge = [&](int cell, std::optional<double> only_heading) -> std::optional<Best> {
+    const Vec2 place = map.centre(cell % map.columns, cell / map.columns);
+    cast_rays(o, wedge_, grid.clearance, hopeful, directions, place, gains);
+    double all = 0;
+    for (const double g : gains) {
+      all += g;
+    }
+    if (all < least_m2) {
+      return std::nullopt;
+    }
+    const std::vector<Vec2> way = way_to(grid, field, cell);
+    const double drive_s = field.cost_m[cell] / o.pace_mps;
+    double first_s = 0;
+    double arrival_rad = T_map_body.theta_rad;
+    if (way.size() > 1) {
+      first_s = std::abs(wrap_angle(heading_of(way, false) - T_map_body.theta_rad)) /
+                o.turn_pace_radps;
+      arrival_rad = heading_of(way, true);
+    }
+    std::optional<Best> found;
+    double sum = 0;
+    for (int k = 0; k < width; ++k) {
+      sum += gains[static_cast<std::size_t>(k)];
+    }
+    for (std::size_t k = 0; k < rays; ++k) {
+      const double heading =
+          wrap_angle(kTwoPi * (static_cast<double>(k) + 0.5 * width) / static_cast<double>(rays));
+      const bool tried =
+          !only_heading || std::abs(wrap_angle(heading - *only_heading)) <= kTwoPi / o.rays;
+      if (tried && sum >= least_m2) {
+        const double turn_s = std::abs(wrap_angle(heading - arrival_rad)) / o.turn_pace_radps;
+        const double cost_s = first_s + drive_s + turn_s;
+        const double worth = sum / (cost_s + o.settle_s);
+        if (!found || worth > found->worth) {
+          found = Best{{{place.x(), place.y(), heading}, true, sum, cost_s}, worth};
+        }
+      }
+      sum += gains[(k + static_cast<std::size_t>(width)) % rays] - gains[k];
+    }
+    return found;
+  };
+
+  // Nearest first, so that most of what is farther is ruled out unseen. Only places from which
+  // unknown floor is in range can show any.
+  std::vector<std::uint8_t> wanted(map.cells.size(), 0);
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    wanted[i] = hopeful[i] != 0 && map.cells[i] == Cell::kUnknown ? 1 : 0;
+  }
+  const std::vector<float> to_wanted_m =
+      distance_m(wanted, map.columns, map.rows, map.cell_m, 2 * wedge_.far_m);
+  const int stride = std::max(1, static_cast<int>(std::lround(o.spacing_m / map.cell_m)));
+  bool blacklisted = false;
+  std::vector<std::pair<double, int>> candidates;
+  for (int row = 0; row < map.rows; row += stride) {
+    for (int column = 0; column < map.columns; column += stride) {
+      const std::size_t cell = grid.clearance.index(column, row);
+      if (!std::isfinite(field.cost_m[cell]) || grid.room_m[cell] < 0 ||
+          to_wanted_m[cell] > wedge_.far_m) {
+        continue;
+      }
+      if (given_up(map.centre(column, row), now)) {
+        blacklisted = true;
+        continue;
+      }
+      candidates.emplace_back(field.cost_m[cell], static_cast<int>(cell));
+    }
+  }
+  std::sort(candidates.begin(), candidates.end());
+  // No view is worth more than the whole wedge of unknown floor.
+  const double most_m2 = 0.5 * wedge_.width_rad * wedge_.far_m * wedge_.far_m;
+  for (const auto& [cost_m, cell] : candidates) {
+    if (best && most_m2 / (cost_m / o.pace_mps + o.settle_s) <= best->worth) {
+      break;
+    }
+    const std::optional<Best> found = judge(cell, std::nullopt);
+    if (found && (!best || found->worth > best->worth)) {
+      best = found;
+    }
+  }
+  if (!best) {
+    out.reason = blacklisted ? "only places given up are left to look from"
+                             : "no unknown floor can be seen from anywhere reachable";
+    return out;
+  }
+  out.frontier_reachable = true;
+  // Judge the present goal anew and keep it while nothing is clearly better.
+  if (goal_) {
+    const int column = grid.clearance.column(goal_->pose_map.position());
+    const int row = grid.clearance.row(goal_->pose_map.position());
+    if (grid.drivable(column, row) && !given_up(goal_->pose_map.position(), now)) {
+      const std::size_t cell = grid.clearance.index(column, row);
+      if (std::isfinite(field.cost_m[cell])) {
+        const std::optional<Best> kept =
+            judge(static_cast<int>(cell), goal_->pose_map.theta_rad);
+        if (kept && best->worth <= o.loyalty * kept->worth) {
+          const Pose2 pose = goal_->pose_map;
+          best = kept;
+          best->goal.pose_map = pose;
+        }
+      }
+    }
+  }
+  out.goal = best->goal;
+  out.reason = describe("%.2f m2 of unknown floor in view after %.1f s", best->goal.gain_m2,
+                        best->goal.cost_s);
+  return out;
+}
+
+ExploreChoice Explorer::choose_random(const RandomOptions& o, Time now, const DrivableGrid& grid,
+                                      const Pose2& T_map_body) {
+  ExploreChoice out;
+  out.frontier_reachable = true;  // a random goal knows of no frontier: it is never done
+  const OccupancyMap& map = grid.clearance.map;
+  const CostField field = flood(options_.search, grid, T_map_body.position());
+  const Vec2 here = T_map_body.position();
+  if (!area_map_ || (*area_map_ - here).norm() > o.area_m) {
+    area_map_ = here;
+    area_since_ = now;
+  }
+  const auto reachable = [&](const Vec2& p) {
+    const int column = grid.clearance.column(p);
+    const int row = grid.clearance.row(p);
+    return grid.drivable(column, row) &&
+           std::isfinite(field.cost_m[grid.clearance.index(column, row)]) && !given_up(p, now);
+  };
+  if (goal_ && reachable(goal_->pose_map.position())) {
+    out.goal = goal_;
+    out.reason = "a random goal";
+    return out;
+  }
+  // Too long here: from outside the square, up to the whole map.
+  const bool farther = to_seconds(now - area_since_) > o.patience_s;
+  if (farther) {
+    area_since_ = now;
+  }
+  constexpr int kDraws = 200;
+  for (int i = 0; i < kDraws; ++i) {
+    Vec2 p;
+    if (farther) {
+      p = map.origin + map.cell_m * Vec2(rng_.uniform(0, map.columns), rng_.uniform(0, map.rows));
+      if ((p - here).cwiseAbs().maxCoeff() <= 0.5 * o.window_m) {
+        continue;
+      }
+    } else {
+      p = here + Vec2(rng_.uniform(-0.5, 0.5), rng_.uniform(-0.5, 0.5)) * o.window_m;
+    }
+    if (reachable(p) && (p - here).norm() > body_.radius_m) {
+      out.goal = ExploreGoal{{p.x(), p.y(), 0}, false, 0,
+                             field.cost_m[grid.clearance.index(grid.clearance.column(p),
+                                                               grid.clearance.row(p))]};
+      out.reason = farther ? "a random goal away from here" : "a random goal";
+      return out;
+    }
+  }
+  out.reason = "no random goal can be reached";
+  return out;
+}
+
+}  // namespace panoptes

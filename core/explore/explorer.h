@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "core/base/rng.h"
+#include "core/base/time.h"
+#include "core/config/fields.h"
+#include "core/geometry/body.h"
+#include "core/plan/path_search.h"
+
+namespace panoptes {
+
+/// The floor that the robot sees from where it stands: a sector about its heading, distances from
+/// the middle of the body.
+struct FloorWedge {
+  double width_rad = deg_to_rad(80);
+  double near_m = 0.45;
+  double far_m = 3.25;
+};
+
+/// Goes where most unknown floor comes into view for the time it takes to get there.
+struct DirectedOptions {
+  static constexpr std::string_view kName = "directed";
+  double spacing_m = 0.2;         ///< between candidate places
+  int rays = 48;                  ///< around a place
+  double unknown_depth_m = 1.5;   ///< a ray is believed this far into the unknown
+  double pace_mps = 0.4;          ///< what driving to a goal is reckoned at
+  double turn_pace_radps = 1.0;   ///< what turning is reckoned at
+  double settle_s = 2.0;          ///< added to every way, so that near places do not win by being near alone
+  double loyalty = 1.3;           ///< another goal must be this many times better
+};
+void bind(Fields& f, DirectedOptions& o);
+
+/// The thesis's way: a point drawn from a square around the robot, from farther away after too long
+/// in the same area.
+struct RandomOptions {
+  static constexpr std::string_view kName = "random";
+  double window_m = 3.0;
+  double area_m = 1.5;            ///< within this of where it was, it counts as the same area
+  double patience_s = 30;
+};
+void bind(Fields& f, RandomOptions& o);
+
+struct ExploreOptions {
+  std::variant<DirectedOptions, RandomOptions> method;
+  SearchOptions search;
+  double least_gain = 0.25;       ///< of the robot's own area: less unknown floor in view is not worth a way
+  double blacklist_m = 0.3;       ///< around a goal given up
+  double blacklist_s = 30;        ///< doubled every time it is given up again
+};
+void bind(Fields& f, ExploreOptions& o);
+
+struct ExploreGoal {
+  Pose2 pose_map;
+  bool heading_matters = false;   ///< turn to the pose's heading on arrival
+  double gain_m2 = 0;             ///< unknown floor expected to come into view
+  double cost_s = 0;              ///< time reckoned to get there
+};
+
+struct ExploreChoice {
+  std::optional<ExploreGoal> goal;
+  bool frontier_reachable = false;  ///< somewhere reachable shows unknown floor worth going for
+  std::string reason;
+};
+
+/// Chooses the next place to look from. Remembers the present goal (to keep it while it is about as
+/// good as any) and goals given up. Ask every second or two and after every relaxation: the map may
+/// have moved, and the goal is judged anew each time. About 10 ms for 12 x 12 m.
+class Explorer {
+ public:
+  Explorer(const ExploreOptions& options, const Body& body, const FloorWedge& wedge, Rng rng);
+
+  ExploreChoice choose(Time now, const OccupancyMap& map, const Pose2& T_map_body);
+
+  /// The present goal could not be reached: leave its surroundings alone for a while.
+  void give_up(Time now);
+
+  /// The present goal has been reached; the next choice owes it nothing.
+  void reached();
+
+ private:
+  struct GivenUp {
+    Vec2 p_map;
+    Time until;
+    double for_s;
+  };
+
+  ExploreChoice choose_directed(const DirectedOptions& o, Time now, const DrivableGrid& grid,
+                                const Pose2& T_map_body);
+  ExploreChoice choose_random(const RandomOptions& o, Time now, const DrivableGrid& grid,
+                              const Pose2& T_map_body);
+  bool given_up(const Vec2& p_map, Time now) const;
+
+  ExploreOptions options_;
+  Body body_;
+  FloorWedge wedge_;
+  Rng rng_;
+  std::optional<ExploreGoal> goal_;
+  std::vector<GivenUp> given_up_;
+  std::optional<Vec2> area_map_;  // where the thesis's way has been staying
+  Time area_since_;
+};
+
+}  // namespace panoptes

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/plan/path_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <queue>
+#include <utility>
+
+#include "core/base/check.h"
+
+namespace panoptes {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kDiagonal = 1.4142135623730951;
+
+struct Neighbour {
+  int column;
+  int row;
+  double length;
+};
+constexpr std::array<Neighbour, 8> kNeighbours = {{{1, 0, 1.0},
+                                                   {-1, 0, 1.0},
+                                                   {0, 1, 1.0},
+                                                   {0, -1, 1.0},
+                                                   {1, 1, kDiagonal},
+                                                   {-1, 1, kDiagonal},
+                                                   {1, -1, kDiagonal},
+                                                   {-1, -1, kDiagonal}}};
+
+/// The border of unknown cells that a search needs around a map: none is ever entered.
+constexpr double kNoBorder_m = 0;
+
+struct Open {
+  double estimate;
+  int cell;
+  // Equal estimates in order of cell, so that the search never depends on the heap's inside.
+  bool operator>(const Open& o) const {
+    return estimate != o.estimate ? estimate > o.estimate : cell > o.cell;
+  }
+};
+
+/// Dijkstra from `start`, or A* when there is a goal cell (it then stops there).
+CostField search(const SearchOptions& options, const DrivableGrid& grid, const Vec2& start,
+                 std::optional<int> goal) {
+  const OccupancyMap& map = grid.clearance.map;
+  CostField field;
+  field.cost_m.assign(grid.room_m.size(), kInfinity);
+  field.came_from.assign(grid.room_m.size(), -1);
+  const int start_column = grid.clearance.column(start);
+  const int start_row = grid.clearance.row(start);
+  if (!map.contains(start_column, start_row)) {
+    return field;
+  }
+  const int goal_column = goal ? *goal % map.columns : 0;
+  const int goal_row = goal ? *goal / map.columns : 0;
+  const auto estimate = [&](int column, int row) {
+    if (!goal) {
+      return 0.0;
+    }
+    const int dx = std::abs(column - goal_column);
+    const int dy = std::abs(row - goal_row);
+    return map.cell_m * (std::max(dx, dy) + (kDiagonal - 1) * std::min(dx, dy));
+  };
+  const auto start_cell = static_cast<int>(grid.clearance.index(start_column, start_row));
+  std::vector<std::uint8_t> closed(grid.room_m.size(), 0);
+  std::priority_queue<Open, std::vector<Open>, std::greater<>> open;
+  field.cost_m[start_cell] = 0;
+  open.push({estimate(start_column, start_row), start_cell});
+  while (!open.empty()) {
+    const int cell = open.top().cell;
+    open.pop();
+    if (closed[cell] != 0) {
+      continue;
+    }
+    closed[cell] = 1;
+    if (goal && cell == *goal) {
+      break;
+    }
+    const int column = cell % map.columns;
+    const int row = cell / map.columns;
+    for (const Neighbour& n : kNeighbours) {
+      const int to_column = column + n.column;
+      const int to_row = row + n.row;
+      if (!map.contains(to_column, to_row)) {
+        continue;
+      }
+      const auto to = static_cast<int>(grid.clearance.index(to_column, to_row));
+      if (closed[to] != 0) {
+        continue;
+      }
+      const double room = grid.room_m[to];
+      // Where there is too little room one may only climb out of it, never through an obstacle.
+      if (room < 0 && (grid.room_m[cell] >= 0 || room < grid.room_m[cell] ||
+                       map.cells[to] == Cell::kOccupied)) {
+        continue;
+      }
+      const double lack = std::clamp(1.0 - room / options.comfort_m, 0.0, 2.0);
+      const double cost = field.cost_m[cell] +
+                          map.cell_m * n.length * (1.0 + options.crowding * lack * lack);
+      if (cost < field.cost_m[to]) {
+        field.cost_m[to] = cost;
+        field.came_from[to] = cell;
+        open.push({cost + estimate(to_column, to_row), to});
+      }
+    }
+  }
+  return field;
+}
+
+/// The drivable cell nearest to `p`, within `tolerance_m`.
+std::optional<int> nearest_drivable(const DrivableGrid& grid, const Vec2& p, double tolerance_m) {
+  const OccupancyMap& map = grid.clearance.map;
+  const int middle_column = grid.clearance.column(p);
+  const int middle_row = grid.clearance.row(p);
+  const int reach = static_cast<int>(std::ceil(tolerance_m / map.cell_m));
+  std::optional<int> best;
+  double best_m = tolerance_m + 0.5 * kDiagonal * map.cell_m;
+  for (int row = middle_row - reach; row <= middle_row + reach; ++row) {
+    for (int column = middle_column - reach; column <= middle_column + reach; ++column) {
+      if (!grid.drivable(column, row)) {
+        continue;
+      }
+      const double d = (map.centre(column, row) - p).norm();
+      if (d < best_m) {
+        best_m = d;
+        best = static_cast<int>(grid.clearance.index(column, row));
+      }
+    }
+  }
+  return best;
+}
+
+std::string metres(const char* format, double value) {
+  std::array<char, 96> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+}  // namespace
+
+void bind(Fields& f, SearchOptions& o) {
+  f("cell_m", o.cell_m, between(0.01, 0.5));
+  f("margin_m", o.margin_m, not_negative);
+  f("comfort_m", o.comfort_m, positive);
+  f("crowding", o.crowding, not_negative);
+  f("goal_tolerance_m", o.goal_tolerance_m, not_negative);
+  f("through_unknown", o.through_unknown);
+}
+
+DrivableGrid drivable_grid_of_coarse(const SearchOptions& options, const Body& body,
+                                     OccupancyMap coarse) {
+  const double cap_m = body.radius_m + options.margin_m + options.comfort_m + coarse.cell_m;
+  DrivableGrid grid;
+  grid.clearance = clearance_map(std::move(coarse), cap_m);
+  grid.room_m.resize(grid.clearance.map.cells.size());
+  const auto occupied_m = static_cast<float>(body.radius_m + options.margin_m);
+  const auto unknown_m = static_cast<float>(body.radius_m);
+  for (std::size_t i = 0; i < grid.room_m.size(); ++i) {
+    const float to_occupied = grid.clearance.to_occupied_m[i] - occupied_m;
+    const float to_unknown = grid.clearance.to_unknown_m[i] - unknown_m;
+    grid.room_m[i] = options.through_unknown ? to_occupied : std::min(to_occupied, to_unknown);
+  }
+  return grid;
+}
+
+DrivableGrid drivable_grid(const SearchOptions& options, const Body& body,
+                           const OccupancyMap& map) {
+  return drivable_grid_of_coarse(options, body, coarsen(map, options.cell_m, kNoBorder_m));
+}
+
+CostField flood(const SearchOptions& options, const DrivableGrid& grid, const Vec2& start) {
+  return search(options, grid, start, std::nullopt);
+}
+
+std::vector<Vec2> way_to(const DrivableGrid& grid, const CostField& field, int cell) {
+  const OccupancyMap& map = grid.clearance.map;
+  std::vector<Vec2> way;
+  if (!std::isfinite(field.cost_m[cell])) {
+    return way;
+  }
+  for (int at = cell; at >= 0; at = field.came_from[at]) {
+    way.push_back(map.centre(at % map.columns, at / map.columns));
+  }
+  std::reverse(way.begin(), way.end());
+  return way;
+}
+
+PathSearch search_path(const SearchOptions& options, const DrivableGrid& grid, const Vec2& start,
+                       const Vec2& goal) {
+  PathSearch out;
+  const OccupancyMap& map = grid.clearance.map;
+  if (!map.contains(grid.clearance.column(start), grid.clearance.row(start))) {
+    out.reason = "the robot is outside the map";
+    return out;
+  }
+  const std::optional<int> goal_cell = nearest_drivable(grid, goal, options.goal_tolerance_m);
+  if (!goal_cell) {
+    out.reason = metres("no known free floor for the robot within %.2f m of the goal",
+                        options.goal_tolerance_m);
+    return out;
+  }
+  const CostField field = search(options, grid, start, goal_cell);
+  if (!std::isfinite(field.cost_m[*goal_cell])) {
+    out.reason = "no way to the goal over known free floor";
+    return out;
+  }
+  Path path;
+  path.points = way_to(grid, field, *goal_cell);
+  path.room_min_m = kInfinity;
+  for (std::size_t i = 0; i < path.points.size(); ++i) {
+    const std::size_t cell = grid.clearance.index(grid.clearance.column(path.points[i]),
+                                                  grid.clearance.row(path.points[i]));
+    path.room_min_m = std::min<double>(path.room_min_m, grid.room_m[cell]);
+    if (i > 0) {
+      path.length_m += (path.points[i] - path.points[i - 1]).norm();
+    }
+  }
+  // The goal itself, where it can be stood on, instead of its cell's centre.
+  if (static_cast<int>(grid.clearance.index(
+          std::clamp(grid.clearance.column(goal), 0, map.columns - 1),
+          std::clamp(grid.clearance.row(goal), 0, map.rows - 1))) == *goal_cell) {
+    path.points.push_back(goal);
+  }
+  out.path = std::move(path);
+  return out;
+}
+
+bool straight_way(const DrivableGrid& grid, const Vec2& a, const Vec2& b, double room_m) {
+  const Vec2 step = b - a;
+  const int count =
+      std::max(1, static_cast<int>(std::ceil(2 * step.norm() / grid.clearance.map.cell_m)));
+  for (int i = 1; i <= count; ++i) {
+    const Vec2 p = a + step * (static_cast<double>(i) / count);
+    const int column = grid.clearance.column(p);
+    const int row = grid.clearance.row(p);
+    if (!grid.clearance.map.contains(column, row) ||
+        grid.room_m[grid.clearance.index(column, row)] < room_m) {
+      return false;
+    }
+  }
+  return true;
+}
+
+Carrot carrot_on(const DrivableGrid& grid, const Path& path, const Vec2& robot, double ahead_m,
+                 std::size_t& from_point) {
+  PANOPTES_CHECK(!path.points.empty(), "a path has points");
+  const std::vector<Vec2>& points = path.points;
+  from_point = std::min(from_point, points.size() - 1);
+  // Nearest point of the stretch ahead: no jump to another branch that happens to pass close by.
+  double best = kInfinity;
+  double passed_m = 0;
+  std::size_t nearest = from_point;
+  for (std::size_t i = from_point; i < points.size() && passed_m < 2 * ahead_m; ++i) {
+    const double d = (points[i] - robot).norm();
+    if (d < best) {
+      best = d;
+      nearest = i;
+    }
+    if (i + 1 < points.size()) {
+      passed_m += (points[i + 1] - points[i]).norm();
+    }
+  }
+  from_point = nearest;
+  Carrot carrot;
+  carrot.off_path_m = best;
+  for (std::size_t i = nearest; i + 1 < points.size(); ++i) {
+    carrot.to_go_m += (points[i + 1] - points[i]).norm();
+  }
+  std::size_t at = nearest;
+  double ahead = 0;
+  while (at + 1 < points.size() && ahead < ahead_m) {
+    ahead += (points[at + 1] - points[at]).norm();
+    ++at;
+  }
+  // A straight line may be as narrow as the path itself is there, not narrower.
+  double room = kInfinity;
+  for (std::size_t i = nearest; i <= at; ++i) {
+    const std::size_t cell =
+        grid.clearance.index(grid.clearance.column(points[i]), grid.clearance.row(points[i]));
+    room = std::min<double>(room, grid.room_m[cell]);
+  }
+  const double wanted_m = std::min(room, 2 * grid.clearance.map.cell_m) - 0.5 * grid.clearance.map.cell_m;
+  constexpr double kNearest_m = 0.25;  // nearer, and its direction is noise
+  while (at > nearest && ahead > kNearest_m && !straight_way(grid, robot, points[at], wanted_m)) {
+    ahead -= (points[at] - points[at - 1]).norm();
+    --at;
+  }
+  carrot.point = points[at];
+  carrot.last = at + 1 == points.size();
+  return carrot;
+}
+
+}  // namespace panoptes
