@@ -55,8 +55,8 @@ Bounds placed_bounds(const Bounds& own, const Pose2& T_map_keyframe) {
 constexpr int kShift = 16;
 constexpr double kOne = 1 << kShift;
 
-// Calls each(column, row, evidence) with map cells and what the grid says there. The sums that add()
-// and subtract() make of it cancel exactly, for it depends on the grid and its pose alone.
+// Calls each(column, row, evidence) with map cells and what the grid says there. The sums that
+// add() and subtract() make of it cancel exactly, for it depends on the grid and its pose alone.
 template <class Each>
 void for_each_contribution(const PlacedGrid& placed, double cell_m, const Each& each) {
   const GridCrop& grid = *placed.grid;
@@ -70,8 +70,8 @@ void for_each_contribution(const PlacedGrid& placed, double cell_m, const Each& 
     const auto step_y = static_cast<std::int64_t>(std::llround(s * scale * kOne));
     for (std::size_t r = 0; r < grid.rows.size(); ++r) {
       const GridCrop::Row& row = grid.rows[r];
-      const Vec2 start = T * (grid.cell_m * Vec2(row.begin + 0.5,
-                                                 grid.first_row + static_cast<int>(r) + 0.5));
+      const Vec2 start =
+          T * (grid.cell_m * Vec2(row.begin + 0.5, grid.first_row + static_cast<int>(r) + 0.5));
       auto x = static_cast<std::int64_t>(std::floor(start.x() / cell_m * kOne));
       auto y = static_cast<std::int64_t>(std::floor(start.y() / cell_m * kOne));
       const std::int8_t* cell = grid.cells.data() + row.offset;
@@ -118,10 +118,10 @@ void for_each_contribution(const PlacedGrid& placed, double cell_m, const Each& 
            end_y);
     begin = std::max(begin, begin_y);
     end = std::min(end, end_y);
-    std::int64_t x = static_cast<std::int64_t>(std::floor(start.x() * kOne)) +
-                     step_x * (begin - low_column);
-    std::int64_t y = static_cast<std::int64_t>(std::floor(start.y() * kOne)) +
-                     step_y * (begin - low_column);
+    std::int64_t x =
+        static_cast<std::int64_t>(std::floor(start.x() * kOne)) + step_x * (begin - low_column);
+    std::int64_t y =
+        static_cast<std::int64_t>(std::floor(start.y() * kOne)) + step_y * (begin - low_column);
     for (int column = begin; column < end; ++column, x += step_x, y += step_y) {
       const int r = static_cast<int>(y >> kShift) - grid.first_row;
       if (static_cast<unsigned>(r) >= static_cast<unsigned>(grid_rows)) {
@@ -132,7 +132,8 @@ void for_each_contribution(const PlacedGrid& placed, double cell_m, const Each& 
       if (k < grid_row.begin || k >= grid_row.end) {
         continue;
       }
-      const std::int8_t v = grid.cells[grid_row.offset + static_cast<std::size_t>(k - grid_row.begin)];
+      const std::int8_t v =
+          grid.cells[grid_row.offset + static_cast<std::size_t>(k - grid_row.begin)];
       if (v != 0) {
         each(column, row, v);
       }
@@ -192,7 +193,8 @@ void EvidenceSum::apply(const PlacedGrid& placed) {
   const int first_row = first_row_;
   const int columns = columns_;
   for_each_contribution(placed, cell_m_, [=](int column, int row, int evidence) {
-    Sum& sum = sums[static_cast<std::ptrdiff_t>(row - first_row) * columns + (column - first_column)];
+    Sum& sum =
+        sums[static_cast<std::ptrdiff_t>(row - first_row) * columns + (column - first_column)];
     if (evidence > 0) {
       sum.free += kSign * evidence;
     } else {
@@ -305,14 +307,16 @@ void GlobalMap::move(std::span<const Pose2> T_map_keyframes) {
     const Bounds own = own_bounds(*fused_[i].grid);
     const double reach = own.low.cwiseAbs().cwiseMax(own.high.cwiseAbs()).norm();
     const double half_cell = sum_.cell_m() / 2;
-    if (T_was_is.position().norm() > half_cell || std::abs(T_was_is.theta_rad) * reach > half_cell) {
+    if (T_was_is.position().norm() > half_cell ||
+        std::abs(T_was_is.theta_rad) * reach > half_cell) {
       waiting_.push_back(static_cast<int>(i));
     }
   }
 }
 
 int GlobalMap::refuse(int keyframes_max) {
-  const auto count = std::min(waiting_.size(), static_cast<std::size_t>(std::max(0, keyframes_max)));
+  const auto count =
+      std::min(waiting_.size(), static_cast<std::size_t>(std::max(0, keyframes_max)));
   for (std::size_t k = 0; k < count; ++k) {
     const auto i = static_cast<std::size_t>(waiting_[k]);
     sum_.subtract(fused_[i]);

@@ -29,8 +29,8 @@ class EvidenceSum {
   void subtract(const PlacedGrid& placed);  ///< undoes add() exactly
 
   double cell_m() const { return cell_m_; }
-  OccupancyMap map() const;                                        ///< all there is
-  OccupancyMap map(const Vec2& low, const Vec2& high) const;       ///< a window
+  OccupancyMap map() const;                                   ///< all there is
+  OccupancyMap map(const Vec2& low, const Vec2& high) const;  ///< a window
   Cell at(int column, int row) const;
 
   struct Sum {
@@ -54,7 +54,8 @@ class EvidenceSum {
   std::vector<Sum> sums_;
 };
 
-/// Everything mapped so far; a keyframe that relaxation moved is taken out and put in again exactly.
+/// Everything mapped so far; a keyframe that relaxation moved is taken out and put in again
+/// exactly.
 class GlobalMap {
  public:
   explicit GlobalMap(double cell_m);
@@ -66,7 +67,8 @@ class GlobalMap {
   /// than that at their far edge, wait for refuse(); the others stay as they were fused.
   void move(std::span<const Pose2> T_map_keyframes);
 
-  /// Fuses at most `keyframes_max` of the waiting ones again, oldest first; returns how many still wait.
+  /// Fuses at most `keyframes_max` of the waiting ones again, oldest first; returns how many still
+  /// wait.
   int refuse(int keyframes_max);
 
   int waiting() const { return static_cast<int>(waiting_.size()); }
@@ -87,7 +89,8 @@ class GlobalMap {
 /// One map of all the grids: made once, at the end of a run.
 OccupancyMap fuse(std::span<const PlacedGrid> grids, double cell_m);
 
-/// The window around the robot that is driven by: the last few keyframes and the open one, in `odom`.
+/// The window around the robot that is driven by: the last few keyframes and the open one, in
+/// `odom`.
 class LocalMap {
  public:
   LocalMap(double cell_m, double half_width_m, int keyframes);

@@ -27,9 +27,7 @@ struct OccupancyMap {
                                  : Cell::kUnknown;
   }
   Cell at(const Vec2& p) const;
-  Vec2 centre(int column, int row) const {
-    return origin + cell_m * Vec2(column + 0.5, row + 0.5);
-  }
+  Vec2 centre(int column, int row) const { return origin + cell_m * Vec2(column + 0.5, row + 0.5); }
   double free_m2() const;
 };
 

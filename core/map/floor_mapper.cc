@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/map/floor_mapper.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/check.h"
+
+namespace panoptes {
+namespace {
+
+// What one picture may say of one cell: errors of colour are shared by neighbouring cells and
+// pictures, so a clear colour counts for three nats, not for the four that the table holds.
+constexpr int kGainNumerator = 3;
+constexpr int kGainDenominator = 4;
+
+// Enough colours for three Gaussians; more cost time and say nothing new.
+constexpr std::size_t kTrainedColours = 1500;
+
+Bgr colour_at(const cv::Mat& bgr, std::int32_t pixel) {
+  const std::uint8_t* p = bgr.data + 3 * static_cast<std::ptrdiff_t>(pixel);
+  return {p[0], p[1], p[2]};
+}
+
+}  // namespace
+
+void bind(Fields& f, FloorMapperOptions& o) {
+  f("colour", o.colour);
+  f("parallax", o.parallax);
+  f("parallax_check", o.parallax_check);
+  f("obstacle_height_m", o.obstacle_height_m, between(0.005, 0.3));
+  f("foot_depth_m", o.foot_depth_m, between(0.01, 0.3));
+  f("trusted_m", o.trusted_m, between(0.02, 1));
+  f("learn_to_m", o.learn_to_m, between(0.1, 5));
+  f("learn_every", o.learn_every, at_least(1));
+}
+
+FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& floor_camera,
+                         const Body& body)
+    : options_(options),
+      projection_(std::make_shared<FloorProjection>(project_floor(floor_camera, body))),
+      colour_(options.colour),
+      body_radius_m_(body.radius_m) {
+  const FloorProjection& p = *projection_;
+  if (options_.parallax) {
+    parallax_.emplace(options_.parallax_check, projection_);
+  }
+  const auto rays = static_cast<std::size_t>(p.rays);
+  const auto rows = static_cast<std::size_t>(p.rows);
+  const int width = floor_camera.intrinsics.width_px;
+  const int height = floor_camera.intrinsics.height_px;
+  first_pixel_ = width * height;
+  std::int32_t last = 0;
+  for (const std::int32_t pixel : p.pixel) {
+    if (pixel >= 0) {
+      first_pixel_ = std::min(first_pixel_, pixel);
+      last = std::max(last, pixel);
+    }
+  }
+  first_pixel_ -= first_pixel_ % width;
+  rated_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
+  ratio_.assign(rays * rows, 0);
+  smooth_.assign(rays * rows, 0);
+  evidence_.assign(rays * rows, 0);
+  first_.assign(rays, 0);
+
+  // An upright thing of height z at range r hides the floor from r to r h / (h - z).
+  const double low = std::min(options_.obstacle_height_m, 0.5 * p.height_m);
+  const double stretch = p.height_m / (p.height_m - low);
+  min_run_.resize(rows);
+  foot_run_.resize(rows);
+  for (std::size_t row = 0; row < rows; ++row) {
+    const float range = p.range_m[row * rays];
+    int run = 0;
+    int foot = 0;
+    for (std::size_t beyond = row; beyond < rows; ++beyond) {
+      run += p.range_m[beyond * rays] < range * stretch ? 1 : 0;
+      foot += p.range_m[beyond * rays] < range + options_.foot_depth_m ? 1 : 0;
+    }
+    min_run_[row] = std::max(run, 3);  // the mean of 3 x 3 alone makes a run of two
+    foot_run_[row] = std::max(foot, 1);
+  }
+
+  // The floor just ahead: the disc that is assumed free at the start, as far as it is seen.
+  const double trusted_radius = p.front_m + options_.trusted_m;
+  double least_side = 1e9;
+  for (int ray = 0; ray < p.rays; ++ray) {
+    for (int row = 0; row < p.rows; ++row) {
+      const auto i = static_cast<std::size_t>(row) * rays + static_cast<std::size_t>(ray);
+      if (p.pixel[i] < 0) {
+        continue;
+      }
+      const Vec3 h = p.H_body_px * Vec3(p.pixel[i] % width, p.pixel[i] / width, 1);
+      const Vec2 at = h.hnormalized();
+      if (at.norm() <= trusted_radius) {
+        trusted_.push_back(p.pixel[i]);
+      }
+      const double side = std::abs(at.y() - p.foot_body.y()) / p.range_m[i];
+      if (side < least_side) {
+        least_side = side;
+        ahead_ray_ = ray;
+      }
+    }
+  }
+}
+
+void FloorMapper::look_at_start(const cv::Mat& bgr) {
+  started_ = true;
+  if (trusted_.size() < 100) {
+    fault_ = "the floor just ahead of the robot is not in the picture";
+    return;
+  }
+  std::vector<Bgr> colours;
+  double sum = 0;
+  for (const std::int32_t pixel : trusted_) {
+    colours.push_back(colour_at(bgr, pixel));
+    sum += (colours.back()[0] + 2.0 * colours.back()[1] + colours.back()[2]) / 4;
+  }
+  const double mean = sum / static_cast<double>(colours.size());
+  if (mean < 8 || mean > 248) {
+    fault_ = "the picture is too dark or too bright to tell the floor by its colour";
+    return;
+  }
+  colour_.learn(fit_colours(colours, options_.colour.trained));
+  // What is one floor stands out from "any colour" by its own model; a jumble does not.
+  std::size_t clear = 0;
+  for (const Bgr& c : colours) {
+    clear += colour_.quick(c.data()) > 0 ? 1U : 0U;
+  }
+  if (clear * 10 < colours.size() * 9) {
+    fault_ = "what lies just ahead of the robot has too many colours to be one floor";
+    return;
+  }
+  sees_floor_ = true;
+}
+
+void FloorMapper::rate(const cv::Mat& bgr) {
+  const std::size_t pixels = rated_.size();
+  const std::uint8_t* at = bgr.data + 3 * static_cast<std::ptrdiff_t>(first_pixel_);
+  for (auto i = static_cast<std::size_t>(first_pixel_); i < pixels; ++i, at += 3) {
+    rated_[i] = colour_.quick(at);
+  }
+}
+
+void FloorMapper::scan() {
+  const FloorProjection& p = *projection_;
+  const auto rays = static_cast<std::size_t>(p.rays);
+  const auto rows = static_cast<std::size_t>(p.rows);
+  for (std::size_t i = 0; i < ratio_.size(); ++i) {
+    const std::int32_t pixel = p.pixel[i];
+    ratio_[i] = pixel >= 0 ? rated_[static_cast<std::size_t>(pixel)] : std::int8_t{0};
+  }
+  // the mean of 3 x 3; at the borders the nearest row or ray stands in
+  std::vector<std::int16_t> sum(rays);
+  for (std::size_t row = 0; row < rows; ++row) {
+    const std::int8_t* here = &ratio_[row * rays];
+    const std::int8_t* below = &ratio_[(row > 0 ? row - 1 : row) * rays];
+    const std::int8_t* above = &ratio_[(row + 1 < rows ? row + 1 : row) * rays];
+    for (std::size_t ray = 0; ray < rays; ++ray) {
+      sum[ray] = static_cast<std::int16_t>(here[ray] + below[ray] + above[ray]);
+    }
+    std::int8_t* out = &smooth_[row * rays];
+    const auto ninth = [](int total) { return static_cast<std::int8_t>((total * 455) / 4096); };
+    out[0] = ninth(2 * sum[0] + sum[1]);
+    for (std::size_t ray = 1; ray + 1 < rays; ++ray) {
+      out[ray] = ninth(sum[ray - 1] + sum[ray] + sum[ray + 1]);
+    }
+    out[rays - 1] = ninth(2 * sum[rays - 1] + sum[rays - 2]);
+  }
+
+  std::fill(evidence_.begin(), evidence_.end(), std::int8_t{0});
+  constexpr int kDivisor = FloorProjection::kFullWeight * kGainDenominator;
+  const auto weighed = [&](std::size_t i, int ratio) {
+    const int scaled = ratio * p.weight[i] * kGainNumerator;
+    return static_cast<std::int8_t>((scaled + (scaled < 0 ? -kDivisor : kDivisor) / 2) / kDivisor);
+  };
+  for (std::size_t ray = 0; ray < rays; ++ray) {
+    first_[ray] = static_cast<std::int16_t>(rows);
+    std::size_t row = 0;
+    while (row < rows) {
+      const std::size_t i = row * rays + ray;
+      if (p.pixel[i] < 0) {
+        ++row;
+        continue;
+      }
+      if (smooth_[i] > 0) {
+        evidence_[i] = weighed(i, smooth_[i]);
+        ++row;
+        continue;
+      }
+      // a run of another colour: a thing if it is as tall as one, else a stain
+      const auto wanted = static_cast<std::size_t>(min_run_[row]);
+      std::size_t end = row;
+      int total = 0;
+      while (end < rows && end - row < wanted) {
+        const std::size_t j = end * rays + ray;
+        if (p.pixel[j] < 0 || smooth_[j] > 0) {
+          break;
+        }
+        total += smooth_[j];
+        ++end;
+      }
+      const bool left_picture = end == rows || p.pixel[end * rays + ray] < 0;
+      if (end - row < wanted && !left_picture) {
+        for (; row < end; ++row) {
+          evidence_[row * rays + ray] = weighed(row * rays + ray, smooth_[row * rays + ray]);
+        }
+        continue;
+      }
+      first_[ray] = static_cast<std::int16_t>(row);
+      const int mean = total / static_cast<int>(end - row);
+      const std::size_t foot_end = std::min(row + static_cast<std::size_t>(foot_run_[row]), rows);
+      for (; row < foot_end; ++row) {
+        if (p.pixel[row * rays + ray] >= 0) {
+          evidence_[row * rays + ray] = weighed(row * rays + ray, mean);
+        }
+      }
+      break;
+    }
+  }
+}
+
+void FloorMapper::learn(const cv::Mat& bgr) {
+  const FloorProjection& p = *projection_;
+  const auto rays = static_cast<std::size_t>(p.rays);
+  const auto rows = static_cast<std::size_t>(p.rows);
+  std::vector<std::int32_t> pixels;
+  pixels.reserve(rays * rows);
+  for (std::size_t row = 0; row < rows; ++row) {
+    if (p.range_m[row * rays] > options_.learn_to_m) {
+      break;
+    }
+    for (std::size_t ray = 0; ray < rays; ++ray) {
+      const std::size_t i = row * rays + ray;
+      if (static_cast<int>(row) < first_[ray] && p.pixel[i] >= 0 &&
+          smooth_[i] > FloorColour::kClip / 2) {
+        pixels.push_back(p.pixel[i]);
+      }
+    }
+  }
+  const std::size_t stride = pixels.size() / kTrainedColours + 1;
+  std::vector<Bgr> colours;
+  // an odd start a frame, so that the same columns are not asked every time
+  for (std::size_t i = static_cast<std::size_t>(frame_) % stride; i < pixels.size(); i += stride) {
+    colours.push_back(colour_at(bgr, pixels[i]));
+  }
+  colour_.learn(fit_colours(colours, options_.colour.trained));
+}
+
+FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, bool may_learn) {
+  PANOPTES_CHECK(bgr.type() == CV_8UC3 && bgr.total() == rated_.size(),
+                 "the floor camera's picture is 8-bit BGR of the size its rig says");
+  const cv::Mat picture = bgr.isContinuous() ? bgr : bgr.clone();
+  if (!started_) {
+    look_at_start(picture);
+  }
+  const FloorProjection& p = *projection_;
+  FloorReading reading;
+  reading.projection = projection_;
+  reading.sees_floor = sees_floor_;
+  reading.fault = fault_;
+  rate(picture);
+  scan();
+  if (sees_floor_ && may_learn) {
+    if (parallax_) {
+      for (const ColourGaussian& g : parallax_->look(picture, T_odom_body, smooth_, first_)) {
+        colour_.adopt(g);
+        reading.learned_new_floor = true;
+      }
+    }
+    if (frame_ % options_.learn_every == 0) {
+      learn(picture);
+    }
+  }
+  ++frame_;
+
+  reading.log_ratio = cv::Mat::zeros(picture.size(), CV_32F);
+  auto* log_ratio = reading.log_ratio.ptr<float>();
+  for (auto i = static_cast<std::size_t>(first_pixel_); i < rated_.size(); ++i) {
+    log_ratio[i] = 0.125F * static_cast<float>(rated_[i]);
+  }
+  reading.evidence.resize(p.sample.size());
+  for (std::size_t i = 0; i < p.sample.size(); ++i) {
+    const std::int32_t s = p.sample[i];
+    reading.evidence[i] = s >= 0 ? evidence_[static_cast<std::size_t>(s)] : std::int8_t{0};
+  }
+  const auto ahead = static_cast<std::size_t>(ahead_ray_);
+  double free_to = 0;
+  for (std::size_t row = 0; row < static_cast<std::size_t>(first_[ahead]); ++row) {
+    const std::size_t i = row * static_cast<std::size_t>(p.rays) + ahead;
+    free_to = p.pixel[i] >= 0 ? static_cast<double>(p.range_m[i]) : free_to;
+  }
+  reading.free_ahead_m = std::max(0.0, p.foot_body.x() + free_to - body_radius_m_);
+  reading.floors = colour_.voting();
+  return reading;
+}
+
+}  // namespace panoptes

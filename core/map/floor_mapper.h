@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include "core/camera/rig.h"
+#include "core/config/fields.h"
+#include "core/geometry/body.h"
+#include "core/map/floor_colour.h"
+#include "core/map/floor_parallax.h"
+#include "core/map/floor_projection.h"
+
+namespace panoptes {
+
+struct FloorMapperOptions {
+  FloorColourOptions colour;
+  bool parallax = true;  ///< learn other floors by their motion; off: the thesis's own
+  FloorParallaxOptions parallax_check;
+  double obstacle_height_m = 0.04;  ///< what is lower than this may pass for a stain
+  double foot_depth_m = 0.04;       ///< how far behind its foot an obstacle is taken to reach
+  double trusted_m = 0.1;   ///< depth of the floor ahead that is taken to be floor at the start
+  double learn_to_m = 1.5;  ///< floor farther from the camera's foot is too coarse to learn from
+  int learn_every = 3;      ///< frames
+};
+void bind(Fields& f, FloorMapperOptions& o);
+
+/// What one picture says of the floor. Evidence is in eighths of a nat of ln P(free)/P(occupied):
+/// positive is free (thesis Eq. 6.2), 0 says nothing.
+struct FloorReading {
+  cv::Mat log_ratio;  ///< CV_32F, nats, the whole picture; 0 outside the mapped part
+  std::shared_ptr<const FloorProjection> projection;
+  std::vector<std::int8_t> evidence;  ///< the projection's body-frame raster, row-major along x
+  bool sees_floor = false;            ///< the patch ahead looked like one floor at the start
+  std::string fault;                  ///< why not
+  double free_ahead_m =
+      0;           ///< from the body's front, straight ahead, to the first obstacle or far edge
+  int floors = 0;  ///< Gaussians that vote
+  bool learned_new_floor = false;  ///< by its motion, in this picture
+};
+
+/// Free space from a floor camera (thesis 6.3.4): homography and a mixture of floor colours learned
+/// as the robot goes, beginning with the floor just ahead. A second floor is learned once its
+/// texture has moved as only the floor can (plane and parallax, Irani and Anandan 1996).
+class FloorMapper {
+ public:
+  FloorMapper(const FloorMapperOptions& options, const RigCamera& floor_camera, const Body& body);
+
+  /// `may_learn`: false after a bump or a stall, so that what touches the bumper is not learned.
+  FloorReading read(const cv::Mat& bgr, const Pose2& T_odom_body, bool may_learn);
+
+  const FloorProjection& projection() const { return *projection_; }
+  const FloorColour& colour() const { return colour_; }
+
+ private:
+  void look_at_start(const cv::Mat& bgr);
+  void rate(const cv::Mat& bgr);
+  void scan();
+  void learn(const cv::Mat& bgr);
+
+  FloorMapperOptions options_;
+  std::shared_ptr<const FloorProjection> projection_;
+  FloorColour colour_;
+  std::optional<FloorParallax> parallax_;
+  bool started_ = false;
+  bool sees_floor_ = false;
+  std::string fault_;
+  int frame_ = 0;
+  double body_radius_m_;
+  std::vector<std::int32_t> trusted_;  // pixels of the floor just ahead
+  std::vector<int> min_run_;         // samples an obstacle covers at least, by the row it starts in
+  std::vector<int> foot_run_;        // samples its foot covers
+  std::int32_t first_pixel_ = 0;     // of the rows of the picture that are mapped
+  int ahead_ray_ = 0;                // the ray nearest to straight ahead
+  std::vector<std::int8_t> rated_;   // picture: colour's log ratio, eighths of a nat
+  std::vector<std::int8_t> ratio_;   // scan: the same
+  std::vector<std::int8_t> smooth_;  // scan: mean of 3 x 3
+  std::vector<std::int8_t> evidence_;  // scan
+  std::vector<std::int16_t>
+      first_;  // per ray: row of the first obstacle, `rows` when there is none
+};
+
+}  // namespace panoptes

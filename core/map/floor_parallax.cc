@@ -1,0 +1,370 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/map/floor_parallax.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/Dense>
+
+#include "core/base/check.h"
+
+namespace panoptes {
+namespace {
+
+constexpr float kUnseen = -1;
+
+// Residuals of neighbouring cells share their cause, so of a block's cells about a quarter are
+// independent, and no block alone may decide.
+constexpr double kIndependentShare = 0.25;
+constexpr double kBlockLogOddsMax = 6;
+
+// A texture's own interpolation error, as a share of its variance, where pictures are half a cell
+// apart.
+constexpr double kTextureError = 0.1;
+
+// Alternatives nearer to the floor than this are not told from it.
+constexpr double kApart_cells = 1.5;
+
+}  // namespace
+
+void bind(Fields& f, FloorParallaxOptions& o) {
+  f("cell_m", o.cell_m, between(0.005, 0.1));
+  f("reach_m", o.reach_m, between(0.2, 5));
+  f("step_m", o.step_m, between(0.01, 1));
+  f("baseline_m", o.baseline_m, between(0.02, 1));
+  f.angle("turn_max", o.turn_max_rad, between(0, 3));
+  f("block", o.block, between(3, 32));
+  f("fit_max", o.fit_max, between(1, 10));
+  f("log_odds_floor", o.log_odds_floor, positive);
+  f("pairs_min", o.pairs_min, at_least(1));
+  f("upright_share_max", o.upright_share_max, between(0, 1));
+}
+
+FloorParallax::FloorParallax(const FloorParallaxOptions& options,
+                             std::shared_ptr<const FloorProjection> projection)
+    : options_(options), projection_(std::move(projection)) {
+  const FloorProjection& p = *projection_;
+  origin_body_ = p.origin_body;
+  columns_ =
+      static_cast<int>(std::min(options_.reach_m, p.cell_columns * p.cell_m) / options_.cell_m);
+  rows_ = static_cast<int>(p.cell_rows * p.cell_m / options_.cell_m);
+  const auto cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  sample_.assign(cells, -1);
+  std::vector<int> pixels_in(cells, 0);
+  // every sample of the scan falls into a cell; a cell that none falls into takes the one under it
+  const auto width_rays = static_cast<std::size_t>(p.rays);
+  for (int row = 0; row < rows_; ++row) {
+    for (int column = 0; column < columns_; ++column) {
+      const Vec2 at = options_.cell_m * Vec2(column + 0.5, row + 0.5) / p.cell_m;
+      const auto c = static_cast<int>(at.x());
+      const auto r = static_cast<int>(at.y());
+      if (c < p.cell_columns && r < p.cell_rows) {
+        sample_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                static_cast<std::size_t>(column)] =
+            p.sample[static_cast<std::size_t>(r) * static_cast<std::size_t>(p.cell_columns) +
+                     static_cast<std::size_t>(c)];
+      }
+    }
+  }
+  std::vector<std::uint8_t> used(width_rays * static_cast<std::size_t>(p.rows), 0);
+  for (int r = 0; r < p.cell_rows; ++r) {
+    for (int c = 0; c < p.cell_columns; ++c) {
+      const std::int32_t s =
+          p.sample[static_cast<std::size_t>(r) * static_cast<std::size_t>(p.cell_columns) +
+                   static_cast<std::size_t>(c)];
+      const auto row = static_cast<int>((r + 0.5) * p.cell_m / options_.cell_m);
+      const auto column = static_cast<int>((c + 0.5) * p.cell_m / options_.cell_m);
+      if (s < 0 || column >= columns_ || row >= rows_) {
+        continue;
+      }
+      const std::size_t cell = static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                               static_cast<std::size_t>(column);
+      pixel_.push_back(p.pixel[static_cast<std::size_t>(s)]);
+      cell_.push_back(static_cast<std::int32_t>(cell));
+      ++pixels_in[cell];
+    }
+  }
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    if (pixels_in[cell] == 0 && sample_[cell] >= 0) {
+      pixel_.push_back(p.pixel[static_cast<std::size_t>(sample_[cell])]);
+      cell_.push_back(static_cast<std::int32_t>(cell));
+    }
+  }
+}
+
+std::vector<float> FloorParallax::rectify(const cv::Mat& bgr) const {
+  const auto cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  std::vector<float> sum(cells, 0);
+  std::vector<std::int16_t> count(cells, 0);
+  for (std::size_t i = 0; i < pixel_.size(); ++i) {
+    const auto cell = static_cast<std::size_t>(cell_[i]);
+    const std::uint8_t* p = bgr.data + 3 * static_cast<std::ptrdiff_t>(pixel_[i]);
+    sum[cell] += static_cast<float>(p[0] + 2 * p[1] + p[2]);
+    ++count[cell];
+  }
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    sum[cell] = count[cell] > 0 ? sum[cell] / (4.0F * static_cast<float>(count[cell])) : kUnseen;
+  }
+  return sum;
+}
+
+std::vector<FloorParallax::Block> FloorParallax::judge(
+    const cv::Mat& bgr, const std::vector<float>& now, const Rectified& before,
+    const Pose2& T_odom_body, const std::vector<std::int8_t>& known,
+    const std::vector<std::int16_t>& first) const {
+  const FloorProjection& p = *projection_;
+  const Pose2 T_before_now = before.T_odom_body.inverse() * T_odom_body;
+  const Vec2 foot_before = T_before_now.inverse() * p.foot_body;
+  const Vec2 way = p.foot_body - foot_before;  // driven by the camera, in the body now
+  const double way_m = way.norm();
+  const Vec2 slide = T_before_now.rotation() * way / way_m * options_.cell_m;  // a cell along it
+
+  // a floor point of now, in cells of the earlier picture; displaced by so many cells along the way
+  const auto seen_before = [&](const Vec2& p_before) -> double {
+    const Vec2 at = (p_before - origin_body_) / options_.cell_m - Vec2(0.5, 0.5);
+    const double column = std::floor(at.x());
+    const double row = std::floor(at.y());
+    if (!(column >= 0 && row >= 0 && column + 1 < columns_ && row + 1 < rows_)) {
+      return kUnseen;
+    }
+    const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                          static_cast<std::size_t>(column);
+    const float a = before.grey[i];
+    const float b = before.grey[i + 1];
+    const float c = before.grey[i + static_cast<std::size_t>(columns_)];
+    const float d = before.grey[i + static_cast<std::size_t>(columns_) + 1];
+    if (a < 0 || b < 0 || c < 0 || d < 0) {
+      return kUnseen;
+    }
+    const double fx = at.x() - column;
+    const double fy = at.y() - row;
+    return (1 - fy) * ((1 - fx) * a + fx * b) + fy * ((1 - fx) * c + fx * d);
+  };
+
+  struct CellNow {
+    Vec2 p_before;
+    double grey;
+    std::size_t sample;
+  };
+  // mean squared difference of a block from what was seen before, its mean difference taken out
+  const auto misfit = [&](const std::vector<CellNow>& cells,
+                          double shift_cells) -> std::optional<double> {
+    double sum = 0;
+    double square = 0;
+    int count = 0;
+    for (const CellNow& cell : cells) {
+      const double was = seen_before(cell.p_before + shift_cells * slide);
+      if (was < 0) {
+        continue;
+      }
+      const double d = cell.grey - was;
+      sum += d;
+      square += d * d;
+      ++count;
+    }
+    if (count * 4 < static_cast<int>(cells.size()) * 3) {
+      return std::nullopt;
+    }
+    return square / count - (sum / count) * (sum / count);
+  };
+
+  struct Unknown {
+    std::vector<CellNow> cells;
+    double lift_cells = 0;  // how far an upright thing that begins at the first obstacle slides
+  };
+  std::vector<Unknown> unknowns;
+  double known_misfit = 0;
+  int known_blocks = 0;
+  const int block = options_.block;
+  for (int row0 = 0; row0 + block <= rows_; row0 += block) {
+    for (int column0 = 0; column0 + block <= columns_; column0 += block) {
+      std::vector<CellNow> floor;
+      Unknown unknown;
+      double lift = 0;
+      for (int row = row0; row < row0 + block; ++row) {
+        for (int column = column0; column < column0 + block; ++column) {
+          const std::size_t cell =
+              static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+              static_cast<std::size_t>(column);
+          const std::int32_t s = sample_[cell];
+          if (s < 0 || now[cell] < 0) {
+            continue;
+          }
+          const auto i = static_cast<std::size_t>(s);
+          const auto ray = i % static_cast<std::size_t>(p.rays);
+          const auto sample_row = i / static_cast<std::size_t>(p.rays);
+          const Vec2 at = origin_body_ + options_.cell_m * Vec2(column + 0.5, row + 0.5);
+          const CellNow here{T_before_now * at, now[cell], i};
+          if (static_cast<int>(sample_row) < first[ray]) {
+            if (known[i] > 0) {
+              floor.push_back(here);
+            }
+          } else if (known[i] <= 0) {
+            const double foot_range = static_cast<double>(
+                p.range_m[static_cast<std::size_t>(first[ray]) * static_cast<std::size_t>(p.rays)]);
+            lift += static_cast<double>(p.range_m[i]) / foot_range - 1;
+            unknown.cells.push_back(here);
+          }
+        }
+      }
+      const auto enough = static_cast<std::size_t>(3 * block * block / 4);
+      if (floor.size() >= enough) {
+        if (const std::optional<double> m = misfit(floor, 0)) {
+          known_misfit += *m;
+          ++known_blocks;
+        }
+      }
+      if (unknown.cells.size() >= enough) {
+        unknown.lift_cells =
+            lift / static_cast<double>(unknown.cells.size()) * way_m / options_.cell_m;
+        if (unknown.lift_cells >= kApart_cells) {
+          unknowns.push_back(std::move(unknown));
+        }
+      }
+    }
+  }
+  std::vector<Block> blocks;
+  if (known_blocks < 3 || unknowns.empty()) {
+    return blocks;  // nothing says how well the floor itself agrees
+  }
+  known_misfit = std::max(known_misfit / known_blocks, 1.0);
+  for (const Unknown& unknown : unknowns) {
+    const std::optional<double> flat = misfit(unknown.cells, 0);
+    const std::optional<double> back = misfit(unknown.cells, -kApart_cells);
+    if (!flat || !back) {
+      continue;
+    }
+    double upright = 1e12;
+    const double highest = std::min(1.5 * unknown.lift_cells, 16.0);
+    for (double shift = kApart_cells; shift <= highest; shift += shift < 4 ? 0.5 : 1.0) {
+      if (const std::optional<double> m = misfit(unknown.cells, shift)) {
+        upright = std::min(upright, *m);
+      }
+    }
+    if (upright > 1e11) {
+      continue;
+    }
+    const auto n = static_cast<double>(unknown.cells.size());
+    double sum = 0;
+    double square = 0;
+    std::vector<Bgr> colours;
+    for (const CellNow& cell : unknown.cells) {
+      sum += cell.grey;
+      square += cell.grey * cell.grey;
+      const std::uint8_t* c = bgr.data + 3 * static_cast<std::ptrdiff_t>(p.pixel[cell.sample]);
+      colours.push_back({c[0], c[1], c[2]});
+    }
+    const double variance = square / n - (sum / n) * (sum / n);
+    const double noise = std::max(known_misfit, kTextureError * variance);
+    double log_odds = kIndependentShare * n * (upright - *flat) / (2 * noise);
+    if (log_odds > 0) {
+      const double fit_max = options_.fit_max * options_.fit_max;
+      const double worse_back = kIndependentShare * n * (*back - *flat) / (2 * noise);
+      // the floor must also fit by itself, and better than what lies under it
+      log_odds = *flat <= fit_max * noise ? std::min(log_odds, std::max(worse_back, 0.0)) : 0;
+    }
+    log_odds = std::clamp(log_odds, -kBlockLogOddsMax, kBlockLogOddsMax);
+    std::vector<ColourGaussian> colour = fit_colours(colours, 1);
+    if (log_odds != 0 && !colour.empty()) {
+      blocks.push_back({log_odds, colour.front()});
+    }
+  }
+  return blocks;
+}
+
+std::vector<ColourGaussian> FloorParallax::look(const cv::Mat& bgr, const Pose2& T_odom_body,
+                                                const std::vector<std::int8_t>& known,
+                                                const std::vector<std::int16_t>& first) {
+  if (!past_.empty()) {
+    const Vec2 moved = T_odom_body.position() - past_.back().T_odom_body.position();
+    if (moved.norm() < options_.step_m) {
+      return {};
+    }
+  }
+  Rectified now{T_odom_body, rectify(bgr)};
+  const Rectified* before = nullptr;
+  double best = 0.5 * options_.baseline_m;  // how far from the wanted baseline it may be
+  for (const Rectified& r : past_) {
+    const Pose2 T_then_now = r.T_odom_body.inverse() * T_odom_body;
+    const double off = std::abs(T_then_now.position().norm() - options_.baseline_m);
+    if (off <= best && std::abs(T_then_now.theta_rad) <= options_.turn_max_rad) {
+      best = off;
+      before = &r;
+    }
+  }
+  std::vector<Block> blocks;
+  if (before != nullptr) {
+    blocks = judge(bgr, now.grey, *before, T_odom_body, known, first);
+  }
+  past_.push_back(std::move(now));
+  while (past_.size() > 12) {
+    past_.pop_front();
+  }
+
+  constexpr std::size_t kCandidates = 12;
+  std::vector<std::uint8_t> spoke(kCandidates, 0);
+  for (Block& b : blocks) {
+    b.colour.covariance +=
+        4 * Mat3::Identity();  // a block of one colour still has the camera's noise
+    std::size_t nearest = candidates_.size();
+    double least = 1;  // Eq. 6.4
+    for (std::size_t i = 0; i < candidates_.size(); ++i) {
+      const ColourGaussian& c = candidates_[i].colour;
+      const Vec3 d = c.mean - b.colour.mean;
+      const double distance = d.dot((c.covariance + b.colour.covariance).ldlt().solve(d));
+      if (distance <= least) {
+        least = distance;
+        nearest = i;
+      }
+    }
+    if (nearest == candidates_.size()) {
+      if (candidates_.size() < kCandidates) {
+        candidates_.push_back({});
+      } else {  // the one that least was said of gives way
+        nearest = 0;
+        for (std::size_t i = 1; i < kCandidates; ++i) {
+          const auto said = [&](std::size_t k) {
+            return candidates_[k].floor_log_odds + candidates_[k].upright_log_odds;
+          };
+          nearest = said(i) < said(nearest) ? i : nearest;
+        }
+        candidates_[nearest] = {};
+        spoke[nearest] = 0;
+      }
+      candidates_[nearest].colour = b.colour;
+    } else {
+      ColourGaussian& c = candidates_[nearest].colour;
+      const double sum = c.mass + b.colour.mass;
+      const Vec3 d = c.mean - b.colour.mean;
+      // both covariances and the spread of the means, for blocks are small beside a floor
+      c.covariance = (c.mass * c.covariance + b.colour.mass * b.colour.covariance) / sum +
+                     (c.mass * b.colour.mass / (sum * sum)) * d * d.transpose();
+      c.mean = (c.mass * c.mean + b.colour.mass * b.colour.mean) / sum;
+      c.mass = sum;
+    }
+    Candidate& candidate = candidates_[nearest];
+    (b.floor_log_odds > 0 ? candidate.floor_log_odds : candidate.upright_log_odds) +=
+        std::abs(b.floor_log_odds);
+    if (b.floor_log_odds > 0) {
+      spoke[nearest] = 1;
+    }
+  }
+  std::vector<ColourGaussian> proved;
+  std::vector<Candidate> kept;
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    Candidate& c = candidates_[i];
+    c.pairs += spoke[i];
+    const double all = c.floor_log_odds + c.upright_log_odds;
+    if (c.floor_log_odds >= options_.log_odds_floor && c.pairs >= options_.pairs_min &&
+        c.upright_log_odds <= options_.upright_share_max * all) {
+      proved.push_back(c.colour);
+    } else {
+      kept.push_back(c);
+    }
+  }
+  candidates_ = std::move(kept);
+  return proved;
+}
+
+}  // namespace panoptes

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include "core/config/fields.h"
+#include "core/map/floor_colour.h"
+#include "core/map/floor_projection.h"
+
+namespace panoptes {
+
+struct FloorParallaxOptions {
+  double cell_m = 0.02;  ///< of the rectified pictures that are compared
+  double reach_m = 1.6;  ///< from the nearest mapped floor; beyond, a pixel is larger than a cell
+  double step_m = 0.04;  ///< a rectified picture is kept this often
+  double baseline_m = 0.16;        ///< pictures this far apart are compared
+  double turn_max_rad = 0.5;       ///< and turned by no more than this
+  int block = 6;                   ///< cells to a side that are judged together
+  double fit_max = 2.0;            ///< rms difference allowed, in those of known floor
+  double log_odds_floor = 60;      ///< summed ln P(floor)/P(upright) that makes a colour a floor
+  int pairs_min = 3;               ///< pictures that must have said so
+  double upright_share_max = 0.1;  ///< of the votes that may have spoken against
+};
+void bind(Fields& f, FloorParallaxOptions& o);
+
+/// Tells another floor from an upright thing of the same colour by how its texture moves: seen from
+/// two places, the floor's points keep their place on the floor, while those of a thing at height z
+/// slide along the way driven by z / (height - z) of it. What has no texture along that way, and a
+/// turn on the spot, say nothing.
+class FloorParallax {
+ public:
+  FloorParallax(const FloorParallaxOptions& options,
+                std::shared_ptr<const FloorProjection> projection);
+
+  /// `known`: the scan's smoothed colour ratio; `first`: the first obstacle's row along each ray.
+  /// Returns the colours that have proved to be floor.
+  std::vector<ColourGaussian> look(const cv::Mat& bgr, const Pose2& T_odom_body,
+                                   const std::vector<std::int8_t>& known,
+                                   const std::vector<std::int16_t>& first);
+
+ private:
+  struct Rectified {
+    Pose2 T_odom_body;
+    std::vector<float> grey;  // negative where nothing is seen
+  };
+  struct Block {
+    double floor_log_odds = 0;  // negative: upright
+    ColourGaussian colour;
+  };
+  struct Candidate {
+    ColourGaussian colour;
+    double floor_log_odds = 0;
+    double upright_log_odds = 0;
+    int pairs = 0;
+  };
+
+  std::vector<float> rectify(const cv::Mat& bgr) const;
+  std::vector<Block> judge(const cv::Mat& bgr, const std::vector<float>& now,
+                           const Rectified& before, const Pose2& T_odom_body,
+                           const std::vector<std::int8_t>& known,
+                           const std::vector<std::int16_t>& first) const;
+
+  FloorParallaxOptions options_;
+  std::shared_ptr<const FloorProjection> projection_;
+  int columns_ = 0;
+  int rows_ = 0;
+  Vec2 origin_body_ = Vec2::Zero();
+  std::vector<std::int32_t> pixel_;   // mapped pixels and
+  std::vector<std::int32_t> cell_;    // the cell each falls into
+  std::vector<std::int32_t> sample_;  // the scan's sample at each cell's centre, -1 outside
+  std::deque<Rectified> past_;
+  std::vector<Candidate> candidates_;
+};
+
+}  // namespace panoptes

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/map/floor_projection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include <Eigen/Dense>
+
+#include "core/base/check.h"
+#include "core/base/error.h"
+#include "core/geometry/homography.h"
+
+namespace panoptes {
+namespace {
+
+// The homography of a camera where the rig believes it to be: a ray meets z = 0 at
+// c - c_z * (R ray) / (R ray)_z, which is linear in the ray but for the last division.
+Mat3 mounted_homography(const RigCamera& camera) {
+  const Mat3 R = camera.T_body_camera.rotation.toRotationMatrix();
+  const Vec3 c = camera.T_body_camera.translation;
+  Mat3 H_body_ray;
+  H_body_ray.row(0) = c.z() * R.row(0) - c.x() * R.row(2);
+  H_body_ray.row(1) = c.z() * R.row(1) - c.y() * R.row(2);
+  H_body_ray.row(2) = -R.row(2);
+  const Intrinsics& k = camera.intrinsics;
+  Mat3 H_ray_px;
+  H_ray_px << 1 / k.fx_px, 0, -k.cx_px / k.fx_px, 0, 1 / k.fy_px, -k.cy_px / k.fy_px, 0, 0, 1;
+  return H_body_ray * H_ray_px;
+}
+
+Mat3 believed_homography(const RigCamera& camera) {
+  const FloorView& view = *camera.floor;
+  if (view.H_body_px) {
+    return *view.H_body_px;
+  }
+  if (view.marks.empty()) {
+    return mounted_homography(camera);
+  }
+  std::vector<PlanePair> pairs;
+  for (const FloorMark& mark : view.marks) {
+    pairs.push_back({mark.px, mark.p_body});
+  }
+  const HomographyFit fit = fit_homography(pairs);
+  if (!fit.H_to_from) {
+    throw ConfigError("floor.marks: do not give a homography: " + fit.fault +
+                      "; four or more marks are needed, no three on a line");
+  }
+  return *fit.H_to_from;
+}
+
+// Where the camera of a homography is: K^-1 H^-1 holds the first two axes of its rotation and its
+// translation up to scale (Zhang 2000).
+Vec3 camera_of(const Mat3& H_body_px, const Intrinsics& k) {
+  Mat3 K;
+  K << k.fx_px, 0, k.cx_px, 0, k.fy_px, k.cy_px, 0, 0, 1;
+  Mat3 G = K.inverse() * H_body_px.inverse();
+  G *= 2 / (G.col(0).norm() + G.col(1).norm());
+  Mat3 axes;
+  axes << G.col(0), G.col(1), G.col(0).cross(G.col(1));
+  const Eigen::JacobiSVD<Mat3> svd(axes, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Mat3 R_camera_body = svd.matrixU() * svd.matrixV().transpose();
+  return -(R_camera_body.transpose() * G.col(2));
+}
+
+double cross(const Vec2& a, const Vec2& b, const Vec2& c) {
+  return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+}
+
+std::vector<Vec2> convex_hull(std::vector<Vec2> points) {  // monotone chain (Andrew 1979)
+  std::sort(points.begin(), points.end(), [](const Vec2& a, const Vec2& b) {
+    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
+  });
+  std::vector<Vec2> hull;
+  for (int side = 0; side < 2; ++side) {
+    const std::size_t base = hull.size();
+    for (const Vec2& p : points) {
+      while (hull.size() >= base + 2 && cross(hull[hull.size() - 2], hull.back(), p) <= 0) {
+        hull.pop_back();
+      }
+      hull.push_back(p);
+    }
+    hull.pop_back();
+    std::reverse(points.begin(), points.end());
+  }
+  return hull;
+}
+
+// Which pixels are mapped, and where they lie.
+struct Mapped {
+  Mat3 H_body_px;
+  Mat3 H_px_body;
+  int width = 0;
+  int height = 0;
+  int top_row = 0;
+  double low_x = 0;
+  double high_x = 0;
+
+  // The pixel under a floor point; -1 when it is not mapped.
+  std::int32_t pixel(const Vec2& p_body) const {
+    if (p_body.x() < low_x || p_body.x() > high_x) {
+      return -1;
+    }
+    const std::optional<Vec2> px = transfer(H_px_body, p_body);
+    if (!px) {
+      return -1;
+    }
+    const double u = std::round(px->x());
+    const double v = std::round(px->y());
+    if (!(u >= 0 && u < width && v >= top_row && v < height)) {
+      return -1;
+    }
+    return static_cast<std::int32_t>(v) * width + static_cast<std::int32_t>(u);
+  }
+};
+
+}  // namespace
+
+FloorProjection project_floor(const RigCamera& camera, const Body& body, double cell_m) {
+  if (!camera.floor) {
+    throw ConfigError("floor: a floor camera needs to say which part of its picture is mapped");
+  }
+  const FloorView& view = *camera.floor;
+  const Intrinsics& k = camera.intrinsics;
+  PANOPTES_CHECK(k.fx_px > 0 && k.fy_px > 0 && cell_m > 0, "a floor camera has a focal length");
+
+  Mapped mapped;
+  mapped.H_body_px = believed_homography(camera);
+  if (!(std::abs(mapped.H_body_px.determinant()) > 0) || !mapped.H_body_px.allFinite()) {
+    throw ConfigError("floor.H_body_px: is singular; must map pixels to floor points");
+  }
+  // the bottom of the picture is before the horizon, so there the third coordinate is positive
+  const Vec3 bottom = mapped.H_body_px * Vec3(k.cx_px, k.height_px - 1.0, 1);
+  mapped.H_body_px *= (bottom.z() > 0 ? 1 : -1) / mapped.H_body_px.norm();
+  mapped.H_px_body = mapped.H_body_px.inverse();
+  const Vec2 bottom_body = bottom.hnormalized();
+  if ((mapped.H_px_body * bottom_body.homogeneous()).z() < 0) {
+    mapped.H_px_body = -mapped.H_px_body;
+  }
+  mapped.width = k.width_px;
+  mapped.height = k.height_px;
+  mapped.top_row = view.rows == FloorView::Rows::kLowerHalf ? k.height_px / 2 : 0;
+  mapped.low_x = body.radius_m + view.near_m;
+  mapped.high_x = body.radius_m + view.far_m;
+
+  FloorProjection out;
+  out.H_body_px = mapped.H_body_px;
+  out.cell_m = cell_m;
+  const Vec3 c = camera_of(mapped.H_body_px, k);
+  out.foot_body = c.head<2>();
+  out.height_m = std::abs(c.z());
+
+  // What the picture covers: directions and distances of the mapped pixels from the foot.
+  double az_low = std::numeric_limits<double>::infinity();
+  double az_high = -az_low;
+  double range_low = az_low;
+  double range_high = 0;
+  double y_low = az_low;
+  double y_high = -az_low;
+  double x_low = az_low;
+  double x_high = -az_low;
+  for (int v = mapped.top_row; v < mapped.height; ++v) {
+    for (int u = 0; u < mapped.width; ++u) {
+      const std::optional<Vec2> p = transfer(mapped.H_body_px, Vec2(u, v));
+      if (!p || p->x() < mapped.low_x || p->x() > mapped.high_x) {
+        continue;
+      }
+      const Vec2 d = *p - out.foot_body;
+      const double az = std::atan2(d.y(), d.x());
+      az_low = std::min(az_low, az);
+      az_high = std::max(az_high, az);
+      range_low = std::min(range_low, d.norm());
+      range_high = std::max(range_high, d.norm());
+      x_low = std::min(x_low, p->x());
+      x_high = std::max(x_high, p->x());
+      y_low = std::min(y_low, p->y());
+      y_high = std::max(y_high, p->y());
+    }
+  }
+  if (!(range_high > range_low)) {
+    throw ConfigError(
+        "floor: the camera sees no floor between near_m and far_m before its horizon; tilt it down "
+        "or correct its marks");
+  }
+
+  // One ray a pixel in the middle of the farthest row; samples a pixel apart along the middle ray,
+  // but no finer than three quarters of a cell.
+  const auto depth_at = [&](const Vec2& p, const Vec2& along) {
+    const Vec3 a = mapped.H_px_body * p.homogeneous();
+    const Vec3 b = mapped.H_px_body * Vec3(along.x(), along.y(), 0);
+    const Vec2 px_per_m = (b.head<2>() - a.hnormalized() * b.z()) / a.z();
+    return 1 / px_per_m.norm();
+  };
+  const double az_middle = std::clamp(0.0, az_low, az_high);
+  const Vec2 middle(std::cos(az_middle), std::sin(az_middle));
+  const Vec2 farthest = out.foot_body + middle * std::min(range_high, mapped.high_x - c.x());
+  const Vec2 sideways(-middle.y(), middle.x());
+  const double az_step = depth_at(farthest, sideways) / (farthest - out.foot_body).norm();
+  out.rays = static_cast<int>(std::ceil((az_high - az_low) / az_step)) + 1;
+  std::vector<double> ranges;
+  for (double r = range_low; r <= range_high;) {
+    ranges.push_back(r);
+    r += std::max(depth_at(out.foot_body + middle * r, middle), 0.75 * cell_m);
+  }
+  out.rows = static_cast<int>(ranges.size());
+  PANOPTES_CHECK(out.rays < 32768 && out.rows < 32768, "a picture has few enough pixels");
+
+  const auto samples = static_cast<std::size_t>(out.rays) * static_cast<std::size_t>(out.rows);
+  out.pixel.assign(samples, -1);
+  out.range_m.assign(samples, 0);
+  out.depth_m.assign(samples, 0);
+  out.weight.assign(samples, 0);
+  for (int ray = 0; ray < out.rays; ++ray) {
+    const double az = az_low + ray * az_step;
+    const Vec2 along(std::cos(az), std::sin(az));
+    for (int row = 0; row < out.rows; ++row) {
+      const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(out.rays) +
+                            static_cast<std::size_t>(ray);
+      const double r = ranges[static_cast<std::size_t>(row)];
+      const Vec2 p = out.foot_body + along * r;
+      out.range_m[i] = static_cast<float>(r);
+      out.pixel[i] = mapped.pixel(p);
+      if (out.pixel[i] >= 0) {
+        const double depth = depth_at(p, along);
+        out.depth_m[i] = static_cast<float>(depth);
+        out.weight[i] = static_cast<std::uint8_t>(
+            std::lround(FloorProjection::kFullWeight * std::min(1.0, cell_m / depth)));
+      }
+    }
+  }
+
+  const double column_low = std::floor(x_low / cell_m);
+  const double row_low = std::floor(y_low / cell_m);
+  out.origin_body = cell_m * Vec2(column_low, row_low);
+  out.cell_columns = static_cast<int>(std::ceil(x_high / cell_m) - column_low);
+  out.cell_rows = static_cast<int>(std::ceil(y_high / cell_m) - row_low);
+  out.sample.assign(
+      static_cast<std::size_t>(out.cell_columns) * static_cast<std::size_t>(out.cell_rows), -1);
+  std::vector<Vec2> corners;
+  double nearest_ahead = std::numeric_limits<double>::infinity();
+  for (int r = 0; r < out.cell_rows; ++r) {
+    int first = -1;
+    int last = -1;
+    for (int column = 0; column < out.cell_columns; ++column) {
+      const Vec2 p = out.origin_body + cell_m * Vec2(column + 0.5, r + 0.5);
+      if (mapped.pixel(p) < 0) {
+        continue;
+      }
+      const Vec2 d = p - out.foot_body;
+      const int ray = static_cast<int>(std::lround((std::atan2(d.y(), d.x()) - az_low) / az_step));
+      const double range = d.norm();
+      int row =
+          static_cast<int>(std::lower_bound(ranges.begin(), ranges.end(), range) - ranges.begin());
+      row = std::min(row, out.rows - 1);
+      if (row > 0 && range - ranges[static_cast<std::size_t>(row) - 1] <
+                         ranges[static_cast<std::size_t>(row)] - range) {
+        --row;
+      }
+      const int i = row * out.rays + std::clamp(ray, 0, out.rays - 1);
+      if (out.pixel[static_cast<std::size_t>(i)] < 0) {
+        continue;
+      }
+      out.sample[static_cast<std::size_t>(r) * static_cast<std::size_t>(out.cell_columns) +
+                 static_cast<std::size_t>(column)] = i;
+      first = first < 0 ? column : first;
+      last = column;
+      if (std::abs(p.y()) <= 0.1) {
+        nearest_ahead = std::min(nearest_ahead, p.x() - cell_m / 2);
+      }
+    }
+    if (first >= 0) {
+      for (const int column : {first, last + 1}) {
+        corners.push_back(out.origin_body + cell_m * Vec2(column, r));
+        corners.push_back(out.origin_body + cell_m * Vec2(column, r + 1));
+      }
+    }
+  }
+  if (corners.empty()) {
+    throw ConfigError("floor: no cell of the floor between near_m and far_m lies in the picture");
+  }
+  out.outline_body = convex_hull(std::move(corners));
+  out.front_m = std::isfinite(nearest_ahead) ? nearest_ahead : x_low;
+  out.blind_gap_m = out.front_m - body.radius_m;
+  return out;
+}
+
+}  // namespace panoptes

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/map/keyframe_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/base/check.h"
+
+namespace panoptes {
+namespace {
+
+// Certain enough that ten contradicting pictures from near by still turn it.
+constexpr int kCertain = 100;
+
+// A body has stood on a cell: stronger than any one picture.
+constexpr int kTouched = 48;
+
+// Pictures nearer together than this share their errors: a pixel moves by about its own size on the
+// floor a metre away.
+constexpr double kIndependent_m = 0.025;
+constexpr double kIndependent_rad = 0.035;
+
+// A second look from the same place adds as much as the first, a third nothing.
+constexpr int kSamePlaceLooks = 2;
+
+// The grid grows by whole blocks, so that it seldom does.
+constexpr int kBlock = 64;
+
+int block_floor(double cells) { return static_cast<int>(std::floor(cells / kBlock)) * kBlock; }
+int block_ceil(double cells) { return static_cast<int>(std::ceil(cells / kBlock)) * kBlock; }
+
+// Where the line y crosses a convex outline: [low, high], empty when low > high.
+std::pair<double, double> crossing(const std::vector<Vec2>& outline, double y) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Vec2& a = outline[i];
+    const Vec2& b = outline[i + 1 < outline.size() ? i + 1 : 0];
+    if ((a.y() <= y) == (b.y() <= y)) {
+      continue;
+    }
+    const double x = a.x() + (y - a.y()) / (b.y() - a.y()) * (b.x() - a.x());
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+  return {low, high};
+}
+
+}  // namespace
+
+std::int8_t GridCrop::at(int column, int row) const {
+  if (row < first_row || row >= first_row + static_cast<int>(rows.size())) {
+    return 0;
+  }
+  const Row& r = rows[static_cast<std::size_t>(row - first_row)];
+  return column >= r.begin && column < r.end
+             ? cells[r.offset + static_cast<std::size_t>(column - r.begin)]
+             : std::int8_t{0};
+}
+
+KeyframeGrid::KeyframeGrid(double cell_m) : cell_m_(cell_m) {
+  PANOPTES_CHECK(cell_m > 0, "a grid has cells of some size");
+}
+
+void KeyframeGrid::reserve(const Vec2& low, const Vec2& high) {
+  const int low_column = block_floor(low.x() / cell_m_);
+  const int low_row = block_floor(low.y() / cell_m_);
+  const int high_column = block_ceil(high.x() / cell_m_);
+  const int high_row = block_ceil(high.y() / cell_m_);
+  if (columns_ > 0 && low_column >= first_column_ && low_row >= first_row_ &&
+      high_column <= first_column_ + columns_ && high_row <= first_row_ + rows_) {
+    return;
+  }
+  const int new_first_column = columns_ > 0 ? std::min(low_column, first_column_) : low_column;
+  const int new_first_row = columns_ > 0 ? std::min(low_row, first_row_) : low_row;
+  const int new_columns =
+      (columns_ > 0 ? std::max(high_column, first_column_ + columns_) : high_column) -
+      new_first_column;
+  const int new_rows =
+      (columns_ > 0 ? std::max(high_row, first_row_ + rows_) : high_row) - new_first_row;
+  std::vector<std::int8_t> grown(
+      static_cast<std::size_t>(new_columns) * static_cast<std::size_t>(new_rows), 0);
+  for (int row = 0; row < rows_; ++row) {
+    const auto from = static_cast<std::ptrdiff_t>(row) * columns_;
+    const auto to = static_cast<std::ptrdiff_t>(row + first_row_ - new_first_row) * new_columns +
+                    (first_column_ - new_first_column);
+    std::copy_n(cells_.begin() + from, columns_, grown.begin() + to);
+  }
+  cells_ = std::move(grown);
+  first_column_ = new_first_column;
+  first_row_ = new_first_row;
+  columns_ = new_columns;
+  rows_ = new_rows;
+}
+
+void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body) {
+  PANOPTES_CHECK(reading.projection != nullptr, "a reading of the floor knows where it lies");
+  const FloorProjection& p = *reading.projection;
+  PANOPTES_CHECK(reading.evidence.size() == p.sample.size(), "a reading fills its raster");
+  const Pose2 T_last_body = T_keyframe_last_.inverse() * T_keyframe_body;
+  const bool independent = !any_ || T_last_body.position().norm() >= kIndependent_m ||
+                           std::abs(T_last_body.theta_rad) >= kIndependent_rad;
+  if (independent) {
+    any_ = true;
+    T_keyframe_last_ = T_keyframe_body;
+  }
+
+  std::vector<Vec2> outline;
+  Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity());
+  Vec2 high = -low;
+  for (const Vec2& corner : p.outline_body) {
+    outline.push_back(T_keyframe_body * corner);
+    low = low.cwiseMin(outline.back());
+    high = high.cwiseMax(outline.back());
+  }
+  reserve(low, high);
+
+  // For each cell of the grid within the outline, the raster's cell under its centre, in fixed
+  // point: no cell is left out or met twice.
+  const Pose2 T_body_keyframe = T_keyframe_body.inverse();
+  constexpr int kShift = 16;
+  const double scale = cell_m_ / p.cell_m * (1 << kShift);
+  const auto step_x =
+      static_cast<std::int32_t>(std::lround(std::cos(T_body_keyframe.theta_rad) * scale));
+  const auto step_y =
+      static_cast<std::int32_t>(std::lround(std::sin(T_body_keyframe.theta_rad) * scale));
+  const int first_row = std::max(0, static_cast<int>(std::floor(low.y() / cell_m_)) - first_row_);
+  const int last_row =
+      std::min(rows_ - 1, static_cast<int>(std::floor(high.y() / cell_m_)) - first_row_);
+  for (int row = first_row; row <= last_row; ++row) {
+    const double y = (first_row_ + row + 0.5) * cell_m_;
+    const auto [left, right] = crossing(outline, y);
+    if (left > right) {
+      continue;
+    }
+    const int begin = std::max(0, static_cast<int>(std::floor(left / cell_m_)) - first_column_);
+    const int end =
+        std::min(columns_, static_cast<int>(std::ceil(right / cell_m_)) - first_column_);
+    const Vec2 at =
+        (T_body_keyframe * Vec2((first_column_ + begin + 0.5) * cell_m_, y) - p.origin_body) /
+        p.cell_m * (1 << kShift);
+    auto x_fixed = static_cast<std::int32_t>(std::floor(at.x()));
+    auto y_fixed = static_cast<std::int32_t>(std::floor(at.y()));
+    std::int8_t* cell = &cells_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_)];
+    for (int column = begin; column < end; ++column, x_fixed += step_x, y_fixed += step_y) {
+      const std::int32_t c = x_fixed >> kShift;
+      const std::int32_t r = y_fixed >> kShift;
+      if (static_cast<std::uint32_t>(c) >= static_cast<std::uint32_t>(p.cell_columns) ||
+          static_cast<std::uint32_t>(r) >= static_cast<std::uint32_t>(p.cell_rows)) {
+        continue;
+      }
+      const int e = reading.evidence[static_cast<std::size_t>(r * p.cell_columns + c)];
+      if (e == 0) {
+        continue;
+      }
+      const int was = cell[column];
+      // seen from the same place, a cell gains no more than its looks there are worth
+      const int limit =
+          independent ? kCertain : std::max(kSamePlaceLooks * std::abs(e), std::abs(was));
+      cell[column] = static_cast<std::int8_t>(
+          std::clamp(was + e, std::min(-limit, was), std::max(limit, was)));
+    }
+  }
+}
+
+void KeyframeGrid::add_disc(const Vec2& p_keyframe, double radius_m, int evidence) {
+  const Vec2 reach = Vec2::Constant(radius_m);
+  reserve(p_keyframe - reach, p_keyframe + reach);
+  const int low = static_cast<int>(std::floor((p_keyframe.y() - radius_m) / cell_m_));
+  const int high = static_cast<int>(std::floor((p_keyframe.y() + radius_m) / cell_m_));
+  for (int row = std::max(low, first_row_); row <= std::min(high, first_row_ + rows_ - 1); ++row) {
+    const double dy = (row + 0.5) * cell_m_ - p_keyframe.y();
+    const double half_square = radius_m * radius_m - dy * dy;
+    if (half_square <= 0) {
+      continue;
+    }
+    const double half = std::sqrt(half_square);
+    const int begin = std::max(
+        first_column_, static_cast<int>(std::ceil((p_keyframe.x() - half) / cell_m_ - 0.5)));
+    const int end =
+        std::min(first_column_ + columns_,
+                 static_cast<int>(std::floor((p_keyframe.x() + half) / cell_m_ - 0.5)) + 1);
+    for (int column = begin; column < end; ++column) {
+      std::int8_t& cell =
+          cells_[static_cast<std::size_t>(row - first_row_) * static_cast<std::size_t>(columns_) +
+                 static_cast<std::size_t>(column - first_column_)];
+      cell = evidence > 0 ? std::max(cell, static_cast<std::int8_t>(evidence))
+                          : std::min(cell, static_cast<std::int8_t>(evidence));
+    }
+  }
+}
+
+void KeyframeGrid::add_free_disc(const Vec2& p_keyframe, double radius_m) {
+  add_disc(p_keyframe, radius_m, kTouched);
+}
+
+void KeyframeGrid::add_occupied_disc(const Vec2& p_keyframe, double radius_m) {
+  add_disc(p_keyframe, radius_m, -kTouched);
+}
+
+GridCrop KeyframeGrid::crop() const {
+  GridCrop out;
+  out.cell_m = cell_m_;
+  const auto columns = static_cast<std::size_t>(columns_);
+  const auto set = [](std::int8_t v) { return v != 0; };
+  int last_used = -1;
+  for (int row = 0; row < rows_; ++row) {
+    const auto begin = cells_.begin() + static_cast<std::ptrdiff_t>(row) * columns_;
+    const auto end = begin + static_cast<std::ptrdiff_t>(columns);
+    const auto first = std::find_if(begin, end, set);
+    GridCrop::Row r;
+    r.offset = out.cells.size();
+    if (first != end) {
+      auto last = end;
+      while (*(last - 1) == 0) {
+        --last;
+      }
+      if (last_used < 0) {
+        out.first_row = first_row_ + row;
+      }
+      r.begin = first_column_ + static_cast<int>(first - begin);
+      r.end = first_column_ + static_cast<int>(last - begin);
+      out.cells.insert(out.cells.end(), first, last);
+      last_used = row;
+    }
+    if (last_used >= 0) {
+      out.rows.push_back(r);
+    }
+  }
+  while (!out.rows.empty() && out.rows.back().begin == out.rows.back().end) {
+    out.rows.pop_back();
+  }
+  out.cells.shrink_to_fit();
+  return out;
+}
+
+}  // namespace panoptes

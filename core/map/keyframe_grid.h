@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/geometry/pose2.h"
+#include "core/map/floor_mapper.h"
+
+namespace panoptes {
+
+/// The evidence of one keyframe, in its own frame, bounded to what was seen: row `r` holds cells
+/// [rows[r].begin, rows[r].end) of lattice row `first_row + r`; lattice cell (column, row) covers
+/// cell_m * [column, column + 1) x [row, row + 1). Eighths of a nat, positive is free.
+struct GridCrop {
+  struct Row {
+    int begin = 0;
+    int end = 0;
+    std::size_t offset = 0;  ///< of `begin` in cells
+  };
+  double cell_m = 0.01;
+  int first_row = 0;
+  std::vector<Row> rows;
+  std::vector<std::int8_t> cells;
+
+  std::int8_t at(int column, int row) const;  ///< 0 outside
+};
+
+/// The log-odds grid of the keyframe that is open: every reading of the floor is added to it. What
+/// is seen again from nearly the same place is no new evidence: it can contradict, but not make
+/// certain.
+class KeyframeGrid {
+ public:
+  explicit KeyframeGrid(double cell_m = 0.01);
+
+  void add(const FloorReading& reading, const Pose2& T_keyframe_body);
+
+  /// The disc about `p_keyframe` is free: the body stands there, or it is assumed at the start.
+  void add_free_disc(const Vec2& p_keyframe, double radius_m);
+
+  /// The disc about `p_keyframe` is occupied: something was touched there.
+  void add_occupied_disc(const Vec2& p_keyframe, double radius_m);
+
+  GridCrop crop() const;
+
+ private:
+  void reserve(const Vec2& low, const Vec2& high);
+  void add_disc(const Vec2& p_keyframe, double radius_m, int evidence);
+
+  double cell_m_;
+  int first_column_ = 0;
+  int first_row_ = 0;
+  int columns_ = 0;
+  int rows_ = 0;
+  std::vector<std::int8_t> cells_;
+  bool any_ = false;
+  Pose2 T_keyframe_last_;  // where the last independent reading was taken
+};
+
+}  // namespace panoptes

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/map/floor_mapper.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "tests/core/map/floor_scene.h"
+
+namespace panoptes {
+namespace {
+
+const Surface kGreyBlue{Vec3(110, 95, 85), 0.1, 1};
+const Surface kBrown{Vec3(70, 90, 120), 0.12, 2};
+const Surface kWood{Vec3(90, 140, 185), 0.12, 3};
+const Surface kWhite{Vec3(205, 205, 205), 0.03, 4};
+
+int evidence_at(const FloorReading& reading, double x_m, double y_m) {
+  const FloorProjection& p = *reading.projection;
+  const Vec2 at = (Vec2(x_m, y_m) - p.origin_body) / p.cell_m;
+  return reading.evidence[static_cast<std::size_t>(static_cast<int>(at.y()) * p.cell_columns +
+                                                   static_cast<int>(at.x()))];
+}
+
+// Share of the cells of a rectangle that speak for free, and against.
+struct Shares {
+  double free = 0;
+  double occupied = 0;
+};
+
+Shares shares(const FloorReading& reading, const Vec2& low, const Vec2& high) {
+  Shares out;
+  int cells = 0;
+  for (double x = low.x(); x < high.x(); x += 0.01) {
+    for (double y = low.y(); y < high.y(); y += 0.01) {
+      const int e = evidence_at(reading, x, y);
+      out.free += e > 0 ? 1 : 0;
+      out.occupied += e < 0 ? 1 : 0;
+      ++cells;
+    }
+  }
+  return {out.free / cells, out.occupied / cells};
+}
+
+TEST(FloorMapper, SeesAnEmptyCarpetAsFree) {
+  Rng rng(1);
+  const RigCamera camera = office_floor_camera();
+  FloorMapper mapper({}, camera, {});
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  const FloorReading reading = mapper.read(draw(scene, camera, {}, rng), {}, true);
+  EXPECT_TRUE(reading.sees_floor) << reading.fault;
+  EXPECT_GT(shares(reading, Vec2(0.5, -0.3), Vec2(3, 0.3)).free, 0.98);
+  EXPECT_NEAR(reading.free_ahead_m, 3, 0.1);
+  EXPECT_EQ(reading.log_ratio.type(), CV_32F);
+}
+
+TEST(FloorMapper, SeesOnlyTheFootOfABoxAndNothingBehind) {
+  Rng rng(2);
+  const RigCamera camera = office_floor_camera();
+  FloorMapper mapper({}, camera, {});
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  scene.boxes = {{Vec2(1.2, -0.3), Vec2(1.8, 0.3), 0.5, kWood}};
+  scene.contact_shade = 0.35;
+  const FloorReading reading = mapper.read(draw(scene, camera, {}, rng), {}, true);
+  EXPECT_GT(shares(reading, Vec2(0.5, -0.2), Vec2(1.16, 0.2)).free, 0.97);
+  const Shares foot = shares(reading, Vec2(1.205, -0.25), Vec2(1.235, 0.25));
+  EXPECT_GT(foot.occupied, 0.9);
+  const Shares behind = shares(reading, Vec2(1.3, -0.25), Vec2(2.9, 0.25));
+  EXPECT_EQ(behind.free, 0);
+  EXPECT_EQ(behind.occupied, 0);
+  // beside it the floor is seen
+  EXPECT_GT(shares(reading, Vec2(1.2, 0.5), Vec2(2, 0.8)).free, 0.97);
+  EXPECT_NEAR(reading.free_ahead_m, 1.2 - 0.25, 0.03);
+}
+
+TEST(FloorMapper, PassesOverAStainTooLowToBeAThing) {
+  Rng rng(3);
+  const RigCamera camera = office_floor_camera();
+  FloorMapper mapper({}, camera, {});
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  scene.boxes = {{Vec2(1.2, -0.3), Vec2(1.22, 0.3), 0.001, kWhite}};
+  const FloorReading reading = mapper.read(draw(scene, camera, {}, rng), {}, true);
+  EXPECT_GT(shares(reading, Vec2(1.3, -0.25), Vec2(2, 0.25)).free, 0.95);
+}
+
+TEST(FloorMapper, LearnsASecondCarpetByDrivingTowardsIt) {
+  Rng rng(4);
+  const RigCamera camera = office_floor_camera();
+  FloorMapper mapper({}, camera, {});
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  scene.second_carpet = kBrown;
+  scene.seam_x_m = 1.8;
+  scene.boxes = {{Vec2(1.9, 0.35), Vec2(2.4, 0.9), 0.6, kWood}};
+  double learned_at_m = -1;
+  for (double x = 0; x <= 1.3; x += 0.027) {
+    const FloorReading reading = mapper.read(draw(scene, camera, {x, 0, 0}, rng), {x, 0, 0}, true);
+    if (reading.learned_new_floor && learned_at_m < 0) {
+      learned_at_m = x;
+    }
+    if (x < 0.1) {
+      EXPECT_LT(shares(reading, Vec2(1.9 - x, -0.3), Vec2(2.5 - x, 0.1)).free, 0.05);
+    }
+  }
+  ASSERT_GE(learned_at_m, 0);
+  EXPECT_LE(learned_at_m, 1.0);
+  const Pose2 end{1.3, 0, 0};
+  const FloorReading reading = mapper.read(draw(scene, camera, end, rng), end, true);
+  EXPECT_GT(shares(reading, Vec2(0.6, -0.3), Vec2(1.5, 0.1)).free, 0.95);
+  EXPECT_LT(shares(reading, Vec2(0.61, 0.4), Vec2(1.2, 0.85)).free, 0.02);
+}
+
+TEST(FloorMapper, NeverLearnsABoxHoweverLongItLooks) {
+  for (const Surface& surface : {kWood, kWhite, kBrown}) {
+    Rng rng(5);
+    const RigCamera camera = office_floor_camera();
+    FloorMapper mapper({}, camera, {});
+    FloorScene scene;
+    scene.carpet = kGreyBlue;
+    scene.boxes = {{Vec2(2, -2), Vec2(2.6, 2), 0.72, surface}};
+    for (double x = 0; x <= 1.5; x += 0.027) {
+      const Pose2 pose{x, 0.1 * std::sin(2 * x), 0.2 * std::cos(2 * x)};
+      const FloorReading reading = mapper.read(draw(scene, camera, pose, rng), pose, true);
+      ASSERT_FALSE(reading.learned_new_floor) << "at " << x << " m of " << surface.bgr.transpose();
+    }
+  }
+}
+
+TEST(FloorMapper, LeavesTheSecondCarpetAnObstacleWithoutParallax) {
+  Rng rng(6);
+  const RigCamera camera = office_floor_camera();
+  FloorMapperOptions options;
+  options.parallax = false;
+  FloorMapper mapper(options, camera, {});
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  scene.second_carpet = kBrown;
+  scene.seam_x_m = 1.8;
+  for (double x = 0; x <= 1; x += 0.1) {
+    const FloorReading reading = mapper.read(draw(scene, camera, {x, 0, 0}, rng), {x, 0, 0}, true);
+    EXPECT_LT(shares(reading, Vec2(1.9 - x, -0.2), Vec2(2.4 - x, 0.2)).free, 0.02);
+  }
+}
+
+TEST(FloorMapper, DoesNotLearnAfterABump) {
+  Rng rng(7);
+  const RigCamera camera = office_floor_camera();
+  FloorMapper mapper({}, camera, {});
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  mapper.read(draw(scene, camera, {}, rng), {}, true);
+  const double mass = mapper.colour().learned()[0].mass;
+  for (int i = 0; i < 6; ++i) {
+    mapper.read(draw(scene, camera, {}, rng), {}, false);
+  }
+  EXPECT_EQ(mapper.colour().learned()[0].mass, mass);
+}
+
+TEST(FloorMapper, SaysThatItDoesNotSeeAFloor) {
+  Rng rng(8);
+  const RigCamera camera = office_floor_camera();
+  cv::Mat jumble(240, 320, CV_8UC3);
+  for (int v = 0; v < 240; ++v) {
+    for (int u = 0; u < 320; ++u) {
+      for (int c = 0; c < 3; ++c) {
+        jumble.ptr<std::uint8_t>(v)[3 * u + c] = static_cast<std::uint8_t>(rng.index(256));
+      }
+    }
+  }
+  FloorMapper mapper({}, camera, {});
+  const FloorReading reading = mapper.read(jumble, {}, true);
+  EXPECT_FALSE(reading.sees_floor);
+  EXPECT_NE(reading.fault, "");
+  FloorMapper dark({}, camera, {});
+  EXPECT_FALSE(dark.read(cv::Mat::zeros(240, 320, CV_8UC3), {}, true).sees_floor);
+}
+
+TEST(FloorMapper, GivesTheSameBitsTwice) {
+  const RigCamera camera = office_floor_camera();
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  scene.second_carpet = kBrown;
+  scene.seam_x_m = 1.6;
+  FloorMapper one({}, camera, {});
+  FloorMapper two({}, camera, {});
+  Rng rng(9);
+  for (double x = 0; x < 0.5; x += 0.05) {
+    const cv::Mat picture = draw(scene, camera, {x, 0, 0}, rng);
+    EXPECT_EQ(one.read(picture, {x, 0, 0}, true).evidence,
+              two.read(picture, {x, 0, 0}, true).evidence);
+  }
+}
+
+}  // namespace
+}  // namespace panoptes
