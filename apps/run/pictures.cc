@@ -216,7 +216,7 @@ cv::Mat draw_map(const MapPicture& picture) {
     }
     canvas.polyline(px, colour, width_px);
   };
-  draw_way(picture.truth_map, kTruthColour, 2.5);
+  draw_way(picture.truth_map, kTruthColour, 4);
   draw_way(picture.estimate_map, kEstimateColour, 1.5);
   for (const bool wrong : {false, true}) {
     for (const LoopLine& loop : picture.loops) {
@@ -309,7 +309,7 @@ cv::Mat draw_plot(const Plot& plot) {
     for (double x = low.x(); x < high.x(); x += 12) {
       canvas.line({x, y}, {std::min(x + 6, high.x()), y}, kFaint, 1);
     }
-    canvas.text(level.name, {high.x() - 4, y - 6}, kFaint, 13, 1);
+    canvas.text(level.name, {low.x() + 6, y + 15}, kFaint, 13);
   }
   for (const Tick& tick : plot.ticks) {
     const double x = to_px(tick.x, 0).x();

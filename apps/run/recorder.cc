@@ -163,6 +163,10 @@ void claim_out_dir(const std::filesystem::path& out_dir) {
   }
 }
 
+std::string mission_text(const std::string& version, const std::string& mission_yaml) {
+  return "# panoptes " + version + "\n" + mission_yaml;
+}
+
 Recorder::Recorder(std::filesystem::path out_dir, RunInfo info, StageClock* clock)
     : out_dir_(std::move(out_dir)),
       info_(std::move(info)),
@@ -171,7 +175,7 @@ Recorder::Recorder(std::filesystem::path out_dir, RunInfo info, StageClock* cloc
       steps_(out_dir_ / "steps.csv",
              {"stamp_s", "x_m", "y_m", "theta_deg", "command_v_mps", "command_w_radps", "goal_x_m",
               "goal_y_m", "keyframe", "state", "why", "mapped_m2"}) {
-  write_file(out_dir_ / "mission.yaml", info_.mission_yaml);
+  write_file(out_dir_ / "mission.yaml", mission_text(info_.version, info_.mission_yaml));
 }
 
 void Recorder::add(const Observation& seen, const NavStep& step) {

@@ -24,7 +24,7 @@ struct RunInfo {
   std::string version;
   std::string mission;  ///< the mission's file name without its folder
   std::uint64_t seed = 0;
-  std::string mission_yaml;  ///< every setting as resolved; kept as it is
+  std::string mission_yaml;  ///< every setting as resolved
   std::vector<Requirement> require;
   std::optional<Pose2> T_scene_map;  ///< of the run that founded the map; else this one's start
   std::optional<std::int64_t> start_unix_ns;  ///< physical and served runs
@@ -45,6 +45,9 @@ struct RunReport {
 /// Makes the folder a run may write into. Throws ConfigError when it is not empty or cannot be made
 /// or written.
 void claim_out_dir(const std::filesystem::path& out_dir);
+
+/// What a run's mission.yaml holds: the version as a comment, and every setting.
+std::string mission_text(const std::string& version, const std::string& mission_yaml);
 
 /// Writes the run directory (its files and figures are a contract with other programs). Construct
 /// it right before the loop: the real-time factor counts from there.

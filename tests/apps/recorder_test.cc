@@ -181,7 +181,7 @@ TEST_F(RecorderTest, LeavesEveryFileOfTheRunDirectory) {
                                           "graph.g2o", "ground_truth.tum", "loops.csv", "map.pgm",
                                           "map.png", "map.yaml", "metrics.json", "mission.yaml",
                                           "odometry.tum", "steps.csv", "trajectory.tum"));
-  EXPECT_EQ(read_file(out / "mission.yaml"), "seed: 7\n");
+  EXPECT_EQ(read_file(out / "mission.yaml"), "# panoptes 0.1.0\nseed: 7\n");
   EXPECT_EQ(read_map_server(out / "map.yaml").cells, run_.result.map.cells);
   EXPECT_EQ(read_tum(out / "trajectory.tum").size(), run_.result.keyframes.size());
   EXPECT_EQ(read_tum(out / "ground_truth.tum").size(), run_.seen.size());

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/run/trials.h"
+
+#include <csignal>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+
+#include "core/base/error.h"
+#include "core/io/csv.h"
+#include "tests/core/io/scratch.h"
+
+namespace panoptes {
+namespace {
+
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr double kRoundoff = 1e-9;
+
+std::string message_of(const std::function<void()>& what) {
+  try {
+    what();
+  } catch (const ConfigError& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(Seeds, AreNumbersAndRanges) {
+  EXPECT_THAT(parse_seeds("7"), ElementsAre(7));
+  EXPECT_THAT(parse_seeds("1-3,101,5-5"), ElementsAre(1, 2, 3, 101, 5));
+  for (const char* bad : {"", "a", "1-", "3-1", "1,,2", "1 2", "-1", "0-99999999999"}) {
+    EXPECT_EQ(message_of([&] { parse_seeds(bad); }),
+              std::string("--seeds ") + bad + ": must be numbers and ranges, as 1-5,101");
+  }
+}
+
+TEST(Varying, DividesAtCommasOutsideOfBrackets) {
+  const Vary vary = parse_vary("platform.start={x_m: 1, y_m: 2},{x_m: 3, y_m: 4}");
+  EXPECT_EQ(vary.key, "platform.start");
+  EXPECT_THAT(vary.values, ElementsAre("{x_m: 1, y_m: 2}", "{x_m: 3, y_m: 4}"));
+  EXPECT_EQ(message_of([] { parse_vary("a"); }), "--vary a: must be key.path=value,value");
+  EXPECT_EQ(message_of([] { parse_vary("a=1,,2"); }), "--vary a=1,,2: has an empty value");
+}
+
+/// Stands in for `panoptes explore MISSION --quiet --out DIR --set a=b ...`: coverage is the seed
+/// over ten, 0.5 is required. Seed 9 breaks; the setting slow=yes waits until it is interrupted.
+constexpr const char* kProgram = R"(#!/bin/bash
+dir=$5
+for word in "$@"; do
+  case $word in seed=*) seed=${word#seed=} ;; slow=yes) slow=1 ;; esac
+done
+mkdir -p "$dir"
+echo "$seed" >>"${dir%/*}/../started"
+outcome=completed
+if [ -n "${slow:-}" ]; then
+  trap 'outcome=interrupted' INT
+  while [ $outcome = completed ]; do sleep 0.02; done
+fi
+if [ "$seed" = 9 ]; then echo "no world" >&2; exit 3; fi
+pass=false
+[ "$seed" -ge 5 ] && pass=true
+printf 'm.yaml %s' "${*:6}" >"$dir/mission.yaml"
+cat >"$dir/metrics.json" <<END
+{"seed": $seed, "outcome": "$outcome", "wall_s": 2, "threads": "${LP_NUM_THREADS:-}",
+ "map": {"coverage": 0.$seed}, "requirements":
+ [{"require": "map.coverage >= 0.5", "value": 0.$seed, "pass": $pass}]}
+END
+[ $outcome = interrupted ] && exit 130
+[ $pass = true ]
+)";
+
+class Trials : public ScratchTest {
+ protected:
+  void SetUp() override {
+    ScratchTest::SetUp();
+    options_.program = folder_ / "program";
+    write_file(options_.program, kProgram);
+    std::filesystem::permissions(options_.program, std::filesystem::perms::owner_all);
+    options_.missions = {"m.yaml"};
+    options_.seeds = {3, 6};
+    options_.out_dir = folder_ / "out";
+    options_.junit = folder_ / "junit.xml";
+    options_.quiet = true;
+    options_.version = "0.1.0";
+    options_.resolve = [](const std::string& mission, const std::vector<std::string>& set) {
+      std::string text = mission;
+      for (const std::string& setting : set) {
+        text += " --set " + setting;
+      }
+      return ResolvedMission{std::filesystem::path(mission).stem(), text};
+    };
+  }
+  json metrics() { return json::parse(read_file(options_.out_dir / "metrics.json")); }
+  /// Seeds that were really run, in order.
+  std::string started(const std::string& mission = "m") {
+    const auto path = options_.out_dir / mission / ".." / "started";
+    return std::filesystem::exists(path) ? read_file(path) : "";
+  }
+
+  TrialsOptions options_;
+};
+
+TEST_F(Trials, AreRunAndJudged) {
+  EXPECT_EQ(run_trials(options_), 1);
+  const CsvTable table = read_csv(options_.out_dir / "trials.csv");
+  ASSERT_EQ(table.rows.size(), 2U);
+  EXPECT_EQ(table.rows[0][table.column("seed")], "3");
+  EXPECT_EQ(table.rows[0][table.column("verdict")], "fail");
+  EXPECT_EQ(table.rows[1][table.column("verdict")], "pass");
+  EXPECT_EQ(table.rows[1][table.column("map.coverage")], "0.6");
+  const json m = metrics();
+  EXPECT_EQ(m["outcome"], "failed");
+  EXPECT_EQ(m["runs"], 2);
+  EXPECT_EQ(m["passed"], 1);
+  EXPECT_NEAR(m["settings"][0]["scores"]["map.coverage"]["mean"].get<double>(), 0.45, kRoundoff);
+  EXPECT_EQ(m["settings"][0]["scores"]["map.coverage"]["count"], 2);
+  const std::string junit = read_file(options_.junit);
+  EXPECT_THAT(junit, HasSubstr("tests=\"2\" failures=\"1\" errors=\"0\" skipped=\"0\""));
+  EXPECT_THAT(junit, HasSubstr("<testcase classname=\"m\" name=\"seed 6\" time=\"2.000\"/>"));
+  EXPECT_THAT(junit, HasSubstr("<failure message=\"map.coverage &gt;= 0.5, it is 0.3\">"));
+}
+
+TEST_F(Trials, PassWhenEveryRunPasses) {
+  options_.seeds = {5, 6, 7};
+  options_.jobs = 2;
+  EXPECT_EQ(run_trials(options_), 0);
+  EXPECT_EQ(metrics()["outcome"], "completed");
+  const json run = json::parse(read_file(options_.out_dir / "m" / "7" / "metrics.json"));
+  EXPECT_EQ(run["threads"], "0");  // the runs share the machine
+}
+
+TEST_F(Trials, KeepWhatIsFinishedAndRunTheRest) {
+  options_.seeds = {5};
+  EXPECT_EQ(run_trials(options_), 0);
+  options_.seeds = {5, 6};
+  std::filesystem::create_directories(options_.out_dir / "m" / "6");
+  write_file(options_.out_dir / "m" / "6" / "steps.csv", "half of a run");
+  EXPECT_EQ(run_trials(options_), 0);
+  EXPECT_EQ(started(), "5\n6\n");
+  EXPECT_FALSE(std::filesystem::exists(options_.out_dir / "m" / "6" / "steps.csv"));
+  options_.set = {"a=1"};  // other settings: again
+  EXPECT_EQ(run_trials(options_), 0);
+  EXPECT_EQ(started(), "5\n6\n5\n6\n");
+}
+
+TEST_F(Trials, TryEveryCombinationOfSettings) {
+  options_.seeds = {5};
+  options_.vary = {parse_vary("a=1,2"), parse_vary("file=x/y,z")};
+  EXPECT_EQ(run_trials(options_), 0);
+  EXPECT_TRUE(
+      std::filesystem::exists(options_.out_dir / "m" / "a=2,file=x_y" / "5" / "metrics.json"));
+  EXPECT_EQ(metrics()["settings"].size(), 4U);
+  EXPECT_EQ(metrics()["settings"][2]["vary"], (json{{"a", "2"}, {"file", "x/y"}}));
+}
+
+TEST_F(Trials, ReportARunThatBroke) {
+  options_.seeds = {5, 9};
+  EXPECT_EQ(run_trials(options_), 1);
+  const CsvTable table = read_csv(options_.out_dir / "trials.csv");
+  EXPECT_EQ(table.rows[1][table.column("verdict")], "error");
+  EXPECT_EQ(table.rows[1][table.column("outcome")], "exit status 3");
+  EXPECT_THAT(
+      read_file(options_.junit),
+      HasSubstr("<error message=\"exit status 3: no world\">exit status 3: no world</error>"));
+}
+
+TEST_F(Trials, StopTheirRunsWhenInterrupted) {
+  options_.seeds = {5, 6, 7};
+  options_.set = {"slow=yes"};
+  options_.jobs = 2;
+  std::thread user([this] {
+    while (started() != "5\n6\n" && started() != "6\n5\n") {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // the traps are set
+    std::raise(SIGINT);
+  });
+  EXPECT_EQ(run_trials(options_), 130);
+  user.join();
+  EXPECT_EQ(metrics()["outcome"], "interrupted");
+  EXPECT_EQ(metrics()["runs"], 0);
+  EXPECT_THAT(read_file(options_.junit), HasSubstr("skipped=\"3\""));
+}
+
+TEST_F(Trials, RefuseAFolderOfSomethingElse) {
+  std::filesystem::create_directories(options_.out_dir);
+  write_file(options_.out_dir / "note.txt", "mine");
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            options_.out_dir.string() +
+                ": holds something else than trials; name another folder with --out");
+  options_.missions = {"a/m.yaml", "b/m.yaml"};
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            "b/m.yaml: two missions are called m; give one of them another name");
+  options_.missions = {"m.yaml"};
+  options_.seeds = {4, 4};
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            (options_.out_dir / "m" / "" / "4").string() +
+                ": two runs would go there; a seed or a value is given twice");
+}
+
+}  // namespace
+}  // namespace panoptes
