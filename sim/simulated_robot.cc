@@ -123,7 +123,7 @@ TruthLayer nothing_seen(const TruthLayer& like) {
 }  // namespace
 
 void bind(Fields& f, SimulatedOptions& o) {
-  f.require(f.writing() || f.present("world"), "world", "must name the world's file");
+  f.require(f.writing() || f.present("world"), "world", "missing; it must name the world's file");
   f.file_or_inline("world", o.world, o.world_file);
   f("start", o.start);
   f("mounting_error", o.mounting_error);
@@ -131,7 +131,7 @@ void bind(Fields& f, SimulatedOptions& o) {
   f("image_noise", o.image_noise);
 }
 
-Surroundings surroundings(World world, const Body& body, const RendererOptions& options) {
+Surroundings surroundings(const World& world, const Body& body, const RendererOptions& options) {
   Surroundings around;
   around.outlines = outlines(world, kFloorLayerTop_m, body.height_m);
   around.floor = occupancy(world, 0, kFloorLayerTop_m, kTruthCell_m);

@@ -48,7 +48,8 @@ struct Surroundings {
   std::function<Drawn(const View&, bool with_label)> draw;  ///< every picture is a new one
 };
 
-Surroundings surroundings(World world, const Body& body, const RendererOptions& options = {});
+Surroundings surroundings(const World& world, const Body& body,
+                          const RendererOptions& options = {});
 
 /// A robot that exists in numbers alone. Its time moves in observe(), by steps of 1/120 s; the
 /// frame sets come at the rate of the rig's cameras, the first at time 0. Everything it draws by

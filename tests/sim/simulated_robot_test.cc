@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -78,6 +80,29 @@ std::string refusal(const std::function<void()>& what) {
     return error.what();
   }
   return "nothing refused";
+}
+
+TEST(SimulatedOptions, AreReadWithAllTheirErrors) {
+  const std::string name = std::string(PANOPTES_SOURCE_DIR) + "/scenes/missions/some.yaml";
+  const auto read = [&](const std::string& text) {
+    return read_settings_text<SimulatedOptions>(text, name);
+  };
+  const SimulatedOptions options = read(
+      "world: ../worlds/office.yaml\n"
+      "start: {x_m: 2, y_m: 3, theta_deg: 90}\n"
+      "mounting_error: {sigma_deg: 1, sigma_m: 0.005}\n"
+      "wheel_error: {noise_m_per_sqrt_m: 0.01, diameter_difference: 0, base_error: 0, turn_slip: "
+      "0}\n"
+      "image_noise: {sigma_grey: 0}\n");
+  EXPECT_FALSE(options.world.objects.empty());
+  EXPECT_EQ(options.start->theta_rad, deg_to_rad(90));
+  EXPECT_EQ(options.mounting_error.sigma_deg, 1);
+  EXPECT_EQ(options.wheel_error.noise_m_per_sqrt_m, 0.01);
+  EXPECT_EQ(options.image_noise.sigma_grey, 0);
+  EXPECT_EQ(refusal([&] { read("image_noise: {sigma_gray: 1}\nwheel_error: {turn_slip: -1}\n"); }),
+            name + ":1:1: world: missing; it must name the world's file\n" + name +
+                ":1:15: image_noise.sigma_gray: unknown key; did you mean sigma_grey?\n" + name +
+                ":2:26: wheel_error.turn_slip: must be from 0 to 0.2, got -1");
 }
 
 TEST(SimulatedRobot, DeliversFrameSetsOnTheRigsGridFromTimeZero) {
