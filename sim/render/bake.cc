@@ -23,14 +23,16 @@ constexpr double kAmbientReach_m = 1.2;  // how far away a surface still takes a
 // What comes back from the surfaces that take the ambient light: white walls and grey carpet return
 // about half, a part of it towards the point that lost it.
 constexpr double kAmbientReturned = 0.2;
-constexpr int kLightSide = 4;            // a light is sampled on a grid of 4 x 4
-constexpr double kOff_m = 1e-3;          // rays start this far off their surface
-constexpr double kLightBody_m = 0.05;    // what is that near to a light is the lamp itself
-constexpr double kLampBrightness = 1.4;  // a little more than white: a lamp in a picture is overexposed
-constexpr double kInset_m = 5e-3;        // corners are sampled this far inside
-// A texel that sees more than this share of back faces lies inside of something that stands on it.
-constexpr double kInsideShare = 0.6;
-constexpr double kNegligible = 2e-3;     // light below half a grey level in a lit room
+constexpr int kLightSide = 4;          // a light is sampled on a grid of 4 x 4
+constexpr double kOff_m = 1e-3;        // rays start this far off their surface
+constexpr double kLightBody_m = 0.05;  // what is that near to a light is the lamp itself
+constexpr double kLampBrightness =
+    1.4;                           // a little more than white: a lamp in a picture is overexposed
+constexpr double kInset_m = 5e-3;  // corners are sampled this far inside
+// A texel that sees more than this share of back faces lies inside of something that stands on it,
+// or on its edge, from where half of them are seen.
+constexpr double kInsideShare = 0.4;
+constexpr double kNegligible = 2e-3;  // light below half a grey level in a lit room
 
 class Scene {
  public:
@@ -43,9 +45,9 @@ class Scene {
     for (const Chart& chart : charts.charts) {
       normals_.insert(normals_.end(), chart.triangles.size(), chart.normal);
     }
-    auto* points = static_cast<float*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                3 * sizeof(float), 3 * normals_.size()));
+    auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                               RTC_FORMAT_FLOAT3, 3 * sizeof(float),
+                                                               3 * normals_.size()));
     auto* indices = static_cast<unsigned*>(
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                 3 * sizeof(unsigned), normals_.size()));
@@ -108,6 +110,7 @@ class Scene {
     ray.dir_x = static_cast<float>(direction.x());
     ray.dir_y = static_cast<float>(direction.y());
     ray.dir_z = static_cast<float>(direction.z());
+    ray.tnear = static_cast<float>(kOff_m);  // a surface through the very point hides nothing
     ray.tfar = static_cast<float>(reach_m);
     ray.mask = ~0U;
     return ray;
@@ -154,8 +157,8 @@ std::vector<Lamp> lamps_of(const World& world) {
   return lamps;
 }
 
-/// Directions about z, as many in each direction as a matt surface returns light to it (Hammersley's
-/// points on a disc, lifted to the hemisphere).
+/// Directions about z, as many in each direction as a matt surface returns light to it
+/// (Hammersley's points on a disc, lifted to the hemisphere).
 std::vector<Vec3> ambient_directions() {
   std::vector<Vec3> directions;
   for (int i = 0; i < kAmbientRays; ++i) {
@@ -174,13 +177,17 @@ std::vector<Vec3> ambient_directions() {
 class Baker {
  public:
   Baker(const World& world, const Charts& charts)
-      : scene_(charts), lamps_(lamps_of(world)), directions_(ambient_directions()), ambient_(world.ambient) {}
+      : scene_(charts),
+        lamps_(lamps_of(world)),
+        directions_(ambient_directions()),
+        ambient_(world.ambient) {}
 
   void bake(const Chart& chart, cv::Mat& texels) const {
     const int count = chart.columns * chart.rows;
     std::vector<double> light(static_cast<std::size_t>(count), -1.0);  // negative: not known
     for (int i = 0; i < count; ++i) {
-      light[static_cast<std::size_t>(i)] = light_at(sample_point(chart, i % chart.columns, i / chart.columns), chart.normal);
+      light[static_cast<std::size_t>(i)] =
+          light_at(sample_point(chart, i % chart.columns, i / chart.columns), chart.normal);
     }
     fill_unknown(chart, light);
     for (int row = 0; row < chart.rows; ++row) {
@@ -200,9 +207,10 @@ class Baker {
       const double inset = std::min(kInset_m, size_m / 4);
       return std::clamp(x, inset, size_m - inset);
     };
-    const Vec3 p = chart.origin_scene +
-                   chart.u * inside(chart.size_m.x() * column / (chart.columns - 1), chart.size_m.x()) +
-                   chart.v * inside(chart.size_m.y() * row / (chart.rows - 1), chart.size_m.y());
+    const Vec3 p =
+        chart.origin_scene +
+        chart.u * inside(chart.size_m.x() * column / (chart.columns - 1), chart.size_m.x()) +
+        chart.v * inside(chart.size_m.y() * row / (chart.rows - 1), chart.size_m.y());
     double nearest_m = std::numeric_limits<double>::infinity();
     Vec3 nearest = p;
     for (const LitTriangle& t : chart.triangles) {
@@ -332,7 +340,8 @@ class Baker {
           double sum = 0;
           int known = 0;
           for (int r = std::max(0, row - 1); r <= std::min(chart.rows - 1, row + 1); ++r) {
-            for (int c = std::max(0, column - 1); c <= std::min(chart.columns - 1, column + 1); ++c) {
+            for (int c = std::max(0, column - 1); c <= std::min(chart.columns - 1, column + 1);
+                 ++c) {
               if (before[at(c, r)] >= 0) {
                 sum += before[at(c, r)];
                 ++known;

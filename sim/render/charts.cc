@@ -13,7 +13,7 @@
 namespace panoptes::sim {
 namespace {
 
-constexpr double kSame_m = 1e-4;            // corners closer than this are one
+constexpr double kSame_m = 1e-4;             // corners closer than this are one
 constexpr double kSamePlaneCosine = 0.9999;  // 0.8 degrees: flat to the eye
 constexpr int kColumns = 1024;
 
@@ -175,7 +175,8 @@ Charts make_charts(const World& world, double cell_m) {
   }
   pack(all);
   for (Chart& chart : all.charts) {
-    const Vec2 texels_per_m((chart.columns - 1) / chart.size_m.x(), (chart.rows - 1) / chart.size_m.y());
+    const Vec2 texels_per_m((chart.columns - 1) / chart.size_m.x(),
+                            (chart.rows - 1) / chart.size_m.y());
     for (LitTriangle& t : chart.triangles) {
       for (std::size_t i = 0; i < 3; ++i) {
         const Vec3 p = t.p_scene[i] - chart.origin_scene;

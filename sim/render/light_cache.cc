@@ -17,7 +17,7 @@
 namespace panoptes::sim {
 namespace {
 
-constexpr int kBakeVersion = 1;  // a new one for every change of the bake that changes its texels
+constexpr int kBakeVersion = 2;  // a new one for every change of the bake that changes its texels
 
 /// Fowler, Noll and Vo's hash, 64 bits, over 8 bytes at a time.
 class Hash {

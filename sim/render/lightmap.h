@@ -2,16 +2,17 @@
 #pragma once
 
 #include <array>
-#include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
+
+#include <opencv2/core/mat.hpp>
 
 #include "sim/world/world.h"
 
 namespace panoptes::sim {
 
-/// A triangle of the world in `scene`, with the places of its corners in the lightmap (in texels, 0, 0
-/// at the centre of the first).
+/// A triangle of the world in `scene`, with the places of its corners in the lightmap (in texels,
+/// 0, 0 at the centre of the first).
 struct LitTriangle {
   std::array<Vec3, 3> p_scene;
   std::array<Vec2, 3> uv;
@@ -19,8 +20,9 @@ struct LitTriangle {
   int texture = 0;
 };
 
-/// Connected triangles of one object in one plane: a rectangle of the lightmap. Its corner texels lie
-/// on the corners of the rectangle around it in space, so that drawing never looks outside of it.
+/// Connected triangles of one object in one plane: a rectangle of the lightmap. Its corner texels
+/// lie on the corners of the rectangle around it in space, so that drawing never looks outside of
+/// it.
 struct Chart {
   int object = 0;
   Vec3 normal = Vec3::UnitZ();
@@ -48,8 +50,8 @@ Charts make_charts(const World& world, double cell_m);
 inline constexpr double kMostLight = 2.0;
 
 /// The light on every texel, as the square root of its share of kMostLight: area lights with their
-/// shadows, and the ambient light as far as near surfaces let it in. The same bits for any number of
-/// threads.
+/// shadows, and the ambient light as far as near surfaces let it in. The same bits for any number
+/// of threads.
 cv::Mat bake_light(const World& world, const Charts& charts, int num_threads);
 
 /// The same, from the user's cache folder if it was baked before.

@@ -16,8 +16,8 @@
 #include <utility>
 #include <vector>
 
-#include <GL/osmesa.h>
 #include <GL/glcorearb.h>
+#include <GL/osmesa.h>
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
@@ -30,7 +30,8 @@ namespace {
 
 constexpr int kMostLayerSide_px = 512;
 constexpr double kFloorTop_m = 0.02;
-// A chart this wide is a wall, floor or ceiling, in front of which everything else stands: drawn last.
+// A chart this wide is a wall, floor or ceiling, in front of which everything else stands: drawn
+// last.
 constexpr double kBackdropRadius_m = 1.5;
 
 constexpr const char* kVertexShader = R"(#version 330 core
@@ -129,7 +130,8 @@ GLuint compiled(GLenum kind, const char* source, bool with_label) {
   if (good == 0) {
     std::array<char, 1024> log{};
     glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
-    throw DeviceError(fmt::format("OSMesa does not take our shader: {}; install Debian 12's libosmesa6", log.data()));
+    throw DeviceError(fmt::format(
+        "OSMesa does not take our shader: {}; install Debian 12's libosmesa6", log.data()));
   }
   return shader;
 }
@@ -143,8 +145,9 @@ struct Program {
 Program linked(bool with_label) {
   Program program;
   program.name = glCreateProgram();
-  for (const auto& [kind, source] : {std::pair<GLenum, const char*>{GL_VERTEX_SHADER, kVertexShader},
-                                     std::pair<GLenum, const char*>{GL_FRAGMENT_SHADER, kFragmentShader}}) {
+  for (const auto& [kind, source] :
+       {std::pair<GLenum, const char*>{GL_VERTEX_SHADER, kVertexShader},
+        std::pair<GLenum, const char*>{GL_FRAGMENT_SHADER, kFragmentShader}}) {
     const GLuint shader = compiled(kind, source, with_label);
     glAttachShader(program.name, shader);
     glDeleteShader(shader);
@@ -168,8 +171,8 @@ int layer_side(const World& world) {
   return side_px;
 }
 
-/// Our picture's rows run downwards, OpenGL's upwards: the picture is drawn upside down and read back
-/// right. So clip y points down like the camera's own.
+/// Our picture's rows run downwards, OpenGL's upwards: the picture is drawn upside down and read
+/// back right. So clip y points down like the camera's own.
 Eigen::Matrix4d clip_from_camera(const Intrinsics& camera, double near_m, double far_m) {
   const double w = camera.width_px;
   const double h = camera.height_px;
@@ -274,10 +277,19 @@ class Renderer::Impl {
 
  private:
   void make_context() {
-    const std::array<int, 13> wanted{OSMESA_FORMAT, OSMESA_RGBA, OSMESA_DEPTH_BITS, 0,
-                                     OSMESA_PROFILE, OSMESA_CORE_PROFILE,
-                                     OSMESA_CONTEXT_MAJOR_VERSION, 3,
-                                     OSMESA_CONTEXT_MINOR_VERSION, 3, 0, 0, 0};
+    const std::array<int, 13> wanted{OSMESA_FORMAT,
+                                     OSMESA_RGBA,
+                                     OSMESA_DEPTH_BITS,
+                                     0,
+                                     OSMESA_PROFILE,
+                                     OSMESA_CORE_PROFILE,
+                                     OSMESA_CONTEXT_MAJOR_VERSION,
+                                     3,
+                                     OSMESA_CONTEXT_MINOR_VERSION,
+                                     3,
+                                     0,
+                                     0,
+                                     0};
     context_ = OSMesaCreateContextAttribs(wanted.data(), nullptr);
     if (context_ == nullptr) {
       throw DeviceError(
@@ -289,8 +301,10 @@ class Renderer::Impl {
 
   void make_current() {
     if (OSMesaGetCurrentContext() != context_ &&
-        OSMesaMakeCurrent(context_, unused_.data(), GL_UNSIGNED_BYTE, kUnusedSide, kUnusedSide) == 0) {
-      throw DeviceError("OSMesa's context cannot be used in this thread; draw from one thread only");
+        OSMesaMakeCurrent(context_, unused_.data(), GL_UNSIGNED_BYTE, kUnusedSide, kUnusedSide) ==
+            0) {
+      throw DeviceError(
+          "OSMesa's context cannot be used in this thread; draw from one thread only");
     }
   }
 
@@ -314,8 +328,8 @@ class Renderer::Impl {
       const bool shrinks = bgr.cols > side_px || bgr.rows > side_px;
       cv::resize(bgra, bgra, {side_px, side_px}, 0, 0, shrinks ? cv::INTER_AREA : cv::INTER_LINEAR);
       for (GLint l = 0; l < level; ++l) {
-        glTexSubImage3D(GL_TEXTURE_2D_ARRAY, l, 0, 0, static_cast<GLint>(i), bgra.cols, bgra.rows, 1,
-                        GL_RGBA, GL_UNSIGNED_BYTE, bgra.data);
+        glTexSubImage3D(GL_TEXTURE_2D_ARRAY, l, 0, 0, static_cast<GLint>(i), bgra.cols, bgra.rows,
+                        1, GL_RGBA, GL_UNSIGNED_BYTE, bgra.data);
         if (bgra.cols > 1) {
           cv::resize(bgra, bgra, {bgra.cols / 2, bgra.rows / 2}, 0, 0, cv::INTER_AREA);
         }
@@ -471,7 +485,8 @@ class Renderer::Impl {
     glBufferData(GL_ELEMENT_ARRAY_BUFFER,
                  static_cast<GLsizeiptr>(drawn_indices_.size() * sizeof(std::uint32_t)),
                  drawn_indices_.data(), GL_STREAM_DRAW);
-    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(drawn_indices_.size()), GL_UNSIGNED_INT, nullptr);
+    glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(drawn_indices_.size()), GL_UNSIGNED_INT,
+                   nullptr);
   }
 
   cv::Mat read_depth(int width, int height, double far_m) const {
@@ -481,9 +496,10 @@ class Renderer::Impl {
     for (int row = 0; row < height; ++row) {
       float* z = depth.ptr<float>(row);
       for (int column = 0; column < width; ++column) {
-        z[column] = z[column] >= 1.0F
-                        ? std::numeric_limits<float>::infinity()
-                        : static_cast<float>(far_m * near_m / (far_m - z[column] * (far_m - near_m)));
+        z[column] =
+            z[column] >= 1.0F
+                ? std::numeric_limits<float>::infinity()
+                : static_cast<float>(far_m * near_m / (far_m - z[column] * (far_m - near_m)));
       }
     }
     return depth;
@@ -493,9 +509,10 @@ class Renderer::Impl {
 
   RendererOptions options_;
   OSMesaContext context_ = nullptr;
-  std::array<std::uint8_t, 4 * kUnusedSide * kUnusedSide> unused_{};  ///< OSMesa wants one; we draw elsewhere
-  std::array<Program, 2> programs_;                                   ///< without and with label
-  std::map<std::pair<int, int>, Target> targets_;                     ///< by width and height
+  std::array<std::uint8_t, 4 * kUnusedSide * kUnusedSide>
+      unused_{};                                   ///< OSMesa wants one; we draw elsewhere
+  std::array<Program, 2> programs_;                ///< without and with label
+  std::map<std::pair<int, int>, Target> targets_;  ///< by width and height
   std::vector<std::uint32_t> indices_;
   std::vector<DrawnChart> charts_;
   std::vector<DrawnObject> objects_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+
 #include <opencv2/core/mat.hpp>
 
 #include "core/camera/rig.h"
@@ -11,11 +12,11 @@
 namespace panoptes::sim {
 
 struct RendererOptions {
-  double exposure = 1.0;        ///< on the light that reaches the picture
+  double exposure = 1.0;          ///< on the light that reaches the picture
   double lightmap_cell_m = 0.05;  ///< how finely light and shadow are kept
-  int bake_threads = 2;         ///< the picture does not depend on it
-  bool trilinear = false;       ///< smoother far textures for a fifth more time
-  double near_m = 0.03;         ///< nothing nearer to the camera is drawn
+  int bake_threads = 2;           ///< the picture does not depend on it
+  bool trilinear = false;         ///< smoother far textures for a fifth more time
+  double near_m = 0.03;           ///< nothing nearer to the camera is drawn
 };
 
 /// Where a camera stands and how it sees.
@@ -26,8 +27,10 @@ struct View {
 
 struct Drawn {
   cv::Mat bgr;          ///< 8-bit
-  cv::Mat floor_label;  ///< 8-bit, 255 where the picture shows what is below 2 cm; empty unless asked for
-  cv::Mat depth_m;      ///< float, along the camera's axis, infinite where nothing is; empty unless asked for
+  cv::Mat floor_label;  ///< 8-bit, 255 where the picture shows what is below 2 cm; empty unless
+                        ///< asked for
+  cv::Mat depth_m;      ///< float, along the camera's axis, infinite where nothing is; empty unless
+                        ///< asked for
 };
 
 /// Draws a world by OSMesa, without a screen or a graphics card: the same bits for any number of
@@ -46,8 +49,9 @@ class Renderer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// How many threads draw besides the calling one, for every renderer of this process: call it before
-/// the first one is made. Does nothing where the environment says so already (LP_NUM_THREADS).
+/// How many threads draw besides the calling one, for every renderer of this process: call it
+/// before the first one is made. Does nothing where the environment says so already
+/// (LP_NUM_THREADS).
 void set_render_threads(int num_threads);
 
 }  // namespace panoptes::sim

@@ -15,8 +15,8 @@
 namespace panoptes::sim {
 namespace {
 
-// Corners closer than this are one, and a part may bulge inwards by this much and still count as convex:
-// far above the roundoff of single-precision meshes, far below a cell.
+// Corners closer than this are one, and a part may bulge inwards by this much and still count as
+// convex: far above the roundoff of single-precision meshes, far below a cell.
 constexpr double kSame_m = 1e-4;
 // Strictly above or below a height: a part that ends on it, as the floor does, is not in the slice.
 constexpr double kTouch_m = 1e-9;
@@ -54,7 +54,8 @@ std::vector<std::vector<SceneTriangle>> connected_parts(const Object& object) {
     for (std::size_t i = 0; i < 3; ++i) {
       const Vec3& p = t.corners[i].p_object;
       scene[i] = object.T_scene_object * p;
-      const std::array<long long, 3> key{std::llround(p.x() / kSame_m), std::llround(p.y() / kSame_m),
+      const std::array<long long, 3> key{std::llround(p.x() / kSame_m),
+                                         std::llround(p.y() / kSame_m),
                                          std::llround(p.z() / kSame_m)};
       const auto [entry, is_new] = first_at.try_emplace(key, triangles.size());
       if (!is_new) {
@@ -108,8 +109,8 @@ std::vector<Vec3> clipped(const std::vector<Vec3>& polygon, double z_m, bool kee
 }
 
 std::vector<Vec2> slice_corners(const SceneTriangle& t, double z_low_m, double z_high_m) {
-  const auto [low, high] =
-      std::minmax_element(t.begin(), t.end(), [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); });
+  const auto [low, high] = std::minmax_element(
+      t.begin(), t.end(), [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); });
   if (high->z() <= z_low_m + kTouch_m || low->z() >= z_high_m - kTouch_m) {
     return {};
   }
@@ -127,7 +128,8 @@ double cross(const Vec2& a, const Vec2& b, const Vec2& c) {
   return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
 }
 
-/// Andrew's monotone chain, counter-clockwise; corners that bend by less than a nanometre are left out.
+/// Andrew's monotone chain, counter-clockwise; corners that bend by less than a nanometre are left
+/// out.
 std::vector<Vec2> convex_hull(std::vector<Vec2> points) {
   std::sort(points.begin(), points.end(), [](const Vec2& a, const Vec2& b) {
     return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
@@ -166,7 +168,8 @@ bool overlaps(const std::vector<Vec2>& outline, const Vec2& low, const Vec2& hig
     const Vec2& a = outline[i];
     const Vec2 along = (outline[(i + 1) % n] - a).normalized();
     const Vec2 outwards(along.y(), -along.x());
-    const Vec2 nearest(outwards.x() > 0 ? low.x() : high.x(), outwards.y() > 0 ? low.y() : high.y());
+    const Vec2 nearest(outwards.x() > 0 ? low.x() : high.x(),
+                       outwards.y() > 0 ? low.y() : high.y());
     if (outwards.dot(nearest - a) >= (n == 2 ? kTouch_m : -kTouch_m)) {
       return false;
     }
@@ -228,7 +231,8 @@ TruthLayer occupancy(const World& world, double z_low_m, double z_high_m, double
   layer.origin_scene = cell_m * Vec2(first_column, first_row);
   layer.columns = cell_of(high.x()) + 2 - first_column;
   layer.rows = cell_of(high.y()) + 2 - first_row;
-  layer.cells.assign(static_cast<std::size_t>(layer.columns) * static_cast<std::size_t>(layer.rows), 0);
+  layer.cells.assign(static_cast<std::size_t>(layer.columns) * static_cast<std::size_t>(layer.rows),
+                     0);
   for (const Outline& outline : outlines(world, z_low_m, z_high_m)) {
     Vec2 from = outline.corners_scene.front();
     Vec2 to = from;
@@ -241,7 +245,8 @@ TruthLayer occupancy(const World& world, double z_low_m, double z_high_m, double
     const auto column_of = [&](double x) { return cell_of(x) - first_column; };
     const auto row_of = [&](double y) { return cell_of(y) - first_row; };
     for (int row = row_of(from.y() - margin); row <= row_of(to.y() + margin); ++row) {
-      for (int column = column_of(from.x() - margin); column <= column_of(to.x() + margin); ++column) {
+      for (int column = column_of(from.x() - margin); column <= column_of(to.x() + margin);
+           ++column) {
         const Vec2 cell_low = cell_m * Vec2(first_column + column, first_row + row);
         if (overlaps(outline.corners_scene, cell_low, cell_low + Vec2::Constant(cell_m))) {
           layer.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(layer.columns) +

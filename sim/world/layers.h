@@ -19,16 +19,17 @@ struct Outline {
   std::vector<Vec2> corners_scene;
 };
 
-/// The outlines of everything strictly above z_low and below z_high. A connected part of a mesh that is
-/// convex gives the convex hull of its slice, which is exact; any other part gives one outline for each
-/// of its faces, which bounds it but leaves its inside empty. Parts are told apart by their corners: faces
-/// that share one belong together. In the order of the world's objects and triangles.
+/// The outlines of everything strictly above z_low and below z_high. A connected part of a mesh
+/// that is convex gives the convex hull of its slice, which is exact; any other part gives one
+/// outline for each of its faces, which bounds it but leaves its inside empty. Parts are told apart
+/// by their corners: faces that share one belong together. In the order of the world's objects and
+/// triangles.
 std::vector<Outline> outlines(const World& world, double z_low_m, double z_high_m);
 
-/// The cells that the slice between z_low and z_high touches: those whose square shares an area or an edge
-/// longer than a nanometre with an outline, so that what is not set is free all over. Covers everything
-/// in the world and one cell more on each side. Outside of closed walls cells are not set, but there is no
-/// way to them.
+/// The cells that the slice between z_low and z_high touches: those whose square shares an area or
+/// an edge longer than a nanometre with an outline, so that what is not set is free all over.
+/// Covers everything in the world and one cell more on each side. Outside of closed walls cells are
+/// not set, but there is no way to them.
 TruthLayer occupancy(const World& world, double z_low_m, double z_high_m, double cell_m);
 
 }  // namespace panoptes::sim

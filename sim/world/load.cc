@@ -9,10 +9,10 @@
 #include <set>
 #include <utility>
 
+#include <assimp/Importer.hpp>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
-#include <assimp/Importer.hpp>
 #include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -132,9 +132,9 @@ void append_triangles(const aiMesh& mesh, int texture, const ObjectSettings& set
       c.uv = Vec2(mesh.mTextureCoords[0][index].x, 1.0 - mesh.mTextureCoords[0][index].y);
     }
     if (!c.p_object.allFinite() || !c.uv.allFinite()) {
-      throw IoError(fmt::format(
-          "{}mesh '{}' has a corner that is not a finite number; export it again",
-          prefix(settings.mesh_mention), settings.mesh));
+      throw IoError(
+          fmt::format("{}mesh '{}' has a corner that is not a finite number; export it again",
+                      prefix(settings.mesh_mention), settings.mesh));
     }
     return c;
   };
@@ -162,8 +162,8 @@ using MeshKey = std::pair<std::string, std::map<std::string, std::string>>;
 std::vector<Triangle> read_mesh(const ObjectSettings& settings, TextureShelf& shelf) {
   require_readable(settings.mesh, settings.mesh_mention, "mesh");
   Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(
-      settings.mesh, aiProcess_Triangulate | aiProcess_PreTransformVertices);
+  const aiScene* scene =
+      importer.ReadFile(settings.mesh, aiProcess_Triangulate | aiProcess_PreTransformVertices);
   if (scene == nullptr) {
     std::string reason = importer.GetErrorString();
     std::replace(reason.begin(), reason.end(), '\n', ' ');
@@ -189,16 +189,27 @@ std::vector<Triangle> read_mesh(const ObjectSettings& settings, TextureShelf& sh
         known += (known.empty() ? "" : ", ") + name;
       }
       const auto mention = settings.texture_mentions.find(material);
-      throw ConfigError(fmt::format(
-          "{}mesh '{}' has no material '{}'; it has {}",
-          prefix(mention == settings.texture_mentions.end() ? "" : mention->second), settings.mesh,
-          material, known));
+      throw ConfigError(
+          fmt::format("{}mesh '{}' has no material '{}'; it has {}",
+                      prefix(mention == settings.texture_mentions.end() ? "" : mention->second),
+                      settings.mesh, material, known));
     }
   }
   return triangles;
 }
 
 }  // namespace
+
+struct TexturePaths {  // by material
+  std::map<std::string, std::string> file;
+  std::map<std::string, std::string> mention;
+};
+void bind(Fields& f, TexturePaths& o) {
+  for (auto& [material, file] : o.file) {
+    f.path(material, file);
+    o.mention[material] = f.where(material);
+  }
+}
 
 void bind(Fields& f, AreaLight& o) {
   f.needed("at_m", o.at_m);
@@ -211,9 +222,18 @@ void bind(Fields& f, AreaLight& o) {
 void bind(Fields& f, ObjectSettings& o) {
   f("name", o.name);
   f.path("mesh", o.mesh);
+  o.mesh_mention = f.where("mesh");
   f("at", o.at);
   f("z_m", o.z_m);
-  f("textures", o.textures);
+  TexturePaths textures{o.textures, {}};
+  if (f.present("textures")) {
+    f("textures", textures.file);  // first which materials are named, then their files
+  }
+  if (!textures.file.empty()) {
+    f("textures", textures);
+  }
+  o.textures = textures.file;
+  o.texture_mentions = textures.mention;
 }
 
 void bind(Fields& f, WorldSettings& o) {

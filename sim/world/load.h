@@ -21,7 +21,7 @@ struct ObjectSettings {
   double z_m = 0;
   std::map<std::string, std::string> textures;  ///< pictures instead of the mesh's own, by material
 
-  std::string mesh_mention;                           ///< file:line:column of what the user wrote
+  std::string mesh_mention;                             ///< file:line:column of what the user wrote
   std::map<std::string, std::string> texture_mentions;  ///< the same, by material
 };
 void bind(Fields& f, ObjectSettings& o);
@@ -35,8 +35,8 @@ struct WorldSettings {
 };
 void bind(Fields& f, WorldSettings& o);
 
-/// Reads the meshes and textures. Throws IoError, with the place that mentions the file, for one that
-/// is missing, cannot be read, has no faces or has numbers that are not finite.
+/// Reads the meshes and textures. Throws IoError, with the place that mentions the file, for one
+/// that is missing, cannot be read, has no faces or has numbers that are not finite.
 World make_world(const WorldSettings& settings);
 
 /// Both at once; throws ConfigError for faults in the world file itself.

@@ -2,9 +2,10 @@
 #pragma once
 
 #include <array>
-#include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
+
+#include <opencv2/core/mat.hpp>
 
 #include "core/geometry/pose3.h"
 
@@ -23,7 +24,8 @@ struct Triangle {
   int texture = 0;  ///< in World::textures
 };
 
-/// What a surface looks like: the square root of the share of light it returns, as pictures have it.
+/// What a surface looks like: the square root of the share of light it returns, as pictures have
+/// it.
 struct Texture {
   std::string name;
   cv::Mat bgr;
@@ -37,8 +39,8 @@ struct Object {
 };
 
 /// A shining rectangle. With power 1 it lights a surface that faces it from 1 m straight below its
-/// middle with 1 (a white surface lit with 1 is drawn white). A surface of the world that lies in the
-/// rectangle, its front the way the light shines, is seen shining.
+/// middle with 1 (a white surface lit with 1 is drawn white). A surface of the world that lies in
+/// the rectangle, its front the way the light shines, is seen shining.
 struct AreaLight {
   Vec3 at_m = Vec3(0, 0, 2.5);
   Vec2 size_m = Vec2(0.6, 0.6);
