@@ -200,15 +200,15 @@ struct Document {
     };
     std::error_code error;
     if (!std::filesystem::exists(file, error)) {
-      return refuse("no such file: " + file);
+      return refuse(at.place.file == file ? "no such file" : "no such file: " + file);
     }
     if (!std::filesystem::is_regular_file(file, error)) {
-      return refuse("not a file: " + file);
+      return refuse(at.place.file == file ? "not a file" : "not a file: " + file);
     }
     std::ifstream stream(file, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
     if (!stream.is_open() || stream.bad()) {
-      return refuse("cannot be read: " + file);
+      return refuse(at.place.file == file ? "cannot be read" : "cannot be read: " + file);
     }
     if (!at.required_sha256.empty() && sha256(text) != at.required_sha256) {
       return refuse("not the file of that run: its SHA-256 is " + sha256(text) + ", must be " +
@@ -826,6 +826,21 @@ void Fields::finish() {
       }
     }
   }
+}
+
+std::vector<std::string> settings_keys(const std::string& file) {
+  Document document;
+  SettingsTree at;
+  at.place.file = file;
+  const SettingsTree tree = document.load(file, at, {});
+  if (!document.faults.empty()) {
+    document.fail();
+  }
+  std::vector<std::string> keys;
+  for (const SettingsTree::Key& key : tree.keys) {
+    keys.push_back(key.name);
+  }
+  return keys;
 }
 
 namespace fields_detail {

@@ -155,6 +155,10 @@ template <class T>
 T read_settings_text(const std::string& text, const std::string& name,
                      const std::vector<std::string>& overrides = {}, T defaults = {});
 
+/// The keys at the top of a settings file, to tell what kind it is; throws ConfigError where it
+/// cannot be read.
+std::vector<std::string> settings_keys(const std::string& file);
+
 /// All settings as yaml: radians, shortest digits that read back to the same double, in the order
 /// of the binds. Reading it gives the same settings bit for bit.
 template <class T>

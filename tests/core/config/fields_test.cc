@@ -442,8 +442,7 @@ TEST_F(InAFolder, MissingFilesAreFaultsOfTheOneWhoNamedThem) {
     read_settings<Mission>((folder_ / "none.yaml").string());
     FAIL() << "accepted";
   } catch (const ConfigError& error) {
-    EXPECT_EQ(error.what(), (folder_ / "none.yaml").string() +
-                                ": no such file: " + (folder_ / "none.yaml").string());
+    EXPECT_EQ(error.what(), (folder_ / "none.yaml").string() + ": no such file");
   }
 }
 

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+
+#include "apps/command.h"
+#include "apps/run/mission.h"
+#include "apps/run/open_robot.h"
+#include "core/base/error.h"
+#include "core/config/geometry_fields.h"
+#include "sim/world/load.h"
+
+namespace panoptes {
+namespace {
+
+struct FileKind {
+  const char* name;
+  const char* folder;             ///< of scenes/, where such files lie
+  std::vector<std::string> keys;  ///< that no other kind has
+  void (*check)(const std::string& file);
+};
+
+const std::array<FileKind, 5>& file_kinds() {
+  static const std::array<FileKind, 5> kKinds{{
+      {"mission",
+       "missions",
+       {"platform", "rig", "until", "drive", "navigator", "require"},
+       [](const std::string& file) { check_platform(load_mission<ExploreMission>(file)); }},
+      {"world",
+       "worlds",
+       {"objects", "lights", "ambient"},
+       [](const std::string& file) { sim::load_world(file); }},
+      {"rig", "rigs", {"cameras"}, [](const std::string& file) { read_settings<Rig>(file); }},
+      {"robot",
+       "robots",
+       {"radius_m", "height_m", "wheel_base_m", "wheel_radius_m", "max_speed_mps"},
+       [](const std::string& file) { read_settings<Body>(file); }},
+      {"route",
+       "routes",
+       {"waypoints"},
+       [](const std::string& file) { read_settings<sim::Route>(file); }},
+  }};
+  return kKinds;
+}
+
+// By the keys it holds, else by the folder it lies in.
+const FileKind& kind_of(const std::string& file) {
+  const std::vector<std::string> keys = settings_keys(file);
+  for (const FileKind& kind : file_kinds()) {
+    if (std::find_first_of(keys.begin(), keys.end(), kind.keys.begin(), kind.keys.end()) !=
+        keys.end()) {
+      return kind;
+    }
+  }
+  const std::string folder = std::filesystem::path(file).parent_path().filename().string();
+  for (const FileKind& kind : file_kinds()) {
+    if (folder == kind.folder) {
+      return kind;
+    }
+  }
+  throw ConfigError(file +
+                    ": cannot tell what this is; a mission has platform:, a world objects:, a rig "
+                    "cameras:, a robot radius_m:, a route waypoints:");
+}
+
+// The exit status that the file alone would give.
+int check_file(const std::string& file) {
+  try {
+    const FileKind& kind = kind_of(file);
+    kind.check(file);
+    std::printf("%s: ok (%s)\n", file.c_str(), kind.name);
+    return 0;
+  } catch (const ConfigError& error) {
+    std::printf("%s\n", error.what());
+    return 2;
+  } catch (const IoError& error) {
+    std::printf("%s\n", error.what());
+    return 3;
+  }
+}
+
+// What the user wrote is told before what the machine lacks.
+int check(const std::vector<std::string>& files) {
+  int status = 0;
+  for (const std::string& file : files) {
+    const int one = check_file(file);
+    status = one == 2 || status == 0 ? one : status;
+  }
+  return status;
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, Command& chosen) {
+  auto files = std::make_shared<std::vector<std::string>>();
+  CLI::App* sub = app.add_subcommand("check", "Is this configuration right?");
+  sub->add_option("files", *files, "missions, worlds, rigs, robots, routes")
+      ->required()
+      ->type_name("FILE...");
+  sub->footer("Example: panoptes check scenes/missions/*.yaml scenes/worlds/*.yaml");
+  sub->callback([files, &chosen] { chosen = [files] { return check(*files); }; });
+}
+
+}  // namespace panoptes

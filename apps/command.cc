@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/command.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace panoptes {
+
+std::vector<std::string> CommonArguments::overrides() const {
+  std::vector<std::string> all = set;
+  if (seed) {
+    all.push_back(fmt::format("seed={}", *seed));
+  }
+  if (duration_s) {
+    all.push_back(fmt::format("until.duration_s={}", *duration_s));
+  }
+  return all;
+}
+
+void add_common(CLI::App& subcommand, CommonArguments& args) {
+  subcommand.add_option("--out", args.out_dir, "where the results go (runs/<mission>-<seed>)")
+      ->type_name("DIR");
+  subcommand.add_option("--seed", args.seed, "of every random choice")->type_name("N");
+  subcommand.add_option("--duration", args.duration_s, "at most so long, in seconds of the run")
+      ->type_name("S");
+  subcommand
+      .add_option("--set", args.set,
+                  "a setting of the mission, e.g. navigator.driver.dwa.horizon_s=2")
+      ->type_name("KEY.PATH=VALUE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  subcommand.add_flag("--quiet", args.quiet, "no progress");
+}
+
+}  // namespace panoptes

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/run/loop.h"
+
+#include <cstdio>
+#include <variant>
+
+#include <fmt/format.h>
+
+namespace panoptes {
+
+StageListener listener(StageClock& clock) {
+  return [&clock](std::string_view stage, bool begins) {
+    begins ? clock.begin(stage) : clock.end(stage);
+  };
+}
+
+Observation observe(hw::Robot& robot, const ExploreMission& mission, StageClock& clock) {
+  const TimedStage stage(clock, "observe");
+  return robot.observe(robot.now() + from_seconds(mission.frame_deadline_s));
+}
+
+NavStep navigate(Navigator& navigator, const Observation& seen, StageClock& clock) {
+  const TimedStage stage(clock, "step");
+  return navigator.step(seen);
+}
+
+bool finished(const DriveOptions& drive, const Navigator& navigator,
+              const std::function<bool()>& route_done) {
+  return std::holds_alternative<DriveByNavigator>(drive) ? navigator.done() : route_done();
+}
+
+Twist2 command(const DriveOptions& drive, const NavStep& step) {
+  return std::holds_alternative<DriveByNavigator>(drive) ? step.command_body : Twist2{};
+}
+
+std::string doing(const Navigator& navigator, const NavStep& step) {
+  return fmt::format("{:.1f} m2 mapped, {} keyframes, {}", step.mapped_free_m2,
+                     navigator.keyframes().size(), step.reason);
+}
+
+RunInfo run_info(const std::string& command, const ExploreMission& mission) {
+  RunInfo info;
+  info.command = command;
+  info.version = PANOPTES_VERSION;
+  info.mission = mission.name;
+  info.seed = mission.seed;
+  info.mission_yaml = write_settings(mission);
+  info.require = requirements(mission);
+  return info;
+}
+
+RunResult run_result(const Navigator& navigator) {
+  constexpr double kCell_m = 0.01;
+  RunResult result;
+  result.graph = navigator.graph();
+  for (std::size_t i = 0; i < navigator.keyframes().size(); ++i) {
+    const Keyframe& keyframe = navigator.keyframes()[i];
+    result.keyframes.push_back(
+        {keyframe.stamp, result.graph.T_map_node[i], keyframe.T_wheels_body});
+  }
+  result.map = navigator.map(kCell_m);
+  return result;
+}
+
+RunEnd run_end(const Until& until, Time now, const Navigator& navigator) {
+  if (until.interrupted()) {
+    return {"interrupted", ""};
+  }
+  const std::string reason = until.end_reason(now, navigator.keyframes().size());
+  if (!reason.empty()) {
+    return {"completed", reason};
+  }
+  return {"completed", navigator.done() ? "explored" : "goals_done"};
+}
+
+void print(const RunReport& report) {
+  for (const std::string& line : report.summary) {
+    std::printf("%s\n", line.c_str());
+  }
+  for (const std::filesystem::path& picture : report.pictures) {
+    std::printf("%s\n", picture.c_str());
+  }
+}
+
+}  // namespace panoptes

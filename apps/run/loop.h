@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "apps/run/mission.h"
+#include "apps/run/recorder.h"
+#include "apps/run/stage_clock.h"
+#include "apps/run/until.h"
+#include "core/eval/run_result.h"
+#include "core/nav/navigator.h"
+#include "hw/robot.h"
+
+namespace panoptes {
+
+/// The steps of the one loop that every subcommand with a navigator takes, timed.
+StageListener listener(StageClock& clock);
+Observation observe(hw::Robot& robot, const ExploreMission& mission, StageClock& clock);
+NavStep navigate(Navigator& navigator, const Observation& seen, StageClock& clock);
+
+/// Whoever the mission lets drive says when there is nothing left to do, and what the robot is
+/// told.
+bool finished(const DriveOptions& drive, const Navigator& navigator,
+              const std::function<bool()>& route_done);
+Twist2 command(const DriveOptions& drive, const NavStep& step);
+std::string doing(const Navigator& navigator, const NavStep& step);
+
+/// What the recorder needs to know before and after.
+RunInfo run_info(const std::string& command, const ExploreMission& mission);
+RunResult run_result(const Navigator& navigator);
+RunEnd run_end(const Until& until, Time now, const Navigator& navigator);
+
+/// The summary and the pictures' names on stdout.
+void print(const RunReport& report);
+
+}  // namespace panoptes

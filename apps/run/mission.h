@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "core/camera/rig.h"
+#include "core/config/fields.h"
+#include "core/eval/requirement.h"
+#include "core/geometry/body.h"
+#include "core/nav/navigator.h"
+#include "sim/route.h"
+#include "sim/simulated_robot.h"
+
+namespace panoptes {
+
+/// When a run ends, whatever it is doing.
+struct UntilOptions {
+  double duration_s = 600;
+  std::optional<int> keyframes;
+};
+void bind(Fields& f, UntilOptions& o);
+
+/// Who drives. The navigator maps in any case.
+struct DriveByNavigator {
+  static constexpr std::string_view kName = "navigator";
+};
+struct DriveAlongRoute {
+  static constexpr std::string_view kName = "route";
+  static constexpr std::string_view kShort = "file";
+  sim::Route route;
+  std::string file;  ///< where it came from; empty when written inline
+};
+struct DriveNowhere {
+  static constexpr std::string_view kName = "none";
+};
+void bind(Fields& f, DriveByNavigator& o);
+void bind(Fields& f, DriveAlongRoute& o);
+void bind(Fields& f, DriveNowhere& o);
+using DriveOptions = std::variant<DriveByNavigator, DriveAlongRoute, DriveNowhere>;
+
+using PlatformOptions = std::variant<sim::SimulatedOptions>;
+
+/// A mission of `panoptes explore`.
+struct ExploreMission {
+  std::string name;  ///< the mission file's name without folder and ending, where it is not given
+  Rig rig;           ///< as written, before the survey
+  Body robot;
+  PlatformOptions platform;
+  std::uint64_t seed = 1;
+  UntilOptions until;
+  DriveOptions drive;
+  std::vector<std::string> require;
+  NavigatorOptions navigator;
+  double frame_deadline_s = 1;       ///< longest wait for a frame set
+  double command_valid_for_s = 0.4;  ///< the robot stops by itself when commands stop coming
+};
+void bind(Fields& f, ExploreMission& o);
+
+/// Reads a mission with everything it refers to, checks it wholly and throws ConfigError with every
+/// fault. `overrides` are `key.path=value`.
+template <class Mission>
+Mission load_mission(const std::string& file, const std::vector<std::string>& overrides = {});
+template <>
+ExploreMission load_mission(const std::string& file, const std::vector<std::string>& overrides);
+
+/// The mission's `require:` lines, which its bind has checked.
+std::vector<Requirement> requirements(const ExploreMission& mission);
+
+/// `runs/<mission>-<seed>`
+std::string default_out_dir(const ExploreMission& mission);
+
+}  // namespace panoptes

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/run/open_robot.h"
+
+#include <utility>
+#include <variant>
+
+#include "sim/world/layers.h"
+#include "sim/world/load.h"
+
+namespace panoptes {
+namespace {
+
+OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& mission,
+               const Rng& rng) {
+  std::unique_ptr<sim::SimulatedRobot> robot =
+      sim::open_simulated(options, mission.robot, mission.rig, rng);
+  OpenRobot out;
+  out.rig = robot->rig();
+  out.route_done = [] { return false; };
+  if (const auto* along = std::get_if<DriveAlongRoute>(&mission.drive)) {
+    robot->follow(along->route);
+    out.route_done = [follower = robot.get()] { return follower->route_done(); };
+  }
+  out.robot = std::move(robot);
+  return out;
+}
+
+void check(const sim::SimulatedOptions& options, const ExploreMission& mission, const Rng& rng) {
+  const sim::World world = sim::make_world(options.world);
+  sim::Surroundings around;
+  around.outlines = sim::outlines(world, sim::kFloorLayerTop_m, mission.robot.height_m);
+  around.draw = [](const sim::View&, bool) { return sim::Drawn(); };
+  const sim::SimulatedRobot robot(options, std::move(around), mission.robot, mission.rig, rng);
+}
+
+Rng platform_rng(const ExploreMission& mission) { return Rng(mission.seed).fork("robot"); }
+
+}  // namespace
+
+OpenRobot open_robot(const ExploreMission& mission, const Rng& rng) {
+  return std::visit([&](const auto& options) { return open(options, mission, rng); },
+                    mission.platform);
+}
+
+void check_platform(const ExploreMission& mission) {
+  std::visit([&](const auto& options) { check(options, mission, platform_rng(mission)); },
+             mission.platform);
+}
+
+}  // namespace panoptes

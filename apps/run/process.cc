@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/run/process.h"
+
+#include <algorithm>
+#include <thread>
+
+#include <opencv2/core/utility.hpp>
+
+#include "sim/render/renderer.h"
+
+namespace panoptes {
+
+void set_up_process() {
+  cv::setNumThreads(1);
+  // More than two threads gain nothing on pictures as small as ours.
+  constexpr unsigned kUseful = 2;
+  sim::set_render_threads(
+      static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, kUseful)));
+}
+
+}  // namespace panoptes

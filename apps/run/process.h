@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+namespace panoptes {
+
+/// What must hold for the whole process before anything runs: OpenCV on one thread, so that results
+/// do not depend on the machine, and pictures drawn by as many threads as have a core
+/// (LP_NUM_THREADS, where the user has not set it; pictures are the same for any number).
+void set_up_process();
+
+}  // namespace panoptes

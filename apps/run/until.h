@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+#include "apps/run/mission.h"
+#include "core/base/time.h"
+
+namespace panoptes {
+
+/// Ends a run: its duration, its number of keyframes, or the user (Ctrl-C, SIGTERM; a second one
+/// ends the process at once).
+class Until {
+ public:
+  explicit Until(const UntilOptions& options);
+  ~Until();
+  Until(const Until&) = delete;
+  Until& operator=(const Until&) = delete;
+
+  bool reached(Time now, std::size_t keyframes) const;
+  bool interrupted() const;
+  std::string end_reason(Time now, std::size_t keyframes) const;  ///< "duration" or "keyframes"
+
+ private:
+  UntilOptions options_;
+};
+
+}  // namespace panoptes

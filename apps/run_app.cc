@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/run_app.h"
+
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "apps/command.h"
+#include "apps/run/process.h"
+#include "core/base/check.h"
+#include "core/base/error.h"
+
+namespace panoptes {
+namespace {
+
+enum ExitStatus { kDone = 0, kBadInput = 2, kMachine = 3, kOurBug = 4 };
+
+int complain(ExitStatus status, const std::string& what) {
+  std::fprintf(stderr, "%s\n", what.c_str());
+  return status;
+}
+
+// One line, however CLI11 words it.
+std::string one_line(std::string text) {
+  for (char& c : text) {
+    c = c == '\n' ? ' ' : c;
+  }
+  return text;
+}
+
+int run(const Command& command) {
+  try {
+    return command();
+  } catch (const ConfigError& error) {
+    return complain(kBadInput, error.what());
+  } catch (const IoError& error) {
+    return complain(kMachine, error.what());
+  } catch (const DeviceError& error) {
+    return complain(kMachine, error.what());
+  } catch (const CheckError& error) {
+    return complain(kOurBug, std::string("a bug of panoptes, please report it: ") + error.what());
+  } catch (const std::bad_alloc&) {
+    return complain(kMachine, "out of memory; close other programs or use a smaller world");
+  } catch (const std::exception& error) {
+    return complain(kOurBug, std::string("a bug of panoptes, please report it: ") + error.what());
+  }
+}
+
+}  // namespace
+
+int run_app(int argc, const char* const* argv) {
+  set_up_process();
+  CLI::App app("Panoptes lets a wheeled robot map a room with several ordinary cameras.",
+               "panoptes");
+  app.set_version_flag("--version", std::string("panoptes ") + PANOPTES_VERSION);
+  app.require_subcommand(1);
+  app.footer("Example: panoptes explore scenes/missions/explore-office.yaml --seed 1");
+  Command chosen;
+  add_explore(app, chosen);
+  add_trials(app, chosen);
+  add_check(app, chosen);
+  add_doctor(app, chosen);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {  // --help, --version
+    return app.exit(asked) == 0 ? kDone : kBadInput;
+  } catch (const CLI::ParseError& error) {
+    std::string help = "panoptes --help";
+    for (const CLI::App* subcommand : app.get_subcommands()) {
+      help = "panoptes " + subcommand->get_name() + " --help";
+    }
+    return complain(kBadInput, "panoptes: " + one_line(error.what()) + "; see " + help);
+  }
+  return run(chosen);
+}
+
+}  // namespace panoptes
