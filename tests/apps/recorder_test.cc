@@ -14,7 +14,7 @@
 #include "core/io/g2o.h"
 #include "core/io/map_server.h"
 #include "core/io/tum.h"
-#include "tests/core/io/scratch.h"
+#include "tests/support/scratch.h"
 
 namespace panoptes {
 namespace {

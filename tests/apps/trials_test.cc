@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/io/csv.h"
-#include "tests/core/io/scratch.h"
+#include "tests/support/scratch.h"
 
 namespace panoptes {
 namespace {

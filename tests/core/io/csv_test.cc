@@ -5,7 +5,7 @@
 
 #include "core/base/check.h"
 #include "core/base/error.h"
-#include "tests/core/io/scratch.h"
+#include "tests/support/scratch.h"
 
 namespace panoptes {
 namespace {

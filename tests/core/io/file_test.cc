@@ -8,7 +8,7 @@
 #include <sys/resource.h>
 
 #include "core/base/error.h"
-#include "tests/core/io/scratch.h"
+#include "tests/support/scratch.h"
 
 namespace panoptes {
 namespace {

@@ -6,7 +6,7 @@
 #include "core/base/error.h"
 #include "core/base/rng.h"
 #include "core/io/file.h"
-#include "tests/core/io/scratch.h"
+#include "tests/support/scratch.h"
 
 namespace panoptes {
 namespace {
