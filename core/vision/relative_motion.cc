@@ -17,6 +17,11 @@ namespace {
 constexpr int kSmallest = 6;  // matches below which nothing is tried
 constexpr int kScored = 100;  // matches that judge a sampled hypothesis: more cost only time
 constexpr double kPoseNoise_px = 0.5;  // of a neighbour's pose: 0.15 degrees on a 190 px lens
+constexpr double kRoom_pm = 0.3;  // how far a room's mean inverse depth may be from the default
+// What neighbouring keyframes get wrong together (depths from one baseline, lens, mounting) and no
+// number of features averages away.
+constexpr double kTogether_m = 0.001;
+constexpr double kTogether_rad = 0.0009;  // 0.05 degrees, a sixth of a pixel
 constexpr double kForgetPrior =
     1e-4;  // share of the prior kept where the pictures shall speak alone
 
@@ -26,6 +31,7 @@ struct Sight {
   Vec3 origin;                       // camera of the source, in the source's body frame
   Vec3 direction;                    // what its pixel sees, z = 1 in its camera, in its body frame
   InverseDepth depth;                // along it
+  double guessed = 1;                // share of it that is the default and not measured
   Mat3 R_camera_target;              // body of the target place to its camera
   Vec3 origin_target;                // that camera, in its body frame
   const Intrinsics* lens = nullptr;  // of the target
@@ -63,6 +69,7 @@ std::vector<Sight> sights_of(const LoopCameras& cameras, const PlaceFeatures& a,
     sight.direction =
         ray_body(cameras[source], R_body_camera[source], sight.source_is_a ? px_a : px_b);
     sight.depth = sight.source_is_a ? depth_a : depth_b;
+    sight.guessed = std::pow(sight.depth.sigma_pm / kUnknownDepth.sigma_pm, 2);
     sight.R_camera_target = R_body_camera[target].transpose();
     sight.origin_target = cameras[target].T_body_camera.translation;
     sight.lens = &cameras[target].intrinsics;
@@ -91,60 +98,118 @@ struct Motion {
 struct Residual {
   Vec2 r;
   Mat2 weight;
-  double across_px = 0;  // the part that no depth explains
-  Eigen::Matrix<double, 2, 3> jacobian;
+  double across_px = 0;                  // the part that no depth explains
+  Eigen::Matrix<double, 2, 4> jacobian;  // the fourth: of the room's inverse depth, see State
 };
 
-template <bool kWithJacobian>
-bool residual_of(const Sight& sight, const Motion& motion, double variance_px2, Residual& out) {
-  const double rho = sight.depth.mean_pm;
-  Vec3 seen_body;   // of the target, times the inverse depth
-  Vec3 along_body;  // its change with the inverse depth
-  Vec3 turned;
+using Mat4 = Eigen::Matrix4d;
+using Vec4 = Eigen::Vector4d;
+
+// What is solved for: the motion, and by how much the room is nearer than the default depth says.
+// All guessed depths are wrong together by that much, and would otherwise outvote what is measured.
+struct State {
+  Pose2 T_a_b;
+  double nearer_pm = 0;
+};
+
+// A sight at one motion and one inverse depth: where the target sees it, in its camera (times the
+// inverse depth), and how that changes with the inverse depth.
+struct Image {
+  Vec3 turned;  // before the way between the cameras counts
+  Vec3 q;
+  Vec3 along;
+};
+
+Image image_of(const Sight& sight, const Motion& motion, double rho) {
+  Image image;
+  Vec3 along_body;
   if (sight.source_is_a) {
     const Vec3 offset = sight.origin - motion.t;
+    image.turned = motion.turn_back(rho * offset + sight.direction);
     along_body = motion.turn_back(offset) - sight.origin_target;
-    turned = motion.turn_back(rho * offset + sight.direction);
+    image.q = sight.R_camera_target * (image.turned - rho * sight.origin_target);
   } else {
-    const Vec3 moved = motion.turn(sight.origin);
-    along_body = moved + motion.t - sight.origin_target;
-    turned = motion.turn(rho * sight.origin + sight.direction);
+    image.turned = motion.turn(rho * sight.origin + sight.direction);
+    along_body = motion.turn(sight.origin) + motion.t - sight.origin_target;
+    image.q = sight.R_camera_target * (image.turned + rho * (motion.t - sight.origin_target));
   }
-  seen_body = sight.source_is_a ? Vec3(turned - rho * sight.origin_target)
-                                : Vec3(turned + rho * (motion.t - sight.origin_target));
-  const Vec3 q = sight.R_camera_target * seen_body;
-  constexpr double kBehind = 0.05;  // of the depth in the source's camera
-  if (q.z() < kBehind) {
+  image.along = sight.R_camera_target * along_body;
+  return image;
+}
+
+// How a pixel moves with a change of the point in the camera's frame.
+Vec2 moved_px(const Intrinsics& lens, const Vec3& q, const Vec3& dq) {
+  const double z_inverse = 1 / q.z();
+  return {lens.fx_px * z_inverse * (dq.x() - q.x() * z_inverse * dq.z()),
+          lens.fy_px * z_inverse * (dq.y() - q.y() * z_inverse * dq.z())};
+}
+
+constexpr double kBehind =
+    0.05;  // of the depth in the source's camera: too near the target's plane
+
+// The residual's inverse covariance: noise in all directions, depth along one.
+Mat2 weight_of(double variance_px2, double depth_variance, const Vec2& along_px) {
+  return (Mat2::Identity() -
+          along_px * along_px.transpose() *
+              (depth_variance / (variance_px2 + depth_variance * along_px.squaredNorm()))) /
+         variance_px2;
+}
+
+// Squared residual in sigmas, at the depth known before; infinite when the target cannot see it.
+double misfit(const Sight& sight, const Motion& motion, double variance_px2) {
+  const Image image = image_of(sight, motion, sight.depth.mean_pm);
+  if (image.q.z() < kBehind) {
+    return std::numeric_limits<double>::infinity();
+  }
+  const Vec2 r = sight.lens->project(image.q) - sight.px;
+  const Vec2 along = moved_px(*sight.lens, image.q, image.along);
+  const double along_r = along.dot(r);
+  const double spread = sight.depth.sigma_pm * sight.depth.sigma_pm;
+  return (r.squaredNorm() -
+          along_r * along_r * spread / (variance_px2 + spread * along.squaredNorm())) /
+         variance_px2;
+}
+
+// The residual linearised where this match's own depth fits best: at the depth known before, whose
+// error turns up on both sides of the equation, every motion would come out too short.
+bool linearise(const Sight& sight, const Motion& motion, double nearer_pm, double variance_px2,
+               Residual& out) {
+  const Intrinsics& lens = *sight.lens;
+  const double spread = sight.depth.sigma_pm * sight.depth.sigma_pm;
+  const double known = sight.depth.mean_pm + sight.guessed * nearer_pm;
+  double rho = std::max(0.0, known);
+  Image image = image_of(sight, motion, rho);
+  for (int round = 0; round < 2; ++round) {
+    if (image.q.z() < kBehind) {
+      return false;
+    }
+    const Vec2 r = lens.project(image.q) - sight.px;
+    const Vec2 along = moved_px(lens, image.q, image.along);
+    const double best = known - spread * along.dot(r + along * (known - rho)) /
+                                    (variance_px2 + spread * along.squaredNorm());
+    rho = std::max(0.0, best);
+    image = image_of(sight, motion, rho);
+  }
+  if (image.q.z() < kBehind) {
     return false;
   }
-  const Intrinsics& lens = *sight.lens;
-  const double z_inverse = 1 / q.z();
-  const double x = q.x() * z_inverse;
-  const double y = q.y() * z_inverse;
-  out.r = {lens.cx_px + lens.fx_px * x - sight.px.x(), lens.cy_px + lens.fy_px * y - sight.px.y()};
-  const auto project = [&](const Vec3& dq) {
-    return Vec2(lens.fx_px * z_inverse * (dq.x() - x * dq.z()),
-                lens.fy_px * z_inverse * (dq.y() - y * dq.z()));
-  };
-  const Vec2 along = project(sight.R_camera_target * along_body);
-  const double spread = sight.depth.sigma_pm * sight.depth.sigma_pm;
-  out.weight = (Mat2::Identity() - along * along.transpose() *
-                                       (spread / (variance_px2 + spread * along.squaredNorm()))) /
-               variance_px2;
-  if constexpr (kWithJacobian) {
-    const double length = along.norm();
-    out.across_px =
-        length > 1e-9 ? (along.x() * out.r.y() - along.y() * out.r.x()) / length : out.r.norm();
-    const Mat3& R = sight.R_camera_target;
-    if (sight.source_is_a) {
-      out.jacobian.col(0) = project(R * (-rho * motion.turn_back(Vec3::UnitX())));
-      out.jacobian.col(1) = project(R * (-rho * motion.turn_back(Vec3::UnitY())));
-      out.jacobian.col(2) = project(R * Vec3(turned.y(), -turned.x(), 0));
-    } else {
-      out.jacobian.col(0) = project(R * (rho * Vec3::UnitX()));
-      out.jacobian.col(1) = project(R * (rho * Vec3::UnitY()));
-      out.jacobian.col(2) = project(R * Vec3(-turned.y(), turned.x(), 0));
-    }
+  const Vec2 along = moved_px(lens, image.q, image.along);
+  out.r = lens.project(image.q) - sight.px + along * (known - rho);
+  out.weight = weight_of(variance_px2, spread, along);
+  out.jacobian.col(3) = sight.guessed * along;
+  const double length = along.norm();
+  out.across_px =
+      length > 1e-9 ? (along.x() * out.r.y() - along.y() * out.r.x()) / length : out.r.norm();
+  const Mat3& R = sight.R_camera_target;
+  const Vec3& turned = image.turned;
+  if (sight.source_is_a) {
+    out.jacobian.col(0) = moved_px(lens, image.q, R * (-rho * motion.turn_back(Vec3::UnitX())));
+    out.jacobian.col(1) = moved_px(lens, image.q, R * (-rho * motion.turn_back(Vec3::UnitY())));
+    out.jacobian.col(2) = moved_px(lens, image.q, R * Vec3(turned.y(), -turned.x(), 0));
+  } else {
+    out.jacobian.col(0) = moved_px(lens, image.q, R * (rho * Vec3::UnitX()));
+    out.jacobian.col(1) = moved_px(lens, image.q, R * (rho * Vec3::UnitY()));
+    out.jacobian.col(2) = moved_px(lens, image.q, R * Vec3(-turned.y(), turned.x(), 0));
   }
   return true;
 }
@@ -158,21 +223,21 @@ Pose2 moved(const Pose2& T, const Vec3& step) {
 }
 
 struct Normal {
-  Mat3 information = Mat3::Zero();  // of the pictures
-  Vec3 gradient = Vec3::Zero();
+  Mat4 information = Mat4::Zero();  // of the pictures
+  Vec4 gradient = Vec4::Zero();
 };
 
 // Sums over the sights named by `chosen` (all when null). `kernel` <= 0: squares; else
 // Geman-McClure of that width in sigmas.
-Normal sum_up(const std::vector<Sight>& sights, const std::vector<int>* chosen, const Pose2& T_a_b,
+Normal sum_up(const std::vector<Sight>& sights, const std::vector<int>* chosen, const State& state,
               double variance_px2, double kernel) {
-  const Motion motion(T_a_b);
+  const Motion motion(state.T_a_b);
   Normal normal;
   const int count = static_cast<int>(chosen != nullptr ? chosen->size() : sights.size());
   Residual residual;
   for (int k = 0; k < count; ++k) {
     const Sight& sight = sights[chosen != nullptr ? (*chosen)[k] : k];
-    if (!residual_of<true>(sight, motion, variance_px2, residual)) {
+    if (!linearise(sight, motion, state.nearer_pm, variance_px2, residual)) {
       continue;
     }
     double trust = 1;
@@ -181,25 +246,38 @@ Normal sum_up(const std::vector<Sight>& sights, const std::vector<int>* chosen, 
       trust = 1 / (1 + m2 / (kernel * kernel));
       trust *= trust;
     }
-    const Eigen::Matrix<double, 3, 2> JW = trust * residual.jacobian.transpose() * residual.weight;
+    const Eigen::Matrix<double, 4, 2> JW = trust * residual.jacobian.transpose() * residual.weight;
     normal.information += JW * residual.jacobian;
     normal.gradient += JW * residual.r;
   }
   return normal;
 }
 
-Pose2 step_from(const Pose2& T_a_b, const Normal& normal, const MotionPrior& prior,
-                const Mat3& prior_information) {
-  const Mat3 H = normal.information + prior_information;
-  const Vec3 g = normal.gradient + prior_information * difference(T_a_b, prior.T_a_b);
-  const Vec3 step = -H.ldlt().solve(g);
-  return step.allFinite() ? moved(T_a_b, step) : T_a_b;
+// What is believed before looking, of all that is solved for.
+struct Belief {
+  Pose2 T_a_b;
+  Mat4 information = Mat4::Zero();
+
+  explicit Belief(const MotionPrior& prior, double share = 1) : T_a_b(prior.T_a_b) {
+    information.topLeftCorner<3, 3>() = share * prior.covariance.inverse();
+    information(3, 3) = 1 / (kRoom_pm * kRoom_pm);
+  }
+};
+
+State step_from(const State& state, const Normal& normal, const Belief& belief) {
+  Vec4 off;
+  off << difference(state.T_a_b, belief.T_a_b), state.nearer_pm;
+  const Mat4 H = normal.information + belief.information;
+  const Vec4 step = -H.ldlt().solve(normal.gradient + belief.information * off);
+  if (!step.allFinite()) {
+    return state;
+  }
+  return {moved(state.T_a_b, step.head<3>()), state.nearer_pm + step[3]};
 }
 
 // The start most matches agree with, among motions through three of them each.
 Pose2 search_start(const MotionOptions& options, const std::vector<Sight>& sights,
-                   const MotionPrior& prior, const Mat3& prior_information, double variance_px2,
-                   Rng& rng) {
+                   const MotionPrior& prior, const Belief& belief, double variance_px2, Rng& rng) {
   const double limit = options.inlier_sigma * options.inlier_sigma;
   const Mat3 root = prior.covariance.llt().matrixL();
   const int count = static_cast<int>(sights.size());
@@ -210,34 +288,31 @@ Pose2 search_start(const MotionOptions& options, const std::vector<Sight>& sight
   }
   Pose2 best = prior.T_a_b;
   double best_cost = std::numeric_limits<double>::infinity();
-  Residual residual;
   for (int h = 0; h < options.hypotheses; ++h) {
-    Pose2 T_a_b = prior.T_a_b;
+    State state{prior.T_a_b};
     if (h > 0) {
       constexpr double kReach = 2;  // three steps of Gauss-Newton carry the rest of the way
       Vec3 draw;
       for (int k = 0; k < 3; ++k) {
         draw[k] = rng.uniform(-kReach, kReach);
       }
-      T_a_b = moved(T_a_b, root * draw);
+      state.T_a_b = moved(state.T_a_b, root * draw);
       const std::vector<int> sample{rng.index(count), rng.index(count), rng.index(count)};
       for (int iteration = 0; iteration < 3; ++iteration) {
-        T_a_b = step_from(T_a_b, sum_up(sights, &sample, T_a_b, variance_px2, 0), prior,
-                          prior_information);
+        state = step_from(state, sum_up(sights, &sample, state, variance_px2, 0), belief);
       }
     }
-    const Motion motion(T_a_b);
+    const Motion motion(state.T_a_b);
     double cost = 0;
     for (const int judge : judges) {
-      const bool visible = residual_of<false>(sights[judge], motion, variance_px2, residual);
-      cost += visible ? std::min(limit, residual.r.dot(residual.weight * residual.r)) : limit;
+      cost += std::min(limit, misfit(sights[judge], motion, variance_px2));
       if (cost >= best_cost) {
         break;
       }
     }
     if (cost < best_cost) {
       best_cost = cost;
-      best = T_a_b;
+      best = state.T_a_b;
     }
   }
   return best;
@@ -289,26 +364,25 @@ std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
   }
   const std::vector<Sight> sights = sights_of(cameras, a, depths_a, b, depths_b, matches);
   const double variance_px2 = 2 * options.noise_px * options.noise_px;  // both pictures are noisy
-  const Mat3 prior_information = prior.covariance.inverse();
-  Pose2 T_a_b = prior.T_a_b;
+  const Belief belief(prior);
+  State state{prior.T_a_b};
   if (search != nullptr) {
-    T_a_b = search_start(options, sights, prior, prior_information, variance_px2, *search);
+    state.T_a_b = search_start(options, sights, prior, belief, variance_px2, *search);
   }
   // from forgiving to strict
   for (const double kernel : {8.0, 8.0, 5.0, 5.0, 3.0, 3.0, 3.0}) {
-    T_a_b = step_from(T_a_b, sum_up(sights, nullptr, T_a_b, variance_px2, kernel), prior,
-                      prior_information);
+    state = step_from(state, sum_up(sights, nullptr, state, variance_px2, kernel), belief);
   }
   std::vector<int> inliers;
   PlanarMotion motion;
   for (int round = 0; round < 3; ++round) {
     inliers.clear();
-    const Motion now(T_a_b);
+    const Motion now(state.T_a_b);
     Residual residual;
     double sum_px2 = 0;
     motion.inliers_by_camera = {};
     for (int i = 0; i < static_cast<int>(sights.size()); ++i) {
-      if (residual_of<true>(sights[i], now, variance_px2, residual) &&
+      if (linearise(sights[i], now, state.nearer_pm, variance_px2, residual) &&
           residual.r.dot(residual.weight * residual.r) <=
               options.inlier_sigma * options.inlier_sigma) {
         inliers.push_back(i);
@@ -320,23 +394,24 @@ std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
       return std::nullopt;
     }
     motion.rms_px = std::sqrt(sum_px2 / static_cast<double>(inliers.size()));
-    T_a_b = step_from(T_a_b, sum_up(sights, &inliers, T_a_b, variance_px2, 0), prior,
-                      prior_information);
+    state = step_from(state, sum_up(sights, &inliers, state, variance_px2, 0), belief);
   }
   // what the pictures are noisier than promised makes the answer less sure, never surer
   const double excess = std::max(1.0, motion.rms_px * motion.rms_px / variance_px2);
-  const Normal normal = sum_up(sights, &inliers, T_a_b, variance_px2, 0);
-  motion.T_a_b = T_a_b;
-  motion.information_seen = normal.information / excess;
-  motion.covariance = (motion.information_seen + prior_information).inverse();
-  motion.T_a_b_seen = T_a_b;
+  const Mat4 information = sum_up(sights, &inliers, state, variance_px2, 0).information / excess;
+  const Vec3 shared = information.block<3, 1>(0, 3);
+  motion.information_seen =
+      information.topLeftCorner<3, 3>() -
+      shared * shared.transpose() / (information(3, 3) + belief.information(3, 3));
+  motion.T_a_b = state.T_a_b;
+  motion.covariance = (motion.information_seen + prior.covariance.inverse()).inverse();
+  const Belief forgotten(prior, kForgetPrior);
   for (int iteration = 0; iteration < 3; ++iteration) {
-    motion.T_a_b_seen =
-        step_from(motion.T_a_b_seen, sum_up(sights, &inliers, motion.T_a_b_seen, variance_px2, 0),
-                  prior, kForgetPrior * prior_information);
+    state = step_from(state, sum_up(sights, &inliers, state, variance_px2, 0), forgotten);
   }
+  motion.T_a_b_seen = state.T_a_b;
   motion.sigma_theta_rad = std::sqrt(motion.covariance(2, 2));
-  motion.direction_rad = std::atan2(T_a_b.y_m, T_a_b.x_m);
+  motion.direction_rad = std::atan2(motion.T_a_b.y_m, motion.T_a_b.x_m);
   motion.matches = static_cast<int>(matches.size());
   motion.inliers = static_cast<int>(inliers.size());
   return motion;
@@ -347,8 +422,15 @@ std::optional<PlanarMotion> visual_heading(const FeatureOptions& feature_options
                                            const PlaceFeatures& previous,
                                            const PlaceDepths& previous_depths,
                                            const PlaceFeatures& now, const MotionPrior& wheels) {
-  return motion_by_features(options, cameras, previous, previous_depths, now, {},
-                            match_places(feature_options, previous, now, false), wheels, nullptr);
+  std::optional<PlanarMotion> motion =
+      motion_by_features(options, cameras, previous, previous_depths, now, {},
+                         match_places(feature_options, previous, now, false), wheels, nullptr);
+  if (motion) {
+    motion->covariance.diagonal() +=
+        Vec3(kTogether_m * kTogether_m, kTogether_m * kTogether_m, kTogether_rad * kTogether_rad);
+    motion->sigma_theta_rad = std::sqrt(motion->covariance(2, 2));
+  }
+  return motion;
 }
 
 PlaceDepths triangulate(const FeatureOptions& feature_options, const MotionOptions& options,

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/graph/loop_closer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "core/graph/wheel_noise.h"
+#include "tests/core/vision/synthetic_places.h"
+
+namespace panoptes {
+namespace {
+
+using testing::front_and_back;
+using testing::SyntheticRoom;
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kBase_m = 0.33;
+
+// The grey of a place changes smoothly with where one stands, and looks alike in many places.
+PlaceSignature signature_at(const Pose2& T_map_body) {
+  PlaceSignature signature;
+  const double middle = 128 + 12 * std::sin(2 * T_map_body.x_m) + 9 * std::cos(3 * T_map_body.y_m);
+  for (int grey = 0; grey < 256; ++grey) {
+    signature.cumulative[grey] = static_cast<float>(1 / (1 + std::exp((middle - grey) / 20)));
+  }
+  return signature;
+}
+
+struct Drive {
+  PoseGraph graph;
+  std::vector<Pose2> truth;
+  std::vector<ClosureReport> reports;
+};
+
+// Twice round a square of 2.5 m in a room of 8 m, the second time the same or the opposite way.
+Drive twice_round(const LoopOptions& options, bool opposite, const SyntheticRoom& first_room,
+                  const SyntheticRoom& second_room, Rng rng) {
+  const LoopCameras cameras = front_and_back();
+  const WheelNoise noise;
+  LoopCloser closer(options, cameras, rng.fork("closer"));
+  Drive drive;
+  std::vector<Pose2> steps;
+  for (int side = 0; side < 8; ++side) {
+    if (side == 4 && opposite) {
+      for (int turn = 0; turn < 12; ++turn) {
+        steps.push_back({0, 0, kPi / 12});  // turns round, so that the way back begins
+      }
+    }
+    const double corner = opposite && side >= 4 ? -1 : 1;
+    if (side >= 4 && opposite) {
+      for (int turn = 0; turn < 6 && side == 4; ++turn) {
+        steps.push_back({0, 0, -kPi / 12});
+      }
+    }
+    for (int step = 0; step < 10; ++step) {
+      steps.push_back({0.25, 0, 0});
+    }
+    for (int turn = 0; turn < 6; ++turn) {
+      steps.push_back({0, 0, corner * kPi / 12});
+    }
+  }
+  drive.truth.push_back({-1.25, -1.25, 0});
+  drive.graph.T_map_node.push_back(drive.truth[0]);
+  for (std::size_t k = 0; k <= steps.size(); ++k) {
+    const SyntheticRoom& room = k < steps.size() / 2 ? first_room : second_room;
+    LoopPlace place{signature_at(drive.truth.back()),
+                    room.seen_from(cameras, drive.truth.back(), 0.7, 0.2,
+                                   rng.fork("sees " + std::to_string(k)))};
+    if (k > 0) {
+      const int now = static_cast<int>(k);
+      const Pose2 T_wheels =
+          drive.graph.T_map_node[now - 1].inverse() * drive.graph.T_map_node[now];
+      const Mat3 covariance = wheel_covariance(noise, kBase_m, T_wheels);
+      GraphEdge edge{now - 1, now, T_wheels, covariance.inverse(), false};
+      if (const auto motion = closer.motion_to(place, now - 1, {T_wheels, covariance})) {
+        edge.T_from_to = motion->T_a_b;
+        edge.information = motion->covariance.inverse();
+        drive.graph.T_map_node[now] = drive.graph.T_map_node[now - 1] * motion->T_a_b;
+      }
+      drive.graph.edges.push_back(edge);
+    }
+    for (const ClosureReport& report : closer.close(std::move(place), drive.graph, {})) {
+      if (report.accepted) {
+        drive.graph.edges.push_back(closure_edge(report));
+        relax(drive.graph, RelaxStart::kCurrent);
+      }
+      drive.reports.push_back(report);
+    }
+    if (k < steps.size()) {
+      const Pose2& step = steps[k];
+      const Mat3 root = wheel_covariance(noise, kBase_m, step).llt().matrixL();
+      const Vec3 slip = root * Vec3(rng.normal(), rng.normal(), rng.normal());
+      drive.truth.push_back(drive.truth.back() * step);
+      drive.graph.T_map_node.push_back(
+          drive.graph.T_map_node.back() *
+          Pose2{step.x_m + slip.x(), step.y_m + slip.y(), step.theta_rad + slip.z()});
+    }
+  }
+  return drive;
+}
+
+int count_accepted(const Drive& drive) {
+  return static_cast<int>(std::count_if(drive.reports.begin(), drive.reports.end(),
+                                        [](const ClosureReport& r) { return r.accepted; }));
+}
+
+bool is_true(const Drive& drive, const ClosureReport& report) {
+  const Pose2 T = drive.truth[report.earlier].inverse() * drive.truth[report.recent];
+  return T.position().norm() <= 0.7 &&
+         (T.position() - report.T_earlier_recent.position()).norm() < 0.1 &&
+         std::abs(wrap_angle(T.theta_rad - report.T_earlier_recent.theta_rad)) < deg_to_rad(1);
+}
+
+double worst_m(const Drive& drive) {
+  double worst = 0;
+  for (std::size_t i = 0; i < drive.truth.size(); ++i) {
+    worst =
+        std::max(worst, (drive.truth[i].position() - drive.graph.T_map_node[i].position()).norm());
+  }
+  return worst;
+}
+
+class SecondRound : public ::testing::TestWithParam<bool> {};
+
+TEST_P(SecondRound, ClosesWhereTheRobotComesBack) {
+  const SyntheticRoom room(2500, 4, Rng(1));
+  const Drive drive = twice_round({}, GetParam(), room, room, Rng(2));
+  EXPECT_GE(count_accepted(drive), 5);
+  for (const ClosureReport& report : drive.reports) {
+    if (report.accepted) {
+      EXPECT_TRUE(is_true(drive, report)) << report.earlier << " " << report.recent;
+      EXPECT_EQ(report.heading, GetParam() ? Heading::kOpposite : Heading::kSame);
+      EXPECT_EQ(report.verdict, "accepted");
+    }
+  }
+  EXPECT_LT(worst_m(drive), 0.1);
+}
+
+INSTANTIATE_TEST_SUITE_P(SameAndOpposite, SecondRound, ::testing::Values(false, true));
+
+TEST(LoopCloser, RefusesAPlaceThatOnlyLooksAlikeAtAGlance) {
+  // the second round meets the same greys in another room
+  const Drive drive = twice_round({}, false, SyntheticRoom(2500, 4, Rng(1)),
+                                  SyntheticRoom(2500, 4, Rng(3)), Rng(2));
+  EXPECT_FALSE(drive.reports.empty());
+  EXPECT_EQ(count_accepted(drive), 0);
+}
+
+TEST(LoopCloser, TheThesisRuleIsFooledByGreys) {
+  LoopOptions options;
+  options.method = HistogramMethod{};
+  const Drive drive = twice_round(options, false, SyntheticRoom(2500, 4, Rng(1)),
+                                  SyntheticRoom(2500, 4, Rng(3)), Rng(2));
+  EXPECT_GE(count_accepted(drive), 1);
+}
+
+TEST(LoopCloser, GivesTheSameBitsAgain) {
+  const SyntheticRoom room(1500, 4, Rng(1));
+  const Drive a = twice_round({}, true, room, room, Rng(5));
+  const Drive b = twice_round({}, true, room, room, Rng(5));
+  EXPECT_EQ(a.graph.T_map_node, b.graph.T_map_node);
+  ASSERT_EQ(a.reports.size(), b.reports.size());
+  for (std::size_t i = 0; i < a.reports.size(); ++i) {
+    EXPECT_EQ(a.reports[i].verdict, b.reports[i].verdict);
+  }
+}
+
+TEST(DiagonalMax, FollowsTheDiagonalOfItsClass) {
+  DistanceMatrix matrix;
+  for (auto& row : matrix) {
+    row.fill(9);
+  }
+  for (int k = 0; k < 7; ++k) {
+    matrix[k][6 - k] = static_cast<float>(k);
+  }
+  EXPECT_EQ(diagonal_max_grey(matrix, Heading::kOpposite), 6);
+  EXPECT_EQ(diagonal_max_grey(matrix, Heading::kSame), 9);
+}
+
+}  // namespace
+}  // namespace panoptes

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/graph/pose_graph.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include "core/base/check.h"
+#include "core/base/rng.h"
+
+namespace panoptes {
+namespace {
+
+constexpr double kRoundoff = 1e-6;  // what a converged relaxation leaves
+constexpr double kPi = std::numbers::pi;
+
+struct World {
+  PoseGraph graph;  // poses dead reckoned
+  std::vector<Pose2> truth;
+};
+
+Pose2 noisy(const Pose2& T, double sigma_m, double sigma_rad, Rng& rng) {
+  return {T.x_m + rng.normal(0, sigma_m), T.y_m + rng.normal(0, sigma_m),
+          wrap_angle(T.theta_rad + rng.normal(0, sigma_rad))};
+}
+
+// A walk over a square of streets, `side` steps each, round and round, with noise and a closure
+// each time a corner is met again.
+World square_walk(int rounds, int side, double sigma_m, double sigma_rad, Rng rng) {
+  World world;
+  world.truth.emplace_back();
+  world.graph.T_map_node.emplace_back();
+  const Mat3 information =
+      Vec3(1 / (sigma_m * sigma_m), 1 / (sigma_m * sigma_m), 1 / (sigma_rad * sigma_rad))
+          .asDiagonal();
+  const int corners = 4 * rounds;
+  for (int corner = 0; corner < corners; ++corner) {
+    for (int step = 0; step < side; ++step) {
+      const Pose2 T_before_after{0.25, 0, step + 1 == side ? kPi / 2 : 0};
+      const Pose2 measured = noisy(T_before_after, sigma_m, sigma_rad, rng);
+      const int from = static_cast<int>(world.truth.size()) - 1;
+      world.truth.push_back(world.truth.back() * T_before_after);
+      world.graph.T_map_node.push_back(world.graph.T_map_node.back() * measured);
+      world.graph.edges.push_back({from, from + 1, measured, information, false});
+    }
+    if (corner >= 4) {
+      const int recent = static_cast<int>(world.truth.size()) - 1;
+      const int earlier = recent - 4 * side;
+      const Pose2 T = world.truth[earlier].inverse() * world.truth[recent];
+      world.graph.edges.push_back(
+          {earlier, recent, noisy(T, sigma_m, sigma_rad, rng), information, true});
+    }
+  }
+  return world;
+}
+
+double rms_m(const World& world) {
+  double sum = 0;
+  for (std::size_t i = 0; i < world.truth.size(); ++i) {
+    sum += (world.truth[i].position() - world.graph.T_map_node[i].position()).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(world.truth.size()));
+}
+
+TEST(Relax, RecoversTheTruthWithoutNoise) {
+  World world = square_walk(2, 10, 1e-3, 1e-3, Rng(1));
+  for (GraphEdge& edge : world.graph.edges) {
+    edge.T_from_to = world.truth[edge.from].inverse() * world.truth[edge.to];
+  }
+  const RelaxReport report = relax(world.graph);
+  EXPECT_TRUE(report.converged);
+  EXPECT_NEAR(report.chi2_end, 0, kRoundoff);
+  EXPECT_LT(rms_m(world), kRoundoff);
+}
+
+TEST(Relax, ClosuresTakeMostOfTheDriftAway) {
+  World world = square_walk(3, 20, 0.005, 0.01, Rng(2));
+  const double before_m = rms_m(world);
+  const RelaxReport report = relax(world.graph);
+  EXPECT_TRUE(report.converged);
+  EXPECT_LT(rms_m(world), before_m / 2);
+  EXPECT_NEAR(report.chi2_end, chi2(world.graph), kRoundoff);
+  // chi2 is about one a degree of freedom: 3 (edges - nodes + 1), within five sigma
+  const double freedom =
+      3.0 * static_cast<double>(world.graph.edges.size() - world.graph.T_map_node.size() + 1);
+  EXPECT_NEAR(report.chi2_end, freedom, 5 * std::sqrt(2 * freedom));
+  EXPECT_EQ(world.graph.T_map_node[0], Pose2());
+}
+
+TEST(Relax, NeedsNoGoodStart) {
+  World world = square_walk(3, 20, 0.005, 0.01, Rng(3));
+  PoseGraph best = world.graph;
+  const double chi2_best = relax(best).chi2_end;
+  Rng rng(4);
+  for (std::size_t i = 1; i < world.graph.T_map_node.size(); ++i) {
+    world.graph.T_map_node[i] = {rng.uniform(-10, 10), rng.uniform(-10, 10),
+                                 rng.uniform(-kPi, kPi)};
+  }
+  PoseGraph linear = world.graph;
+  EXPECT_NEAR(relax(linear).chi2_end, chi2_best, kRoundoff * chi2_best);
+  PoseGraph current = world.graph;
+  EXPECT_NEAR(relax(current, RelaxStart::kCurrent).chi2_end, chi2_best, kRoundoff * chi2_best);
+}
+
+TEST(Relax, GivesTheSameBitsAgain) {
+  World a = square_walk(3, 20, 0.005, 0.01, Rng(5));
+  World b = square_walk(3, 20, 0.005, 0.01, Rng(5));
+  relax(a.graph);
+  relax(b.graph);
+  EXPECT_EQ(a.graph.T_map_node, b.graph.T_map_node);
+}
+
+TEST(Relax, ShowsAFalseLoopByItsChi2) {
+  World world = square_walk(3, 20, 0.005, 0.01, Rng(6));
+  const double honest = relax(world.graph).chi2_end;
+  GraphEdge lie = world.graph.edges.back();
+  lie.from = 15;
+  lie.to = 130;
+  lie.T_from_to = {};
+  world.graph.edges.push_back(lie);
+  const double growth = relax(world.graph, RelaxStart::kCurrent).chi2_end - honest;
+  EXPECT_GT(growth, 100);
+}
+
+TEST(Relax, LeavesALonelyGraphAlone) {
+  PoseGraph graph;
+  EXPECT_TRUE(relax(graph).converged);
+  graph.T_map_node = {{1, 2, 3}, {4, 5, 6}};
+  EXPECT_TRUE(relax(graph).converged);
+  EXPECT_EQ(graph.T_map_node[1], (Pose2{4, 5, 6}));
+  graph.edges.push_back({0, 2, {}, Mat3::Identity(), false});
+  EXPECT_THROW(relax(graph), CheckError);
+}
+
+TEST(RelativeCovariance, OfAChainIsDeadReckoning) {
+  World world = square_walk(1, 10, 0.005, 0.01, Rng(7));
+  PoseGraph& graph = world.graph;
+  const auto paths_from_end = path_covariances(graph, 30);
+  for (const int to : {3, 17, 29, 31, 40}) {
+    const Mat3 exact = relative_covariance(graph, 30, to);
+    EXPECT_LT((exact - paths_from_end[to]).norm(), kRoundoff * exact.norm()) << to;
+  }
+}
+
+TEST(RelativeCovariance, IsThatOfManyWorlds) {
+  constexpr int kWorlds = 400;
+  Mat3 drawn = Mat3::Zero();
+  Mat3 promised;
+  for (int i = 0; i < kWorlds; ++i) {
+    World world = square_walk(2, 8, 0.005, 0.01, Rng(100 + i));
+    relax(world.graph);
+    const Pose2 estimate = world.graph.T_map_node[5].inverse() * world.graph.T_map_node[50];
+    const Pose2 truth = world.truth[5].inverse() * world.truth[50];
+    const Vec3 off(estimate.x_m - truth.x_m, estimate.y_m - truth.y_m,
+                   wrap_angle(estimate.theta_rad - truth.theta_rad));
+    drawn += off * off.transpose() / kWorlds;
+    promised = relative_covariance(world.graph, 5, 50);
+  }
+  const Vec3 ratio = (promised.inverse() * drawn).eigenvalues().real();
+  EXPECT_GT(ratio.minCoeff(), 0.7);
+  EXPECT_LT(ratio.maxCoeff(), 1.4);
+}
+
+TEST(PathCovariances, AreNeverSmallerThanTheMarginal) {
+  World world = square_walk(3, 10, 0.005, 0.01, Rng(8));
+  relax(world.graph);
+  const auto paths = path_covariances(world.graph, 119);
+  for (const int to : {2, 20, 45, 80, 100}) {
+    const Mat3 slack = paths[to] - relative_covariance(world.graph, 119, to);
+    Eigen::SelfAdjointEigenSolver<Mat3> solver(slack);
+    EXPECT_GT(solver.eigenvalues().minCoeff(), -kRoundoff) << to;
+  }
+}
+
+}  // namespace
+}  // namespace panoptes
