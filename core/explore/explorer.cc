@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <limits>
 #include <numbers>
+#include <set>
 #include <utility>
 
 namespace panoptes {
@@ -49,17 +50,30 @@ std::vector<std::uint8_t> hopeful_cells(const DrivableGrid& grid, const Body& bo
   return hopeful;
 }
 
+/// Whether a line of sight ends here. Cells beside an occupied one hide too, so that no line slips
+/// through a slanting row of them.
+bool hides(const ClearanceMap& map, std::size_t cell) {
+  return map.to_occupied_m[cell] < 1.2 * map.map.cell_m;
+}
+
+/// The cell's place on a grid through the map's origin, which stays when the map grows.
+std::pair<int, int> fixed_cell(const OccupancyMap& map, int column, int row) {
+  const Vec2 p = map.centre(column, row);
+  return {static_cast<int>(std::floor(p.x() / map.cell_m)),
+          static_cast<int>(std::floor(p.y() / map.cell_m))};
+}
+
 /// Unknown hopeful floor, in square metres, along each ray of a full turn about `place`.
 void cast_rays(const DirectedOptions& o, const FloorWedge& wedge, const ClearanceMap& map,
                const std::vector<std::uint8_t>& hopeful, const std::vector<Vec2>& directions,
                const Vec2& place, std::vector<double>& gains_m2) {
-  const double step_m = 1.5 * map.map.cell_m;
+  const double step_m = map.map.cell_m;
   const double sector_rad = kTwoPi / static_cast<double>(directions.size());
   for (std::size_t k = 0; k < directions.size(); ++k) {
     double gain = 0;
     double unknown_m = 0;
     // What hides the floor may stand nearer than the floor that is seen.
-    for (double r = step_m; r < wedge.far_m; r += step_m) {
+    for (double r = step_m; r < wedge.far_m - step_m; r += step_m) {
       const Vec2 p = place + r * directions[k];
       const int column = map.column(p);
       const int row = map.row(p);
@@ -67,7 +81,7 @@ void cast_rays(const DirectedOptions& o, const FloorWedge& wedge, const Clearanc
         break;
       }
       const std::size_t i = map.index(column, row);
-      if (map.map.cells[i] == Cell::kOccupied) {
+      if (hides(map, i)) {
         break;
       }
       if (map.map.cells[i] == Cell::kUnknown) {
@@ -161,7 +175,37 @@ void Explorer::give_up(Time now) {
   given_up_.push_back({p, now + from_seconds(for_s), for_s});
 }
 
-void Explorer::reached() { goal_.reset(); }
+void Explorer::reached() {
+  if (goal_ && goal_->heading_matters) {
+    looked_map_ = goal_->pose_map;
+  }
+  goal_.reset();
+}
+
+void Explorer::strike_off(const DrivableGrid& grid, const std::vector<std::uint8_t>& hopeful,
+                          const Pose2& T_map_body) {
+  const OccupancyMap& map = grid.clearance.map;
+  const double step_rad = 0.5 * map.cell_m / wedge_.far_m;
+  std::set<std::pair<int, int>> seen;
+  for (double a = -0.5 * wedge_.width_rad; a <= 0.5 * wedge_.width_rad; a += step_rad) {
+    const Vec2 ray = T_map_body.rotation() * Vec2(std::cos(a), std::sin(a));
+    for (double r = map.cell_m; r < wedge_.far_m; r += 0.5 * map.cell_m) {
+      const Vec2 p = T_map_body.position() + r * ray;
+      const int column = grid.clearance.column(p);
+      const int row = grid.clearance.row(p);
+      if (!map.contains(column, row) || hides(grid.clearance, grid.clearance.index(column, row))) {
+        break;
+      }
+      const std::size_t i = grid.clearance.index(column, row);
+      if (map.cells[i] == Cell::kUnknown && hopeful[i] != 0) {
+        seen.insert(fixed_cell(map, column, row));
+      }
+    }
+  }
+  for (const auto& cell : seen) {
+    ++looked_in_vain_[cell];
+  }
+}
 
 ExploreChoice Explorer::choose(Time now, const OccupancyMap& map, const Pose2& T_map_body) {
   // As far as the camera sees beyond what is mapped: unknown floor out there counts too.
@@ -180,7 +224,20 @@ ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
   ExploreChoice out;
   const OccupancyMap& map = grid.clearance.map;
   const CostField field = flood(options_.search, grid, T_map_body.position());
-  const std::vector<std::uint8_t> hopeful = hopeful_cells(grid, body_, field);
+  std::vector<std::uint8_t> hopeful = hopeful_cells(grid, body_, field);
+  if (looked_map_) {
+    strike_off(grid, hopeful, *looked_map_);
+    looked_map_.reset();
+  }
+  constexpr int kVain = 2;
+  for (const auto& [cell, times] : looked_in_vain_) {
+    const Vec2 p = map.cell_m * Vec2(cell.first + 0.5, cell.second + 0.5);
+    const int column = grid.clearance.column(p);
+    const int row = grid.clearance.row(p);
+    if (times >= kVain && map.contains(column, row)) {
+      hopeful[grid.clearance.index(column, row)] = 0;
+    }
+  }
 
   const auto rays = static_cast<std::size_t>(o.rays);
   std::vector<Vec2> directions(rays);
@@ -188,7 +245,7 @@ ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
     const double angle = kTwoPi * (static_cast<double>(k) + 0.5) / static_cast<double>(rays);
     directions[k] = {std::cos(angle), std::sin(angle)};
   }
-  const int width = std::max(1, static_cast<int>(std::lround(wedge_.width_rad / kTwoPi * o.rays)));
+  const int width = std::max(1, static_cast<int>(std::floor(wedge_.width_rad / kTwoPi * o.rays)));
   const double least_m2 = options_.least_gain * std::numbers::pi * body_.radius_m * body_.radius_m;
 
   struct Best {

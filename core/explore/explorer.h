@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -80,7 +82,8 @@ class Explorer {
   /// The present goal could not be reached: leave its surroundings alone for a while.
   void give_up(Time now);
 
-  /// The present goal has been reached; the next choice owes it nothing.
+  /// The present goal has been reached; the next choice owes it nothing. What should have come into
+  /// view there and did not, twice, is not hoped for again.
   void reached();
 
  private:
@@ -94,6 +97,8 @@ class Explorer {
                                 const Pose2& T_map_body);
   ExploreChoice choose_random(const RandomOptions& o, Time now, const DrivableGrid& grid,
                               const Pose2& T_map_body);
+  void strike_off(const DrivableGrid& grid, const std::vector<std::uint8_t>& hopeful,
+                  const Pose2& T_map_body);
   bool given_up(const Vec2& p_map, Time now) const;
 
   ExploreOptions options_;
@@ -102,6 +107,8 @@ class Explorer {
   Rng rng_;
   std::optional<ExploreGoal> goal_;
   std::vector<GivenUp> given_up_;
+  std::optional<Pose2> looked_map_;  // from here, since the last choice
+  std::map<std::pair<int, int>, int> looked_in_vain_;  // by cell of a grid through the map's origin
   std::optional<Vec2> area_map_;  // where the thesis's way has been staying
   Time area_since_;
 };
