@@ -8,7 +8,7 @@ target_compile_features(panoptes_flags INTERFACE cxx_std_20)
 target_compile_options(panoptes_flags INTERFACE
   -ffp-contract=off -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
   -Wcast-align -Wunused
-  -Wno-restrict  # g++ 12 raises it falsely on "text" + string (gcc bug 105651)
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>  # g++ 12 raises it falsely on "text" + string (gcc bug 105651)
   $<$<BOOL:${PANOPTES_WERROR}>:-Werror>)
 if(PANOPTES_SANITIZE)
   target_compile_options(panoptes_flags INTERFACE
