@@ -49,8 +49,9 @@ struct Trial {
   Status status = Status::kWaiting;
   pid_t process = -1;
   double started_s = 0;
-  std::string exit_words;  ///< of a broken one
-  Json metrics;
+  std::string outcome;              ///< of metrics.json; of a broken one how it ended
+  std::vector<std::string> broken;  ///< requirements, with the values
+  double wall_s = 0;
   std::vector<std::pair<std::string, double>> figures;  ///< numbers of the metrics by dotted path
 };
 
@@ -98,7 +99,9 @@ std::string as_folder(std::string text) {
 void flatten(const Json& json, const std::string& path,
              std::vector<std::pair<std::string, double>>& into) {
   for (const auto& [key, value] : json.items()) {
-    const std::string here = path.empty() ? key : path + "." + key;
+    std::string here = path;
+    here += path.empty() ? "" : ".";
+    here += key;
     if (value.is_object()) {
       flatten(value, here, into);
     } else if (value.is_number() && here != "seed") {
@@ -121,18 +124,24 @@ bool take_metrics(Trial& trial) {
   if (!text) {
     return false;
   }
-  trial.metrics = Json::parse(*text, nullptr, false);
-  if (!trial.metrics.is_object() || !trial.metrics.contains("outcome") ||
-      !trial.metrics["outcome"].is_string()) {
+  const Json metrics = Json::parse(*text, nullptr, false);
+  if (!metrics.is_object() || !metrics.contains("outcome") || !metrics["outcome"].is_string()) {
     return false;
   }
+  trial.outcome = metrics["outcome"].get<std::string>();
+  trial.wall_s = metrics.value("wall_s", 0.0);
   trial.figures.clear();
-  flatten(trial.metrics, "", trial.figures);
-  bool pass = trial.metrics["outcome"] == "completed";
-  for (const Json& line : trial.metrics.value("requirements", Json::array())) {
-    pass = pass && line.value("pass", false);
+  flatten(metrics, "", trial.figures);
+  trial.broken.clear();
+  for (const Json& line : metrics.value("requirements", Json::array())) {
+    if (!line.value("pass", false)) {
+      trial.broken.push_back(line.value("require", ""));
+      trial.broken.back() +=
+          line.contains("value") ? ", it is " + line["value"].dump() : ", no such figure";
+    }
   }
-  trial.status = pass ? Status::kPassed : Status::kFailed;
+  trial.status =
+      trial.outcome == "completed" && trial.broken.empty() ? Status::kPassed : Status::kFailed;
   return true;
 }
 
@@ -141,8 +150,7 @@ bool is_finished(Trial& trial) {
     trial.status = Status::kWaiting;
     return false;
   }
-  const Json& outcome = trial.metrics["outcome"];
-  if (outcome == "interrupted" || outcome == "device_lost") {
+  if (trial.outcome == "interrupted" || trial.outcome == "device_lost") {
     trial.status = Status::kWaiting;
     return false;
   }
@@ -215,6 +223,7 @@ void start(Trial& trial, const TrialsOptions& options) {
     words.push_back(setting);
   }
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) {
     arguments.push_back(word.data());
   }
@@ -272,8 +281,8 @@ void collect(Trial& trial) {
   const int code = exited ? WEXITSTATUS(status) : -1;
   if (!(code == 0 || code == 1) || !take_metrics(trial)) {
     trial.status = Status::kBroken;
-    trial.exit_words = exited ? "exit status " + std::to_string(code)
-                              : "ended by signal " + std::to_string(WTERMSIG(status));
+    trial.outcome = exited ? "exit status " + std::to_string(code)
+                           : "ended by signal " + std::to_string(WTERMSIG(status));
   }
 }
 
@@ -293,18 +302,11 @@ std::string last_words(const Trial& trial) {
 std::vector<std::string> faults(const Trial& trial) {
   if (trial.status == Status::kBroken) {
     const std::string words = last_words(trial);
-    return {trial.exit_words + (words.empty() ? "" : ": " + words)};
+    return {trial.outcome + (words.empty() ? "" : ": " + words)};
   }
-  std::vector<std::string> all;
-  if (trial.metrics["outcome"] != "completed") {
-    all.push_back("outcome is " + trial.metrics["outcome"].get<std::string>());
-  }
-  for (const Json& line : trial.metrics.value("requirements", Json::array())) {
-    if (!line.value("pass", false)) {
-      all.push_back(line.value("require", "") + (line.contains("value")
-                                                     ? ", it is " + line["value"].dump()
-                                                     : ", no such figure"));
-    }
+  std::vector<std::string> all = trial.broken;
+  if (trial.outcome != "completed") {
+    all.insert(all.begin(), "outcome is " + trial.outcome);
   }
   return all;
 }
@@ -342,8 +344,7 @@ void write_csv(const TrialsOptions& options, const std::vector<Trial>& trials) {
     csv << (trial.status == Status::kPassed   ? "pass"
             : trial.status == Status::kFailed ? "fail"
                                               : "error");
-    csv << (trial.status == Status::kBroken ? trial.exit_words
-                                            : trial.metrics["outcome"].get<std::string>());
+    csv << trial.outcome;
     const std::map<std::string, double> own(trial.figures.begin(), trial.figures.end());
     for (const std::string& name : figures) {
       const auto value = own.find(name);
@@ -388,15 +389,11 @@ void write_junit(const std::filesystem::path& path, const std::vector<Trial>& tr
   double all_s = 0;
   std::string cases;
   for (const Trial& trial : trials) {
-    double wall_s = 0;
-    if (trial.metrics.is_object()) {
-      wall_s = trial.metrics.value("wall_s", 0.0);
-    }
-    all_s += wall_s;
+    all_s += trial.wall_s;
     cases += "  <testcase classname=\"" + xml(trial.mission) + "\" name=\"" +
              xml((trial.setting.empty() ? "" : trial.setting + " ") + "seed " +
                  std::to_string(trial.seed)) +
-             "\" time=\"" + fixed(wall_s, 3) + "\"";
+             "\" time=\"" + fixed(trial.wall_s, 3) + "\"";
     if (trial.status == Status::kPassed) {
       cases += "/>\n";
       continue;
@@ -754,8 +751,7 @@ int run_trials(const TrialsOptions& options) {
   }
   if (interrupted) {  // what was cut short is run again next time
     for (Trial& trial : trials) {
-      if (is_done(trial) &&
-          (trial.status == Status::kBroken || trial.metrics["outcome"] == "interrupted")) {
+      if (is_done(trial) && (trial.status == Status::kBroken || trial.outcome == "interrupted")) {
         trial.status = Status::kWaiting;
         trial.figures.clear();
       }
