@@ -46,17 +46,16 @@ sim::World one_tile() {
 }
 
 Finding renderer() {
-  const std::string version = fmt::format("OSMesa {}", PANOPTES_OSMESA_VERSION);
   try {
     sim::Renderer renderer(one_tile());
     const sim::View view{pinhole(32, 24, 1), mounted_camera({0, 0, 1}, 0, std::acos(0.0))};
     const cv::Mat bgr = renderer.draw(view).bgr;
     const bool drawn = !bgr.empty() && bgr.at<cv::Vec3b>(12, 16)[0] > 0;
     return {
-        "renderer", version + (drawn ? ", draws" : ", draws black"),
+        "renderer", drawn ? "OSMesa draws" : "OSMesa draws black",
         drawn ? "" : "install Debian's libosmesa6 again (apt-get install --reinstall libosmesa6)"};
   } catch (const DeviceError& error) {
-    return {"renderer", version + ": " + error.what(), "apt-get install libosmesa6"};
+    return {"renderer", error.what(), "apt-get install libosmesa6"};
   }
 }
 

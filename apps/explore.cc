@@ -67,7 +67,7 @@ void add_explore(CLI::App& app, Command& chosen) {
   auto args = std::make_shared<ExploreArguments>();
   CLI::App* sub =
       app.add_subcommand("explore", "Map a world that nobody has described to the robot");
-  sub->add_option("mission", args->mission, "the mission file")->required()->type_name("MISSION");
+  sub->add_option("MISSION", args->mission, "the mission file")->required()->type_name("FILE");
   add_common(*sub, args->common);
   sub->footer(
       "Example: panoptes explore scenes/missions/explore-office.yaml --seed 1 --out runs/office");

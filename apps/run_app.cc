@@ -11,6 +11,7 @@
 #include "apps/run/process.h"
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "core/config/fields.h"
 
 namespace panoptes {
 namespace {
@@ -28,6 +29,23 @@ std::string one_line(std::string text) {
     c = c == '\n' ? ' ' : c;
   }
   return text;
+}
+
+// What is wrong with the command line, and where to read what is right.
+std::string usage_fault(const CLI::App& app, const std::string& first, const CLI::Error& error) {
+  std::vector<std::string> names;
+  for (const CLI::App* subcommand : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(subcommand->get_name());
+    if (subcommand->get_name() == first) {
+      return "panoptes: " + one_line(error.what()) + "; see panoptes " + first + " --help";
+    }
+  }
+  if (first.empty() || first.front() == '-') {
+    return "panoptes: " + one_line(error.what()) + "; see panoptes --help";
+  }
+  const std::string near = nearest_word(first, names);
+  return "panoptes: " + first + " is no subcommand; " +
+         (near.empty() ? "see panoptes --help" : "did you mean " + near + "?");
 }
 
 int run(const Command& command) {
@@ -60,6 +78,7 @@ int run_app(int argc, const char* const* argv) {
   Command chosen;
   add_explore(app, chosen);
   add_trials(app, chosen);
+  add_render(app, chosen);
   add_check(app, chosen);
   add_doctor(app, chosen);
   try {
@@ -67,11 +86,7 @@ int run_app(int argc, const char* const* argv) {
   } catch (const CLI::Success& asked) {  // --help, --version
     return app.exit(asked) == 0 ? kDone : kBadInput;
   } catch (const CLI::ParseError& error) {
-    std::string help = "panoptes --help";
-    for (const CLI::App* subcommand : app.get_subcommands()) {
-      help = "panoptes " + subcommand->get_name() + " --help";
-    }
-    return complain(kBadInput, "panoptes: " + one_line(error.what()) + "; see " + help);
+    return complain(kBadInput, usage_fault(app, argc > 1 ? argv[1] : "", error));
   }
   return run(chosen);
 }

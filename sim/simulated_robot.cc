@@ -24,10 +24,11 @@ constexpr double kStartClear_m = 0.7;
 constexpr double kTouching_m = 0.001;  // the bumper's own give
 constexpr int kStartDraws = 100'000;   // finds a place that is one part in ten thousand of the room
 
-void refuse_bad_start(const Pose2& start, const Obstacles& obstacles, const Body& body) {
+void refuse_bad_start(const Pose2& start, const std::string& mention, const Obstacles& obstacles,
+                      const Body& body) {
   const Vec2 at = start.position();
-  const std::string where =
-      fmt::format("platform.start: x_m: {:.3f}, y_m: {:.3f} ", at.x(), at.y());
+  const std::string where = fmt::format("{}{}platform.start: x_m: {:.3f}, y_m: {:.3f} ", mention,
+                                        mention.empty() ? "" : ": ", at.x(), at.y());
   const char* const what_to_do = "move the start, or leave it out to have one drawn from the seed";
   const Vec2 low = obstacles.low_scene();
   const Vec2 high = obstacles.high_scene();
@@ -75,7 +76,7 @@ Pose2 start_pose(const SimulatedOptions& options, const Obstacles& obstacles, co
   if (!options.start) {
     return drawn_start(obstacles, body, rng.fork("start"));
   }
-  refuse_bad_start(*options.start, obstacles, body);
+  refuse_bad_start(*options.start, options.start_mention, obstacles, body);
   return *options.start;
 }
 
@@ -126,6 +127,7 @@ void bind(Fields& f, SimulatedOptions& o) {
   f.require(f.writing() || f.present("world"), "world", "missing; it must name the world's file");
   f.file_or_inline("world", o.world, o.world_file);
   f("start", o.start);
+  o.start_mention = f.where("start");
   f("mounting_error", o.mounting_error);
   f("wheel_error", o.wheel_error);
   f("image_noise", o.image_noise);

@@ -34,6 +34,7 @@ struct SimulatedOptions {
   WorldSettings world;
   std::string world_file;      ///< where it came from; empty when written inline
   std::optional<Pose2> start;  ///< in scene; drawn from the seed when absent
+  std::string start_mention;   ///< file:line:column of what the user wrote
   MountingError mounting_error;
   WheelError wheel_error;
   ImageNoise image_noise;

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/run/mission.h"
+
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+
+namespace panoptes {
+namespace {
+
+const std::string kScenes = std::string(PANOPTES_SOURCE_DIR) + "/scenes/";
+const std::string kOffice = kScenes + "missions/explore-office.yaml";
+
+std::vector<std::string> faults(const std::vector<std::string>& overrides) {
+  try {
+    load_mission<ExploreMission>(kOffice, overrides);
+  } catch (const ConfigError& error) {
+    return error.lines();
+  }
+  return {};
+}
+
+TEST(Mission, TheOfficeReadsAsWritten) {
+  const auto mission = load_mission<ExploreMission>(kOffice, {"seed=7", "until.duration_s=60"});
+  EXPECT_EQ(mission.name, "explore-office");
+  EXPECT_EQ(mission.rig.cameras.size(), 3U);
+  EXPECT_EQ(mission.seed, 7U);
+  EXPECT_EQ(mission.until.duration_s, 60);
+  EXPECT_TRUE(std::holds_alternative<DriveByNavigator>(mission.drive));
+  EXPECT_EQ(requirements(mission).size(), 3U);
+  EXPECT_EQ(default_out_dir(mission), "runs/explore-office-7");
+  const auto& simulated = std::get<sim::SimulatedOptions>(mission.platform);
+  EXPECT_EQ(simulated.world.name, "office");
+  EXPECT_FALSE(simulated.start.has_value());
+}
+
+TEST(Mission, WhatARunKeepsRepeatsItWhereverItLies) {
+  const auto mission = load_mission<ExploreMission>(kOffice, {"platform.start={x_m: 2, y_m: 3}"});
+  const std::string text = write_settings(mission);
+  EXPECT_THAT(text, testing::HasSubstr("world: \"data:worlds/office.yaml\""));
+  const auto again = read_settings_text<ExploreMission>(text, "/elsewhere/mission.yaml");
+  EXPECT_EQ(write_settings(again), text);
+  EXPECT_EQ(again.name, "explore-office");
+}
+
+TEST(Mission, RefusesARigWithoutTheCameraARoleNeeds) {
+  const std::string rig = kScenes + "rigs/front-back-floor.yaml";
+  const std::vector<std::string> lines = faults({"rig.cameras.front.roles=[]"});
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_THAT(lines[0], testing::StartsWith(rig + ":"));
+  EXPECT_THAT(lines[0], testing::EndsWith(
+                            ": rig: has no camera with the role loop_front; the navigator needs "
+                            "loop_front, loop_back and floor"));
+}
+
+TEST(Mission, RefusesRequirementsThatNobodyCanCheck) {
+  EXPECT_THAT(
+      faults({"require=[\"collisions = 0\"]"}),
+      testing::ElementsAre("--set require: requirement 'collisions = 0': must be a figure, one "
+                           "of == != < <= > >=, and a value"));
+}
+
+TEST(Mission, RefusesWhatIsOutOfRange) {
+  EXPECT_THAT(faults({"until.duration_s=-1", "seed=1.5", "drive=teleop", "platform.kind=pioneer"}),
+              testing::UnorderedElementsAre(
+                  "--set until.duration_s: must be > 0, got -1",
+                  "--set seed: must be a whole number, got 1.5",
+                  "--set drive: must be one of navigator, route, none, got teleop",
+                  "--set platform.kind: platform: must be one of simulated, got pioneer"));
+}
+
+TEST(Mission, DrivesAlongARouteGivenInline) {
+  const auto mission = load_mission<ExploreMission>(
+      kOffice, {"drive={route: {waypoints: [{x_m: 1, y_m: 2}], speed_mps: 0.3}}"});
+  EXPECT_EQ(std::get<DriveAlongRoute>(mission.drive).route.waypoints.size(), 1U);
+  EXPECT_TRUE(std::holds_alternative<DriveNowhere>(
+      load_mission<ExploreMission>(kOffice, {"drive=none"}).drive));
+}
+
+}  // namespace
+}  // namespace panoptes

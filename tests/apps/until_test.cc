@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/run/until.h"
+
+#include <csignal>
+
+#include <gtest/gtest.h>
+
+namespace panoptes {
+namespace {
+
+TEST(Until, EndsAtItsDuration) {
+  UntilOptions options;
+  options.duration_s = 10;
+  const Until until(options);
+  EXPECT_FALSE(until.reached(time_at(9.99), 1000));
+  EXPECT_TRUE(until.reached(time_at(10), 0));
+  EXPECT_EQ(until.end_reason(time_at(10), 0), "duration");
+}
+
+TEST(Until, EndsAtItsKeyframes) {
+  UntilOptions options;
+  options.keyframes = 5;
+  const Until until(options);
+  EXPECT_FALSE(until.reached(time_at(1), 4));
+  EXPECT_TRUE(until.reached(time_at(1), 5));
+  EXPECT_EQ(until.end_reason(time_at(1), 5), "keyframes");
+}
+
+TEST(Until, EndsWhenTheUserAsks) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const Until until{UntilOptions()};
+    EXPECT_FALSE(until.reached(time_at(1), 0));
+    std::raise(signal);
+    EXPECT_TRUE(until.interrupted());
+    EXPECT_TRUE(until.reached(time_at(1), 0));
+  }
+}
+
+}  // namespace
+}  // namespace panoptes
