@@ -33,7 +33,7 @@ void bind(Fields& f, HistogramMethod& o);
 /// geometry, contours, and the whole graph's agreement after relaxing.
 struct VerifiedMethod {
   static constexpr std::string_view kName = "verified";
-  double reach_m = 0.6;     ///< how far apart two keyframes of one place may be
+  double reach_m = 0.45;    ///< how far apart two keyframes of one place may be
   double reach_rad = 0.44;  ///< and how much turned: two thirds of an 80 degree picture remain
   double gate_probability =
       0.9973;                   ///< of three sigma: what the graph expects, with this certainty
