@@ -26,6 +26,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr Duration kSnapshotEvery = std::chrono::seconds(10);
 
+/// The double nearest to the whole nanoseconds, which prints short.
+double rounded_seconds(Duration d) { return static_cast<double>(d.count()) / 1e9; }
+
 const char* name_of(NavState state) {
   switch (state) {
     case NavState::kDriving:
@@ -284,7 +287,7 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
   }
   put(metrics, "start_unix_ns", info_.start_unix_ns);
   metrics["requirements"] = Json::array();  // judged last, over all of the figures
-  const double run_s = to_seconds(end_stamp);
+  const double run_s = rounded_seconds(end_stamp.time_since_epoch());
   metrics["run_s"] = run_s;
   metrics["frames"] = frames_.size();
   metrics["keyframes"] = result.keyframes.size();
@@ -354,8 +357,17 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
   l["opposite_heading"] = loops.opposite_heading;
   if (f.known) {
     const auto& t = loops.against_truth;
-    l["pose_error"] = {{"same", relative_pose_json(t.error_same)},
-                       {"opposite", relative_pose_json(t.error_opposite)}};
+    Json pose_error = Json::object();
+    for (const Heading heading : {Heading::kSame, Heading::kOpposite}) {
+      Json of_class =
+          relative_pose_json(heading == Heading::kSame ? t.error_same : t.error_opposite);
+      if (!of_class.empty()) {
+        pose_error[name_of(heading)] = std::move(of_class);
+      }
+    }
+    if (!pose_error.empty()) {
+      l["pose_error"] = std::move(pose_error);
+    }
     l["revisits_same"] = t.revisits_same;
     l["revisits_opposite"] = t.revisits_opposite;
     if (t.revisits_same > 0) {
@@ -382,7 +394,8 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
   put(exploration, "t50_s", time_of_coverage_s(f.coverage, 0.50));
   put(exploration, "t90_s", time_of_coverage_s(f.coverage, 0.90));
   put(exploration, "t97_s", time_of_coverage_s(f.coverage, 0.97));
-  exploration["end_delay_s"] = last_frontier_ ? to_seconds(end_stamp - *last_frontier_) : run_s;
+  exploration["end_delay_s"] =
+      last_frontier_ ? rounded_seconds(end_stamp - *last_frontier_) : run_s;
   metrics["exploration"] = exploration;
 
   // the files
