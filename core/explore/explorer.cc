@@ -270,8 +270,8 @@ ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
     double first_s = 0;
     double arrival_rad = T_map_body.theta_rad;
     if (way.size() > 1) {
-      first_s = std::abs(wrap_angle(heading_of(way, false) - T_map_body.theta_rad)) /
-                o.turn_pace_radps;
+      first_s =
+          std::abs(wrap_angle(heading_of(way, false) - T_map_body.theta_rad)) / o.turn_pace_radps;
       arrival_rad = heading_of(way, true);
     }
     std::optional<Best> found;
@@ -347,8 +347,7 @@ ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
     if (grid.drivable(column, row) && !given_up(goal_->pose_map.position(), now)) {
       const std::size_t cell = grid.clearance.index(column, row);
       if (std::isfinite(field.cost_m[cell])) {
-        const std::optional<Best> kept =
-            judge(static_cast<int>(cell), goal_->pose_map.theta_rad);
+        const std::optional<Best> kept = judge(static_cast<int>(cell), goal_->pose_map.theta_rad);
         if (kept && best->worth <= o.loyalty * kept->worth) {
           const Pose2 pose = goal_->pose_map;
           best = kept;
@@ -402,9 +401,11 @@ ExploreChoice Explorer::choose_random(const RandomOptions& o, Time now, const Dr
       p = here + Vec2(rng_.uniform(-0.5, 0.5), rng_.uniform(-0.5, 0.5)) * o.window_m;
     }
     if (reachable(p) && (p - here).norm() > body_.radius_m) {
-      out.goal = ExploreGoal{{p.x(), p.y(), 0}, false, 0,
-                             field.cost_m[grid.clearance.index(grid.clearance.column(p),
-                                                               grid.clearance.row(p))]};
+      out.goal = ExploreGoal{
+          {p.x(), p.y(), 0},
+          false,
+          0,
+          field.cost_m[grid.clearance.index(grid.clearance.column(p), grid.clearance.row(p))]};
       out.reason = farther ? "a random goal away from here" : "a random goal";
       return out;
     }

@@ -28,13 +28,14 @@ struct FloorWedge {
 /// Goes where most unknown floor comes into view for the time it takes to get there.
 struct DirectedOptions {
   static constexpr std::string_view kName = "directed";
-  double spacing_m = 0.2;         ///< between candidate places
-  int rays = 48;                  ///< around a place
-  double unknown_depth_m = 1.5;   ///< a ray is believed this far into the unknown
-  double pace_mps = 0.4;          ///< what driving to a goal is reckoned at
-  double turn_pace_radps = 1.0;   ///< what turning is reckoned at
-  double settle_s = 2.0;          ///< added to every way, so that near places do not win by being near alone
-  double loyalty = 1.3;           ///< another goal must be this many times better
+  double spacing_m = 0.2;        ///< between candidate places
+  int rays = 48;                 ///< around a place
+  double unknown_depth_m = 1.5;  ///< a ray is believed this far into the unknown
+  double pace_mps = 0.4;         ///< what driving to a goal is reckoned at
+  double turn_pace_radps = 1.0;  ///< what turning is reckoned at
+  double settle_s =
+      2.0;               ///< added to every way, so that near places do not win by being near alone
+  double loyalty = 1.3;  ///< another goal must be this many times better
 };
 void bind(Fields& f, DirectedOptions& o);
 
@@ -43,7 +44,7 @@ void bind(Fields& f, DirectedOptions& o);
 struct RandomOptions {
   static constexpr std::string_view kName = "random";
   double window_m = 3.0;
-  double area_m = 1.5;            ///< within this of where it was, it counts as the same area
+  double area_m = 1.5;  ///< within this of where it was, it counts as the same area
   double patience_s = 30;
 };
 void bind(Fields& f, RandomOptions& o);
@@ -51,17 +52,18 @@ void bind(Fields& f, RandomOptions& o);
 struct ExploreOptions {
   std::variant<DirectedOptions, RandomOptions> method;
   SearchOptions search;
-  double least_gain = 0.25;       ///< of the robot's own area: less unknown floor in view is not worth a way
-  double blacklist_m = 0.3;       ///< around a goal given up
-  double blacklist_s = 30;        ///< doubled every time it is given up again
+  double least_gain =
+      0.25;  ///< of the robot's own area: less unknown floor in view is not worth a way
+  double blacklist_m = 0.3;  ///< around a goal given up
+  double blacklist_s = 30;   ///< doubled every time it is given up again
 };
 void bind(Fields& f, ExploreOptions& o);
 
 struct ExploreGoal {
   Pose2 pose_map;
-  bool heading_matters = false;   ///< turn to the pose's heading on arrival
-  double gain_m2 = 0;             ///< unknown floor expected to come into view
-  double cost_s = 0;              ///< time reckoned to get there
+  bool heading_matters = false;  ///< turn to the pose's heading on arrival
+  double gain_m2 = 0;            ///< unknown floor expected to come into view
+  double cost_s = 0;             ///< time reckoned to get there
 };
 
 struct ExploreChoice {
@@ -107,9 +109,9 @@ class Explorer {
   Rng rng_;
   std::optional<ExploreGoal> goal_;
   std::vector<GivenUp> given_up_;
-  std::optional<Pose2> looked_map_;  // from here, since the last choice
+  std::optional<Pose2> looked_map_;                    // from here, since the last choice
   std::map<std::pair<int, int>, int> looked_in_vain_;  // by cell of a grid through the map's origin
-  std::optional<Vec2> area_map_;  // where the thesis's way has been staying
+  std::optional<Vec2> area_map_;                       // where the thesis's way has been staying
   Time area_since_;
 };
 

@@ -40,25 +40,23 @@ std::optional<Revisit> choose_revisit(const RevisitOptions& options, const Searc
       Revisit run;
       run.same_heading = way > 0;
       const Vec2 entry = places[first].T_map_body.position();
-      if (std::any_of(avoid.begin(), avoid.end(), [&](const Vec2& p) {
-            return (p - entry).norm() <= options.blacklist_m;
-          })) {
+      if (std::any_of(avoid.begin(), avoid.end(),
+                      [&](const Vec2& p) { return (p - entry).norm() <= options.blacklist_m; })) {
         continue;
       }
       double length = 0;
       double owed = 0;  // what closing with each of its places would be worth
       bool whole = true;
       for (int i = first; length < options.run_m; i += way) {
-        if (i < 0 || i >= count ||
-            to_seconds(now - places[i].visited) < options.least_age_s ||
+        if (i < 0 || i >= count || to_seconds(now - places[i].visited) < options.least_age_s ||
             !cost_m(places[i].T_map_body.position())) {
           whole = false;
           break;
         }
         if (!run.places.empty()) {
-          length += (places[i].T_map_body.position() -
-                     places[run.places.back()].T_map_body.position())
-                        .norm();
+          length +=
+              (places[i].T_map_body.position() - places[run.places.back()].T_map_body.position())
+                  .norm();
         }
         owed += places[i].uncertainty_m;
         run.places.push_back(i);
@@ -72,9 +70,8 @@ std::optional<Revisit> choose_revisit(const RevisitOptions& options, const Searc
                    std::abs(wrap_angle(heading - T_map_body.theta_rad)) / options.turn_pace_radps;
       // Certain places are worth a visit too, the longer ago the more: 1 cm a minute.
       const double age_min = to_seconds(now - places[first].visited) / 60;
-      const double worth =
-          (owed / static_cast<double>(run.places.size()) + 0.01 * age_min) /
-          (run.cost_s + length / options.pace_mps + options.settle_s);
+      const double worth = (owed / static_cast<double>(run.places.size()) + 0.01 * age_min) /
+                           (run.cost_s + length / options.pace_mps + options.settle_s);
       if (!best || worth > best_worth) {
         best_worth = worth;
         best = std::move(run);

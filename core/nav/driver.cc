@@ -61,15 +61,16 @@ void overlay(const OccupancyMap& local_odom, const Pose2& T_map_odom, const Vec2
   const auto clamp_cell = [&](double v, double origin, int count) {
     return std::clamp(static_cast<int>(std::floor((v - origin) / coarse_map.cell_m)), 0, count);
   };
-  const int left = clamp_cell(robot_map.x() - kOverlay_m, coarse_map.origin.x(), coarse_map.columns);
+  const int left =
+      clamp_cell(robot_map.x() - kOverlay_m, coarse_map.origin.x(), coarse_map.columns);
   const int right =
       clamp_cell(robot_map.x() + kOverlay_m, coarse_map.origin.x(), coarse_map.columns);
   const int low = clamp_cell(robot_map.y() - kOverlay_m, coarse_map.origin.y(), coarse_map.rows);
   const int high = clamp_cell(robot_map.y() + kOverlay_m, coarse_map.origin.y(), coarse_map.rows);
   for (int row = low; row < high; ++row) {
     for (int column = left; column < right; ++column) {
-      const Vec2 corner = T_odom_map * Vec2(coarse_map.origin +
-                                            coarse_map.cell_m * Vec2(column, row));
+      const Vec2 corner =
+          T_odom_map * Vec2(coarse_map.origin + coarse_map.cell_m * Vec2(column, row));
       int free = 0;
       bool occupied = false;
       for (int j = 0; j < samples && !occupied; ++j) {
@@ -120,10 +121,19 @@ OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
   window.origin = {std::floor(corner.x() / window.cell_m) * window.cell_m,
                    std::floor(corner.y() / window.cell_m) * window.cell_m};
   window.cells.resize(static_cast<std::size_t>(window.columns) * window.rows);
-  const int samples =
-      std::max(1, static_cast<int>(std::lround(window.cell_m / local.cell_m)));
-  const double step_m = window.cell_m / samples;
-  const Vec2 start = window.origin;
+  const Mat2 R_map_odom = task.T_map_odom.rotation();
+  // Both grids lie along odom's axes: columns and rows correspond once and for all.
+  const int samples = std::max(1, static_cast<int>(std::lround(window.cell_m / local.cell_m)));
+  const auto corresponding = [&](double start, double local_start) {
+    std::vector<int> cells(static_cast<std::size_t>(window.columns) * samples);
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      const double p = start + window.cell_m * (static_cast<double>(i) + 0.5) / samples;
+      cells[i] = static_cast<int>(std::floor((p - local_start) / local.cell_m));
+    }
+    return cells;
+  };
+  const std::vector<int> local_columns = corresponding(window.origin.x(), local.origin.x());
+  const std::vector<int> local_rows = corresponding(window.origin.y(), local.origin.y());
   std::vector<Cell> known(window.cells.size());
   for (int row = 0; row < window.rows; ++row) {
     for (int column = 0; column < window.columns; ++column) {
@@ -131,11 +141,10 @@ OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
       bool occupied = false;
       for (int j = 0; j < samples; ++j) {
         for (int i = 0; i < samples; ++i) {
-          const Cell cell =
-              look_up(local, start + window.cell_m * Vec2(column, row) +
-                                 step_m * Vec2(i + 0.5, j + 0.5));
+          const Cell cell = local.at(local_columns[static_cast<std::size_t>(column) * samples + i],
+                                     local_rows[static_cast<std::size_t>(row) * samples + j]);
           free += cell == Cell::kFree ? 1 : 0;
-          occupied |= cell == Cell::kOccupied;
+          occupied = occupied || cell == Cell::kOccupied;
         }
       }
       Cell cell = Cell::kUnknown;
@@ -143,8 +152,9 @@ OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
         cell = Cell::kOccupied;
       } else if (2 * free >= samples * samples) {
         cell = Cell::kFree;
-      } else if (task.map != nullptr) {
-        cell = look_up(*task.map, task.T_map_odom * window.centre(column, row));
+      } else {
+        cell = look_up(*task.map,
+                       task.T_map_odom.position() + R_map_odom * window.centre(column, row));
       }
       known[static_cast<std::size_t>(row) * window.columns + column] = cell;
     }
@@ -160,7 +170,8 @@ OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
       int free = 0;
       for (int dy = -1; dy <= 1; ++dy) {
         for (int dx = -1; dx <= 1; ++dx) {
-          const std::size_t beside = static_cast<std::size_t>(row + dy) * window.columns + column + dx;
+          const std::size_t beside =
+              static_cast<std::size_t>(row + dy) * window.columns + column + dx;
           free += known[beside] == Cell::kFree ? 1 : 0;
         }
       }
@@ -228,8 +239,9 @@ Twist2 Driver::brake(const Twist2& twist_body) const {
   return {v, share * twist_body.w_radps};
 }
 
-void Driver::start_retreat(const std::string& why) {
+void Driver::start_retreat(const DriveTask& task, const std::string& why) {
   mode_ = Mode::kRetreat;
+  mode_since_ = task.stamp;
   why_ = why;
   retreat_left_m_ = options_.retreat_m;
 }
@@ -237,18 +249,18 @@ void Driver::start_retreat(const std::string& why) {
 void Driver::recover(const DriveTask& task, const std::string& why, DriveStep& out) {
   turning_ = false;
   blocked_since_.reset();
-  got_on_ = task.stamp;
-  got_on_odom_ = task.T_odom_body.position();
+  count_as_getting_on(task);
   out.state = NavState::kRecovering;
   out.command_body = brake(task.twist_body);
   ++recoveries_;
   if (recoveries_ == 1) {
     mode_ = Mode::kLook;
+    mode_since_ = task.stamp;
     why_ = why;
     look_left_rad_ = 2 * std::numbers::pi;
     out.reason = why + ": turning on the spot to look";
   } else if (recoveries_ == 2 && track_odom_.size() > 1) {
-    start_retreat(why);
+    start_retreat(task, why);
     out.reason = why + ": retreating along the own track";
   } else {
     recoveries_ = 0;
@@ -264,6 +276,22 @@ bool Driver::blocked_too_long(const DriveTask& task) {
     blocked_since_ = task.stamp;
   }
   return to_seconds(task.stamp - *blocked_since_) >= options_.blocked_s;
+}
+
+void Driver::count_as_getting_on(const DriveTask& task) {
+  got_on_ = task.stamp;
+  got_on_odom_ = task.T_odom_body.position();
+  turned_rad_ = 0;
+}
+
+bool Driver::getting_on(const DriveTask& task) {
+  if (last_odom_ && std::abs(task.twist_body.v_mps) <= kStanding_mps) {
+    turned_rad_ += std::abs(wrap_angle(task.T_odom_body.theta_rad - last_odom_->theta_rad));
+  }
+  // Looking about is getting on too, but not for ever: two full turns at 1 rad/s.
+  constexpr double kTurns_rad = 4 * std::numbers::pi;
+  const double turning_s = std::min(turned_rad_, kTurns_rad);
+  return to_seconds(task.stamp - got_on_) - turning_s < options_.stuck_s;
 }
 
 void Driver::drive(const DriveTask& task, DriveStep& out) {
@@ -295,8 +323,7 @@ void Driver::drive(const DriveTask& task, DriveStep& out) {
     return;
   }
 
-  const Carrot carrot =
-      carrot_on(*grid_, *path_, T_map_body.position(), options_.carrot_m, along_);
+  const Carrot carrot = carrot_on(*grid_, *path_, T_map_body.position(), options_.carrot_m, along_);
   const Vec2 carrot_odom = task.T_map_odom.inverse() * carrot.point;
   out.carrot_odom = carrot_odom;
   const double end_m = (path_->points.back() - T_map_body.position()).norm();
@@ -312,7 +339,7 @@ void Driver::drive(const DriveTask& task, DriveStep& out) {
       out.command_body = goal_->pass_through ? task.twist_body : brake(task.twist_body);
       goal_.reset();
       path_.reset();
-      got_on_ = task.stamp;
+      count_as_getting_on(task);
       return;
     }
     out.state = NavState::kDriving;
@@ -356,8 +383,7 @@ void Driver::drive(const DriveTask& task, DriveStep& out) {
     request.speed_limit_mps = std::max(kStanding_mps, std::sqrt(body_.max_accel_mps2 * left));
   }
   constexpr double kCap_m = 1.0;
-  const ClearanceMap window =
-      clearance_map(window_map(options_.dwa, task, touched_odom_), kCap_m);
+  const ClearanceMap window = clearance_map(window_map(options_.dwa, task, touched_odom_), kCap_m);
   DwaResult result = choose_arc(options_.dwa, body_, window, request);
   out.window = std::move(result.window);
   out.state = NavState::kDriving;
@@ -377,6 +403,11 @@ void Driver::drive(const DriveTask& task, DriveStep& out) {
   }
 }
 
+bool Driver::took_too_long(const DriveTask& task) const {
+  constexpr double kRecovery_s = 12;  // twice what a full turn or a retreat takes
+  return to_seconds(task.stamp - mode_since_) >= kRecovery_s;
+}
+
 void Driver::look(const DriveTask& task, DriveStep& out) {
   out.state = NavState::kRecovering;
   out.reason = why_ + ": turning on the spot to look";
@@ -388,11 +419,11 @@ void Driver::look(const DriveTask& task, DriveStep& out) {
     look_left_rad_ -= std::abs(wrap_angle(task.T_odom_body.theta_rad - last_odom_->theta_rad));
   }
   constexpr double kLook_radps = 1.0;  // pictures overlap by nine tenths
-  if (look_left_rad_ <= 0) {
+  if (look_left_rad_ <= 0 || took_too_long(task)) {
     mode_ = Mode::kDrive;
     path_.reset();
     planned_.reset();
-    got_on_ = task.stamp;
+    count_as_getting_on(task);
   }
   out.command_body = turn_by(std::max(look_left_rad_, 0.0), kLook_radps, task.twist_body);
 }
@@ -412,12 +443,11 @@ void Driver::retreat(const DriveTask& task, DriveStep& out) {
   while (!track_odom_.empty() && (track_odom_.back().position() - here).norm() < kBehind_m) {
     track_odom_.pop_back();
   }
-  if (retreat_left_m_ <= 0 || track_odom_.empty()) {
+  if (retreat_left_m_ <= 0 || track_odom_.empty() || took_too_long(task)) {
     mode_ = Mode::kDrive;
     path_.reset();
     planned_.reset();
-    got_on_ = task.stamp;
-    got_on_odom_ = here;
+    count_as_getting_on(task);
     out.command_body = brake(task.twist_body);
     return;
   }
@@ -445,8 +475,7 @@ DriveStep Driver::step(const DriveTask& task) {
   bumper_was_ = task.bumper_pressed;
   if (hit) {
     const double side = last_command_.v_mps < 0 ? -1.0 : 1.0;
-    touched_odom_.push_back(task.T_odom_body *
-                            Vec2(side * (body_.radius_m + kTouched_m), 0));
+    touched_odom_.push_back(task.T_odom_body * Vec2(side * (body_.radius_m + kTouched_m), 0));
   }
   if (!task.goal) {
     goal_.reset();
@@ -455,7 +484,7 @@ DriveStep Driver::step(const DriveTask& task) {
     recoveries_ = 0;
     turning_ = false;
     blocked_since_.reset();
-    got_on_ = task.stamp;
+    count_as_getting_on(task);
     out.command_body = brake(task.twist_body);
     out.reason = "no goal";
   } else {
@@ -465,14 +494,12 @@ DriveStep Driver::step(const DriveTask& task) {
       path_.reset();
       planned_.reset();
       if (!goal_) {
-        got_on_ = task.stamp;
-        got_on_odom_ = task.T_odom_body.position();
+        count_as_getting_on(task);
       }
     }
     goal_ = task.goal;
     if ((task.T_odom_body.position() - got_on_odom_).norm() >= body_.radius_m) {
-      got_on_odom_ = task.T_odom_body.position();
-      got_on_ = task.stamp;
+      count_as_getting_on(task);
       if (mode_ == Mode::kDrive) {
         recoveries_ = 0;
       }
@@ -482,7 +509,7 @@ DriveStep Driver::step(const DriveTask& task) {
       track_odom_.clear();
       path_.reset();
     } else if (hit) {
-      start_retreat("touched something");
+      start_retreat(task, "touched something");
       recoveries_ = 1;
     }
     if (hit) {
@@ -492,7 +519,7 @@ DriveStep Driver::step(const DriveTask& task) {
       look(task, out);
     } else if (mode_ == Mode::kRetreat) {
       retreat(task, out);
-    } else if (to_seconds(task.stamp - got_on_) >= options_.stuck_s) {
+    } else if (!getting_on(task)) {
       recover(task, "not getting on", out);
     } else {
       drive(task, out);

@@ -18,14 +18,15 @@ namespace panoptes {
 struct DriverOptions {
   SearchOptions search;
   DwaOptions dwa;
-  double carrot_m = 0.7;           ///< ahead on the path
+  double carrot_m = 0.7;  ///< ahead on the path
   double replan_s = 0.7;
-  double turn_first_rad = deg_to_rad(60);  ///< a carrot farther aside than this is turned to on the spot
+  double turn_first_rad =
+      deg_to_rad(60);  ///< a carrot farther aside than this is turned to on the spot
   double reached_m = 0.10;
   double reached_rad = deg_to_rad(8);
-  double stuck_s = 8;              ///< without getting on by half a body: recover
-  double blocked_s = 1.5;          ///< without any arc that gets on: recover
-  double retreat_m = 0.4;          ///< along the own track
+  double stuck_s = 8;      ///< without getting on by half a body, turns apart: recover
+  double blocked_s = 1.5;  ///< without any arc that gets on: recover
+  double retreat_m = 0.4;  ///< along the own track
   double retreat_mps = 0.12;
 };
 void bind(Fields& f, DriverOptions& o);
@@ -39,14 +40,15 @@ struct DriveGoal {
 /// What the driver is told at one observation.
 struct DriveTask {
   Time stamp;
-  const OccupancyMap* local_odom = nullptr;  ///< last keyframes and the open one; what it does not know is taken from the map
+  const OccupancyMap* local_odom =
+      nullptr;  ///< last keyframes and the open one; what it does not know is taken from the map
   const OccupancyMap* map = nullptr;
   Pose2 T_map_odom;
   Pose2 T_odom_body;
   Twist2 twist_body;
   bool bumper_pressed = false;
-  std::optional<DriveGoal> goal;   ///< none: stand
-  bool relaxed = false;            ///< the map has moved: plan again at once
+  std::optional<DriveGoal> goal;  ///< none: stand
+  bool relaxed = false;           ///< the map has moved: plan again at once
   bool keep_window = false;
 };
 
@@ -58,7 +60,7 @@ struct DriveStep {
   bool goal_given_up = false;
   std::optional<Vec2> carrot_odom;
   std::vector<WindowScore> window;
-  std::vector<Vec2> path_map;      ///< the path being followed
+  std::vector<Vec2> path_map;  ///< the path being followed
   bool replanned = false;
 };
 
@@ -68,8 +70,8 @@ struct DriveStep {
 OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
                         const std::vector<Vec2>& touched_odom);
 
-/// Drives to one goal after another: a path over the map, a carrot on it, the dynamic window over the
-/// local map. Where that fails it recovers, in this order: turn on the spot to look (safe for a
+/// Drives to one goal after another: a path over the map, a carrot on it, the dynamic window over
+/// the local map. Where that fails it recovers, in this order: turn on the spot to look (safe for a
 /// disc), retreat slowly along its own track (its only way of reversing), give the goal up.
 class Driver {
  public:
@@ -83,37 +85,42 @@ class Driver {
   void plan(const DriveTask& task);
   void remember_track(const DriveTask& task);
   void recover(const DriveTask& task, const std::string& why, DriveStep& out);
-  void start_retreat(const std::string& why);
+  void start_retreat(const DriveTask& task, const std::string& why);
   void drive(const DriveTask& task, DriveStep& out);
   void look(const DriveTask& task, DriveStep& out);
   void retreat(const DriveTask& task, DriveStep& out);
   bool blocked_too_long(const DriveTask& task);
+  bool took_too_long(const DriveTask& task) const;  // this recovery
+  void count_as_getting_on(const DriveTask& task);
+  bool getting_on(const DriveTask& task);
   Twist2 turn_by(double angle_rad, double speed_radps, const Twist2& twist_body) const;
   Twist2 brake(const Twist2& twist_body) const;
 
   DriverOptions options_;
   Body body_;
   Mode mode_ = Mode::kDrive;
-  std::string why_;                  // the recovery was begun
+  Time mode_since_;
+  std::string why_;  // the recovery was begun
   std::optional<DriveGoal> goal_;
   std::optional<DrivableGrid> grid_;
   std::optional<Path> path_;
-  std::string no_path_;              // why not
-  int plans_failed_ = 0;             // one after another
-  std::size_t along_ = 0;            // point of the path reached
+  std::string no_path_;    // why not
+  int plans_failed_ = 0;   // one after another
+  std::size_t along_ = 0;  // point of the path reached
   std::optional<Time> planned_;
-  bool turning_ = false;             // to a carrot too far aside
-  int recoveries_ = 0;               // since it last got on
+  bool turning_ = false;  // to a carrot too far aside
+  int recoveries_ = 0;    // since it last got on
   bool bumper_was_ = false;
-  std::deque<Pose2> track_odom_;     // where the body has been, latest last
+  std::deque<Pose2> track_odom_;  // where the body has been, latest last
   double retreat_left_m_ = 0;
   double look_left_rad_ = 0;
   std::optional<Pose2> last_odom_;
   Twist2 last_command_;
   Vec2 got_on_odom_ = Vec2::Zero();  // last place that counted as progress
   Time got_on_;
+  double turned_rad_ = 0;  // on the spot since then
   std::optional<Time> blocked_since_;
-  std::vector<Vec2> touched_odom_;   // where the bumper was pressed
+  std::vector<Vec2> touched_odom_;  // where the bumper was pressed
 };
 
 }  // namespace panoptes

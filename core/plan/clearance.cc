@@ -75,12 +75,23 @@ std::vector<float> distance_m(const std::vector<std::uint8_t>& blocks, int colum
                               double cell_m, double cap_m) {
   PANOPTES_CHECK(blocks.size() == static_cast<std::size_t>(columns) * rows,
                  "a value for every cell");
+  // Along each row by counting from both ends, squared; then across the rows.
   std::vector<float> d(blocks.size());
-  std::transform(blocks.begin(), blocks.end(), d.begin(),
-                 [](std::uint8_t b) { return b != 0 ? 0.0F : kFar; });
-  Parabolas along_row(columns);
+  const int none = columns + rows;
   for (int row = 0; row < rows; ++row) {
-    along_row(d.data() + static_cast<std::size_t>(row) * columns, columns, 1);
+    const std::uint8_t* from = blocks.data() + static_cast<std::size_t>(row) * columns;
+    float* to = d.data() + static_cast<std::size_t>(row) * columns;
+    int since = none;
+    for (int column = 0; column < columns; ++column) {
+      since = from[column] != 0 ? 0 : since + 1;
+      to[column] = static_cast<float>(since);
+    }
+    since = none;
+    for (int column = columns - 1; column >= 0; --column) {
+      since = from[column] != 0 ? 0 : since + 1;
+      const float nearest = std::min(to[column], static_cast<float>(since));
+      to[column] = nearest < static_cast<float>(none) ? nearest * nearest : kFar;
+    }
   }
   Parabolas along_column(rows);
   for (int column = 0; column < columns; ++column) {
@@ -138,27 +149,33 @@ OccupancyMap coarsen(const OccupancyMap& map, double cell_m, double border_m) {
   int right = 0;
   int low = blocks_high;
   int high = 0;
-  std::vector<int> free(static_cast<std::size_t>(blocks_wide));
-  std::vector<int> occupied(static_cast<std::size_t>(blocks_wide));
+  // Column sums over a row of blocks first: plain loops over bytes.
+  std::vector<std::uint16_t> free(static_cast<std::size_t>(map.columns));
+  std::vector<std::uint8_t> occupied(static_cast<std::size_t>(map.columns));
   for (int block_row = 0; block_row < blocks_high; ++block_row) {
-    std::fill(free.begin(), free.end(), 0);
-    std::fill(occupied.begin(), occupied.end(), 0);
+    std::fill(free.begin(), free.end(), std::uint16_t{0});
+    std::fill(occupied.begin(), occupied.end(), std::uint8_t{0});
     const int row_end = std::min(map.rows, (block_row + 1) * factor);
     for (int row = block_row * factor; row < row_end; ++row) {
       const Cell* cells = map.cells.data() + static_cast<std::size_t>(row) * map.columns;
-      for (int block = 0; block < blocks_wide; ++block) {
-        const int end = std::min(map.columns, (block + 1) * factor);
-        for (int column = block * factor; column < end; ++column) {
-          free[block] += cells[column] == Cell::kFree ? 1 : 0;
-          occupied[block] += cells[column] == Cell::kOccupied ? 1 : 0;
-        }
+      for (int column = 0; column < map.columns; ++column) {
+        free[column] = static_cast<std::uint16_t>(free[column] + (cells[column] == Cell::kFree));
+        occupied[column] =
+            static_cast<std::uint8_t>(occupied[column] | (cells[column] == Cell::kOccupied));
       }
     }
     Cell* to = all.cells.data() + static_cast<std::size_t>(block_row) * blocks_wide;
     for (int block = 0; block < blocks_wide; ++block) {
-      if (occupied[block] > 0) {
+      int free_parts = 0;
+      bool any_occupied = false;
+      const int end = std::min(map.columns, (block + 1) * factor);
+      for (int column = block * factor; column < end; ++column) {
+        free_parts += free[column];
+        any_occupied = any_occupied || occupied[column] != 0;
+      }
+      if (any_occupied) {
         to[block] = Cell::kOccupied;
-      } else if (2 * free[block] >= factor * factor) {
+      } else if (2 * free_parts >= factor * factor) {
         to[block] = Cell::kFree;
       } else {
         continue;
@@ -182,9 +199,9 @@ OccupancyMap coarsen(const OccupancyMap& map, double cell_m, double border_m) {
   out.cells.assign(static_cast<std::size_t>(out.columns) * out.rows, Cell::kUnknown);
   for (int row = low; row < high; ++row) {
     const auto from = all.cells.begin() + static_cast<std::ptrdiff_t>(row) * blocks_wide;
-    std::copy(from + left, from + right,
-              out.cells.begin() + static_cast<std::ptrdiff_t>(row - low + border) * out.columns +
-                  border);
+    std::copy(
+        from + left, from + right,
+        out.cells.begin() + static_cast<std::ptrdiff_t>(row - low + border) * out.columns + border);
   }
   return out;
 }

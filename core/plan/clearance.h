@@ -30,8 +30,8 @@ std::vector<float> distance_m(const std::vector<std::uint8_t>& blocks, int colum
                               double cell_m, double cap_m);
 
 /// The known part of a map on larger cells, with a border of unknown ones around it: a cell is
-/// occupied where any of its parts is, else free where at least half of its parts are, else unknown.
-/// `cell_m` is rounded to a multiple of the map's. Without cells where nothing is known.
+/// occupied where any of its parts is, else free where at least half of its parts are, else
+/// unknown. `cell_m` is rounded to a multiple of the map's. Without cells where nothing is known.
 OccupancyMap coarsen(const OccupancyMap& map, double cell_m, double border_m);
 
 }  // namespace panoptes

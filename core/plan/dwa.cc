@@ -82,28 +82,28 @@ DwaResult choose_arc(const DwaOptions& options, const Body& body, const Clearanc
       c.admissible = true;
     } else {
       c.clearance_m = here_m;
+      // The gap cannot shrink faster than the body moves: where there is room, in long steps.
       double way = 0;
+      double gap = here_m;
       while (way < options.distance_cap_m) {
-        way += step_m;
-        const Pose2 T = request.T_odom_body * exp_twist(twist, way / twist.v_mps);
-        const double gap = outline_clearance(local_odom, body, T.position());
+        const double step = std::max(step_m, gap - margin - local_odom.map.cell_m);
+        const Pose2 T = request.T_odom_body * exp_twist(twist, (way + step) / twist.v_mps);
+        gap = outline_clearance(local_odom, body, T.position());
         if (gap < margin) {
-          way -= step_m;
           break;
         }
+        way += step;
         c.clearance_m = std::min(c.clearance_m, gap);
       }
       c.free_way_m = std::min(way, options.distance_cap_m);
-      const double brake_m = twist.v_mps * options.reaction_s +
-                             twist.v_mps * twist.v_mps / (2 * body.max_accel_mps2);
+      const double brake_m =
+          twist.v_mps * options.reaction_s + twist.v_mps * twist.v_mps / (2 * body.max_accel_mps2);
       c.admissible = brake_m <= c.free_way_m;
     }
     // The heading once it has stopped: braking keeps the arc and takes half the way of driving on.
-    const Pose2 T_end =
-        request.T_odom_body * exp_twist(twist, options.cycle_s + 0.5 * stop_s);
+    const Pose2 T_end = request.T_odom_body * exp_twist(twist, options.cycle_s + 0.5 * stop_s);
     const Vec2 to_carrot = request.carrot_odom - T_end.position();
-    const double aside =
-        wrap_angle(std::atan2(to_carrot.y(), to_carrot.x()) - T_end.theta_rad);
+    const double aside = wrap_angle(std::atan2(to_carrot.y(), to_carrot.x()) - T_end.theta_rad);
     c.heading = 1.0 - std::abs(aside) / std::numbers::pi;
     c.distance = c.free_way_m / options.distance_cap_m;
     c.speed = twist.v_mps / body.max_speed_mps;
@@ -111,13 +111,10 @@ DwaResult choose_arc(const DwaOptions& options, const Body& body, const Clearanc
   };
 
   std::vector<Candidate> window;
-  window.reserve(static_cast<std::size_t>(options.speed_samples + 1) * options.turn_samples);
+  window.reserve(static_cast<std::size_t>(options.speed_samples) * options.turn_samples);
   const int speeds = v_high > v_low ? options.speed_samples : 1;
-  // Turning on the spot is in the window of a robot that (all but) stands; a faster one brakes to it.
-  const bool spot = v_low > 0 && v_low <= dv;
-  for (int i = spot ? -1 : 0; i < speeds; ++i) {
-    const double v =
-        i < 0 ? 0.0 : v_low + (speeds > 1 ? (v_high - v_low) * i / (speeds - 1) : 0.0);
+  for (int i = 0; i < speeds; ++i) {
+    const double v = v_low + (speeds > 1 ? (v_high - v_low) * i / (speeds - 1) : 0.0);
     for (int j = 0; j < options.turn_samples; ++j) {
       const double w = w_low + (w_high - w_low) * j / (options.turn_samples - 1);
       window.push_back(roll({v, w}));

@@ -12,15 +12,16 @@
 namespace panoptes {
 
 struct DwaOptions {
-  double cell_m = 0.02;            ///< of the window's map
-  double window_m = 3.2;           ///< side of the square around the robot that is looked at
+  double cell_m = 0.02;   ///< of the window's map
+  double window_m = 2.8;  ///< side of the square around the robot that is looked at
   int speed_samples = 7;
-  int turn_samples = 21;           ///< odd, so that keeping straight on is always tried
-  double cycle_s = 0.067;          ///< between two decisions
-  double reaction_s = 0.134;       ///< from a picture's instant until its command acts, and one more cycle
-  double distance_cap_m = 1.2;     ///< free way beyond this is worth no more
-  double margin_m = 0.03;          ///< kept from everything when creeping
-  double margin_s = 0.10;          ///< and this much more per m/s: 6 cm at 0.6 m/s
+  int turn_samples = 21;   ///< odd, so that keeping straight on is always tried
+  double cycle_s = 0.067;  ///< between two decisions
+  double reaction_s =
+      0.134;  ///< from a picture's instant until its command acts, and one more cycle
+  double distance_cap_m = 1.0;  ///< free way beyond this is worth no more
+  double margin_m = 0.03;       ///< kept from everything when creeping
+  double margin_s = 0.10;       ///< and this much more per m/s: 6 cm at 0.6 m/s
   double heading_weight = 10;
   double distance_weight = 2;
   double speed_weight = 2;
@@ -44,8 +45,8 @@ struct DwaRequest {
 
 struct DwaChoice {
   Twist2 command_body;
-  double clearance_m = 0;   ///< closest approach of the outline to an obstacle along the chosen arc
-  double free_way_m = 0;    ///< along the chosen arc, capped
+  double clearance_m = 0;  ///< closest approach of the outline to an obstacle along the chosen arc
+  double free_way_m = 0;   ///< along the chosen arc, capped
   int arcs_rejected = 0;
 };
 
@@ -54,11 +55,11 @@ struct DwaResult {
   std::vector<WindowScore> window;  ///< empty unless asked for
 };
 
-/// Rolls short arcs through the map and takes the one that makes most of heading, free way and speed
-/// (Fox, Burgard, Thrun 1997; thesis 2.3.1), among those on which the robot can still stop in time.
-/// Turning on the spot is safe for a disc and always in the window; reversing never is. No choice
-/// where nothing but standing is left. Occupied and unknown cells of `local_odom` are lethal alike.
-/// In `odom`, which does not jump when a loop closes.
+/// Rolls short arcs through the map and takes the one that makes most of heading, free way and
+/// speed (Fox, Burgard, Thrun 1997; thesis 2.3.1), among those on which the robot can still stop in
+/// time. Turning on the spot is safe for a disc and in the window of a robot that all but stands;
+/// reversing never is. No choice where nothing but standing is left. Occupied and unknown cells of
+/// `local_odom` are lethal alike. In `odom`, which does not jump when a loop closes.
 DwaResult choose_arc(const DwaOptions& options, const Body& body, const ClearanceMap& local_odom,
                      const DwaRequest& request);
 

@@ -100,8 +100,8 @@ CostField search(const SearchOptions& options, const DrivableGrid& grid, const V
         continue;
       }
       const double lack = std::clamp(1.0 - room / options.comfort_m, 0.0, 2.0);
-      const double cost = field.cost_m[cell] +
-                          map.cell_m * n.length * (1.0 + options.crowding * lack * lack);
+      const double cost =
+          field.cost_m[cell] + map.cell_m * n.length * (1.0 + options.crowding * lack * lack);
       if (cost < field.cost_m[to]) {
         field.cost_m[to] = cost;
         field.came_from[to] = cell;
@@ -284,7 +284,8 @@ Carrot carrot_on(const DrivableGrid& grid, const Path& path, const Vec2& robot, 
         grid.clearance.index(grid.clearance.column(points[i]), grid.clearance.row(points[i]));
     room = std::min<double>(room, grid.room_m[cell]);
   }
-  const double wanted_m = std::min(room, 2 * grid.clearance.map.cell_m) - 0.5 * grid.clearance.map.cell_m;
+  const double wanted_m =
+      std::min(room, 2 * grid.clearance.map.cell_m) - 0.5 * grid.clearance.map.cell_m;
   constexpr double kNearest_m = 0.25;  // nearer, and its direction is noise
   while (at > nearest && ahead > kNearest_m && !straight_way(grid, robot, points[at], wanted_m)) {
     ahead -= (points[at] - points[at - 1]).norm();

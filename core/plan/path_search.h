@@ -13,11 +13,12 @@ namespace panoptes {
 
 struct SearchOptions {
   double cell_m = 0.05;
-  double margin_m = 0.05;          ///< kept from what is occupied; with 0.25 m of disc a gap of 0.7 m is open
-  double comfort_m = 0.25;         ///< room beyond the margin from which on a cell costs nothing extra
-  double crowding = 3.0;           ///< how many times its length a step without any room costs extra
-  double goal_tolerance_m = 0.3;   ///< a goal that cannot be stood on is moved by at most this
-  bool through_unknown = false;    ///< unknown cells may be crossed
+  double margin_m =
+      0.05;  ///< kept from what is occupied; with 0.25 m of disc a gap of 0.7 m is open
+  double comfort_m = 0.25;  ///< room beyond the margin from which on a cell costs nothing extra
+  double crowding = 3.0;    ///< how many times its length a step without any room costs extra
+  double goal_tolerance_m = 0.3;  ///< a goal that cannot be stood on is moved by at most this
+  bool through_unknown = false;   ///< unknown cells may be crossed
 };
 void bind(Fields& f, SearchOptions& o);
 
@@ -32,16 +33,16 @@ struct DrivableGrid {
   }
 };
 
-DrivableGrid drivable_grid(const SearchOptions& options, const Body& body,
-                           const OccupancyMap& map);
+DrivableGrid drivable_grid(const SearchOptions& options, const Body& body, const OccupancyMap& map);
 /// As above, from a map that is on cells of `cell_m` already.
 DrivableGrid drivable_grid_of_coarse(const SearchOptions& options, const Body& body,
                                      OccupancyMap coarse);
 
 /// What it costs to get from a start to every cell: metres, more where it is narrow.
 struct CostField {
-  std::vector<float> cost_m;     ///< infinite where there is no way
-  std::vector<int> came_from;    ///< index of the cell before; -1 at the start and where there is no way
+  std::vector<float> cost_m;  ///< infinite where there is no way
+  std::vector<int>
+      came_from;  ///< index of the cell before; -1 at the start and where there is no way
 };
 
 /// Dijkstra over the whole grid. A start inside the margin may leave it, always towards more room.
@@ -53,7 +54,7 @@ std::vector<Vec2> way_to(const DrivableGrid& grid, const CostField& field, int c
 struct Path {
   std::vector<Vec2> points;  ///< from start to goal, a cell apart
   double length_m = 0;
-  double room_min_m = 0;     ///< beyond radius and margin
+  double room_min_m = 0;  ///< beyond radius and margin
 };
 
 struct PathSearch {
@@ -61,8 +62,8 @@ struct PathSearch {
   std::string reason;  ///< why there is no path
 };
 
-/// The cheapest way for a disc over known free cells (A*, eight neighbours, steps cost more where it
-/// is narrow, so that ways keep to the middle). Start, goal and map share a frame.
+/// The cheapest way for a disc over known free cells (A*, eight neighbours, steps cost more where
+/// it is narrow, so that ways keep to the middle). Start, goal and map share a frame.
 PathSearch search_path(const SearchOptions& options, const DrivableGrid& grid, const Vec2& start,
                        const Vec2& goal);
 
@@ -71,9 +72,9 @@ bool straight_way(const DrivableGrid& grid, const Vec2& a, const Vec2& b, double
 
 struct Carrot {
   Vec2 point = Vec2::Zero();
-  double to_go_m = 0;      ///< along the path, from the point of it nearest to the robot to its end
-  double off_path_m = 0;   ///< from the robot to that point
-  bool last = false;       ///< the carrot is the end of the path
+  double to_go_m = 0;     ///< along the path, from the point of it nearest to the robot to its end
+  double off_path_m = 0;  ///< from the robot to that point
+  bool last = false;      ///< the carrot is the end of the path
 };
 
 /// The point of a path to steer for: `ahead_m` along it from the robot, nearer where the straight

@@ -17,7 +17,8 @@ namespace panoptes::test {
 struct GridWorld {
   ClearanceMap truth;
 
-  double gap_m(const Vec2& p, double radius_m) const;  ///< from a disc's outline to the nearest thing
+  double gap_m(const Vec2& p,
+               double radius_m) const;  ///< from a disc's outline to the nearest thing
 };
 
 /// An office of 10 x 10 m in the manner of the thesis's Fig. 6.8: cupboards along the walls, blocks
@@ -28,9 +29,9 @@ GridWorld make_office(Rng rng);
 Pose2 draw_start(const GridWorld& world, double radius_m, double gap_m, Rng rng);
 
 struct GridRobotNoise {
-  double drift = 0;          ///< of the odometry, a share of each motion (sigma), and of each turn
-  double map_pose_m = 0;     ///< wandering error of the pose in the map (sigma)
-  double range_share = 0;    ///< of the range at which the foot of a thing is seen (sigma)
+  double drift = 0;        ///< of the odometry, a share of each motion (sigma), and of each turn
+  double map_pose_m = 0;   ///< wandering error of the pose in the map (sigma)
+  double range_share = 0;  ///< of the range at which the foot of a thing is seen (sigma)
 };
 
 /// A disc with wheels in a GridWorld, a floor camera without pictures, and the maps made of it: the
@@ -100,8 +101,8 @@ struct GridRun {
   int given_up = 0;
   double least_gap_m = 0;
   double way_m = 0;
-  std::optional<double> done_s;  ///< when no frontier was left
-  std::vector<std::string> said; ///< every change of the driver's mind, with time and place
+  std::optional<double> done_s;   ///< when no frontier was left
+  std::vector<std::string> said;  ///< every change of the driver's mind, with time and place
 
   double coverage_at(double s) const;
   std::optional<double> when(double share) const;

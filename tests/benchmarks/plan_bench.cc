@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <benchmark/benchmark.h>
+
+#include "core/explore/explorer.h"
+#include "core/nav/driver.h"
+#include "core/plan/dwa.h"
+#include "core/plan/path_search.h"
+#include "tests/support/floor_plan.h"
+
+namespace panoptes {
+namespace {
+
+/// 12 x 12 m on 1 cm cells: rows of desks with aisles of 0.9 m, and one third not seen yet.
+OccupancyMap office(bool whole) {
+  OccupancyMap map = test::empty_room(12, 12, 0.01);
+  for (double y = 1; y < 10.5; y += 2.4) {
+    test::fill(map, 1, y, 5.3, y + 1.5, Cell::kOccupied);
+    test::fill(map, 6.7, y, 11, y + 1.5, Cell::kOccupied);
+  }
+  if (!whole) {
+    test::fill(map, 0, 8, 12, 12, Cell::kUnknown);
+  }
+  return map;
+}
+
+void search_across_the_office(benchmark::State& state) {
+  const OccupancyMap map = office(true);
+  const SearchOptions options;
+  const Body body;
+  for (auto _ : state) {
+    const DrivableGrid grid = drivable_grid(options, body, map);
+    benchmark::DoNotOptimize(search_path(options, grid, {0.5, 0.5}, {11.5, 11.5}));
+  }
+}
+BENCHMARK(search_across_the_office)->Unit(benchmark::kMillisecond);
+
+void choose_a_goal(benchmark::State& state) {
+  const OccupancyMap map = office(false);
+  Explorer explorer({}, Body(), FloorWedge(), Rng(1));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(explorer.choose(Time(), map, {6, 1, 0}));
+  }
+}
+BENCHMARK(choose_a_goal)->Unit(benchmark::kMillisecond);
+
+void dynamic_window(benchmark::State& state) {
+  const OccupancyMap map = office(true);
+  const DwaOptions options;
+  DriveTask task;
+  task.local_odom = &map;
+  task.map = &map;
+  task.T_odom_body = {6, 3, 1.5};
+  DwaRequest request;
+  request.T_odom_body = task.T_odom_body;
+  request.twist_body = {0.4, 0.1};
+  request.carrot_odom = {6.1, 3.7};
+  for (auto _ : state) {
+    const ClearanceMap window = clearance_map(window_map(options, task, {}), 1.0);
+    benchmark::DoNotOptimize(choose_arc(options, Body(), window, request));
+  }
+}
+BENCHMARK(dynamic_window)->Unit(benchmark::kMillisecond);
+
+void driver_step_with_a_plan(benchmark::State& state) {
+  const OccupancyMap map = office(true);
+  for (auto _ : state) {
+    Driver driver({}, Body());
+    DriveTask task;
+    task.local_odom = &map;
+    task.map = &map;
+    task.T_odom_body = {6, 3, 1.5};
+    task.goal = DriveGoal{{6, 11, 0}, false, false};
+    benchmark::DoNotOptimize(driver.step(task));
+  }
+}
+BENCHMARK(driver_step_with_a_plan)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace panoptes
+
+BENCHMARK_MAIN();

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/explore/revisit.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/floor_plan.h"
+
+namespace panoptes {
+namespace {
+
+/// Along y = 1 from x = 1 to 9 m in 25 cm steps, a second each, then nothing for a while.
+std::vector<Place> straight_way_east() {
+  std::vector<Place> places;
+  for (int i = 0; i <= 32; ++i) {
+    places.push_back({{1 + 0.25 * i, 1, 0}, time_at(i), 0.1});
+  }
+  return places;
+}
+
+TEST(Revisit, TakesAnOldStretchInTheDirectionAtHand) {
+  const OccupancyMap map = test::empty_room(10, 4, 0.01);
+  // East of the way, facing west: driving it backwards costs least.
+  const auto found =
+      choose_revisit(RevisitOptions(), SearchOptions(), Body(), map, {9.2, 1.5, deg_to_rad(180)},
+                     time_at(300), straight_way_east(), {});
+  ASSERT_TRUE(found);
+  EXPECT_FALSE(found->same_heading);
+  EXPECT_GE(found->places.size(), 8U);
+  for (std::size_t i = 1; i < found->places.size(); ++i) {
+    EXPECT_EQ(found->places[i], found->places[i - 1] - 1);
+  }
+}
+
+TEST(Revisit, PrefersTheUncertain) {
+  const OccupancyMap map = test::empty_room(10, 4, 0.01);
+  std::vector<Place> places = straight_way_east();
+  for (int i = 0; i < 12; ++i) {
+    places[static_cast<std::size_t>(i)].uncertainty_m = 1.0;
+  }
+  const auto found = choose_revisit(RevisitOptions(), SearchOptions(), Body(), map,
+                                    {8.5, 2, deg_to_rad(180)}, time_at(300), places, {});
+  ASSERT_TRUE(found);
+  EXPECT_LT(found->places.back(), 12);
+}
+
+TEST(Revisit, LeavesYoungAndTriedPlacesAlone) {
+  const OccupancyMap map = test::empty_room(10, 4, 0.01);
+  EXPECT_FALSE(choose_revisit(RevisitOptions(), SearchOptions(), Body(), map, {5, 2, 0},
+                              time_at(60), straight_way_east(), {}));
+  std::vector<Vec2> tried;
+  for (const Place& place : straight_way_east()) {
+    tried.push_back(place.T_map_body.position());
+  }
+  EXPECT_FALSE(choose_revisit(RevisitOptions(), SearchOptions(), Body(), map, {5, 2, 0},
+                              time_at(300), straight_way_east(), tried));
+}
+
+}  // namespace
+}  // namespace panoptes

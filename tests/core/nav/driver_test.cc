@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/nav/driver.h"
+
+#include <cmath>
+#include <functional>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/floor_plan.h"
+
+namespace panoptes {
+namespace {
+
+using ::testing::AnyOf;
+using ::testing::HasSubstr;
+
+constexpr double kFrame_s = 1.0 / 15;
+
+/// A disc that does as it is told a frame later, within its limits; odom is map unless set apart.
+struct Ride {
+  OccupancyMap map = test::empty_room(6, 4, 0.02);
+  OccupancyMap local;  // what the driver is shown; the map itself unless changed
+  Pose2 T_map_odom;
+  Pose2 T_map_body{1, 2, 0};
+  Twist2 twist;
+  Twist2 pending;
+  Time now;
+  Body body;
+  Driver driver{DriverOptions(), Body()};
+  bool bumper = false;
+  bool held = false;  // something holds the robot: the wheels stand
+  double least_v_mps = 0;
+  double least_gap_m = 1e9;
+
+  DriveStep step(const std::optional<DriveGoal>& goal) {
+    DriveTask task;
+    task.stamp = now;
+    task.local_odom = &local;
+    task.map = &map;
+    task.T_map_odom = T_map_odom;
+    task.T_odom_body = T_map_odom.inverse() * T_map_body;
+    task.twist_body = twist;
+    task.bumper_pressed = bumper;
+    task.goal = goal;
+    DriveStep out = driver.step(task);
+    for (int i = 0; i < 8; ++i) {
+      const double dt = kFrame_s / 8;
+      const auto towards = [](double from, double to, double most) {
+        return from + std::clamp(to - from, -most, most);
+      };
+      twist.v_mps = towards(twist.v_mps, pending.v_mps, body.max_accel_mps2 * dt);
+      twist.w_radps = towards(twist.w_radps, pending.w_radps, body.max_turn_accel_radps2 * dt);
+      if (held) {
+        twist = {};
+      }
+      T_map_body = T_map_body * exp_twist(twist, dt);
+    }
+    pending = out.command_body;
+    now = now + from_seconds(kFrame_s);
+    least_v_mps = std::min(least_v_mps, twist.v_mps);
+    return out;
+  }
+
+  /// Until `stop` says so; the last step.
+  DriveStep drive(const std::optional<DriveGoal>& goal, double at_most_s,
+                  const std::function<bool(const DriveStep&)>& stop) {
+    DriveStep out;
+    const Time end = now + from_seconds(at_most_s);
+    while (now < end) {
+      out = step(goal);
+      if (stop(out)) {
+        break;
+      }
+    }
+    return out;
+  }
+};
+
+Ride ride() {
+  Ride r;
+  r.local = test::empty_room(6, 4, 0.02);
+  return r;
+}
+
+bool finished(const DriveStep& s) { return s.goal_reached || s.goal_given_up; }
+
+TEST(Driver, StandsWithoutAGoal) {
+  Ride r = ride();
+  const DriveStep step = r.step(std::nullopt);
+  EXPECT_EQ(step.command_body.v_mps, 0);
+  EXPECT_EQ(step.command_body.w_radps, 0);
+  EXPECT_EQ(step.state, NavState::kStopped);
+}
+
+TEST(Driver, ReachesAGoalAndItsHeadingBehindIt) {
+  Ride r = ride();
+  r.T_map_body = {4, 2, 0};
+  const DriveStep last = r.drive(DriveGoal{{1, 1, deg_to_rad(90)}, true, false}, 40, finished);
+  EXPECT_TRUE(last.goal_reached) << last.reason;
+  EXPECT_LE((r.T_map_body.position() - Vec2(1, 1)).norm(), DriverOptions().reached_m + 0.02);
+  EXPECT_LE(std::abs(wrap_angle(r.T_map_body.theta_rad - deg_to_rad(90))), deg_to_rad(12));
+  EXPECT_GE(r.least_v_mps, 0);  // it turns, it does not reverse
+}
+
+TEST(Driver, DrivesTheSameWhereverOdomLies) {
+  Ride plain = ride();
+  const DriveGoal goal{{4.5, 3, 0}, false, false};
+  EXPECT_TRUE(plain.drive(goal, 40, finished).goal_reached);
+  Ride moved = ride();
+  moved.T_map_odom = {0.4, -0.2, 0.7};
+  // The local map in its own frame: the same room, turned. The map fills in what is cut off.
+  moved.local = test::floor_plan({"????"}, 1.0, 0.02);
+  EXPECT_TRUE(moved.drive(goal, 40, finished).goal_reached);
+  EXPECT_NEAR((plain.T_map_body.position() - moved.T_map_body.position()).norm(), 0,
+              2 * DriverOptions().reached_m);
+}
+
+TEST(Driver, PassesTheNarrowestGapOfTheOfficeWithoutTouching) {
+  Ride r = ride();
+  test::fill(r.map, 2.9, 0, 3.1, 1.56, Cell::kOccupied);
+  test::fill(r.map, 2.9, 2.44, 3.1, 4, Cell::kOccupied);
+  r.local = r.map;
+  r.T_map_body = {1, 1, deg_to_rad(120)};
+  const ClearanceMap truth = clearance_map(r.map, 1);
+  const DriveStep last = r.drive(DriveGoal{{5, 3, 0}, false, false}, 60, [&](const DriveStep& s) {
+    const Vec2 p = r.T_map_body.position();
+    r.least_gap_m =
+        std::min(r.least_gap_m,
+                 truth.to_occupied_m[truth.index(truth.column(p), truth.row(p))] - r.body.radius_m);
+    return finished(s);
+  });
+  EXPECT_TRUE(last.goal_reached) << last.reason;
+  EXPECT_GE(r.least_gap_m, 0.05);
+}
+
+TEST(Driver, RefusesAnUnreachableGoalWithoutMoving) {
+  Ride r = ride();
+  test::fill(r.map, 2.9, 0, 3.1, 4, Cell::kOccupied);
+  r.local = r.map;
+  const DriveStep last = r.drive(DriveGoal{{5, 2, 0}, false, false}, 5, finished);
+  EXPECT_TRUE(last.goal_given_up);
+  EXPECT_THAT(last.reason, HasSubstr("no way to the goal"));
+  EXPECT_EQ((r.T_map_body.position() - Vec2(1, 2)).norm(), 0);
+}
+
+TEST(Driver, DetoursAroundWhatOnlyTheLocalMapKnows) {
+  Ride r = ride();
+  test::fill(r.local, 2.9, 1.2, 3.1, 3, Cell::kOccupied);
+  const ClearanceMap truth = clearance_map(r.local, 1);
+  double least = 1;
+  const DriveStep last = r.drive(DriveGoal{{5, 2, 0}, false, false}, 60, [&](const DriveStep& s) {
+    const Vec2 p = r.T_map_body.position();
+    least =
+        std::min<double>(least, truth.to_occupied_m[truth.index(truth.column(p), truth.row(p))]);
+    return finished(s);
+  });
+  EXPECT_TRUE(last.goal_reached) << last.reason;
+  EXPECT_GT(least, r.body.radius_m);
+}
+
+TEST(Driver, BacksOffAlongItsTrackWhenTouchedAndDoesNotTouchAgain) {
+  Ride r = ride();
+  const DriveGoal goal{{5, 2, 0}, false, false};
+  r.drive(goal, 4, [&](const DriveStep&) { return r.T_map_body.x_m > 2; });
+  const double touched_at = r.T_map_body.x_m;
+  // Stopped by the thing it hit: the wheels stand at once.
+  r.bumper = true;
+  r.twist = {};
+  const DriveStep hit = r.step(goal);
+  EXPECT_EQ(hit.command_body.v_mps, 0);
+  EXPECT_EQ(hit.state, NavState::kRecovering);
+  r.bumper = false;
+  const DriveStep back =
+      r.drive(goal, 10, [](const DriveStep& s) { return s.state == NavState::kDriving; });
+  EXPECT_EQ(back.state, NavState::kDriving) << back.reason;
+  EXPECT_LT(r.T_map_body.x_m, touched_at - 0.3);
+  EXPECT_LT(r.least_v_mps, 0);
+  double nearest = 1;
+  const Vec2 thing(touched_at + r.body.radius_m + 0.05, 2);
+  const DriveStep last = r.drive(goal, 40, [&](const DriveStep& s) {
+    nearest = std::min(nearest, (r.T_map_body.position() - thing).norm());
+    return finished(s);
+  });
+  EXPECT_TRUE(last.goal_reached) << last.reason;
+  EXPECT_GT(nearest, r.body.radius_m);
+}
+
+TEST(Driver, RecoversInOrderAndGivesUpWhenHeld) {
+  Ride r = ride();
+  const DriveGoal goal{{5, 2, 0}, false, false};
+  r.drive(goal, 4, [&](const DriveStep&) { return r.T_map_body.x_m > 2; });
+  r.held = true;
+  bool looked = false;
+  bool retreated = false;
+  const DriveStep last = r.drive(goal, 120, [&](const DriveStep& s) {
+    looked = looked || s.reason.find("to look") != std::string::npos;
+    if (s.reason.find("retreating") != std::string::npos) {
+      EXPECT_TRUE(looked);
+      retreated = true;
+    }
+    return finished(s);
+  });
+  EXPECT_TRUE(looked);
+  EXPECT_TRUE(retreated);
+  EXPECT_TRUE(last.goal_given_up) << last.reason;
+}
+
+TEST(Driver, HandsBackTheWindowWhenAsked) {
+  Ride r = ride();
+  DriveTask task;
+  task.local_odom = &r.local;
+  task.map = &r.map;
+  task.T_odom_body = {1, 2, 0};
+  task.goal = DriveGoal{{5, 2, 0}, false, false};
+  task.keep_window = true;
+  const DriveStep step = r.driver.step(task);
+  EXPECT_FALSE(step.window.empty());
+  EXPECT_TRUE(step.carrot_odom);
+  EXPECT_FALSE(step.path_map.empty());
+}
+
+}  // namespace
+}  // namespace panoptes

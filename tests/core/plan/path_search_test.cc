@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/plan/path_search.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/floor_plan.h"
+
+namespace panoptes {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Two rooms joined by a gap of `gap_m` about y = 2 in a wall at x = 2.
+OccupancyMap two_rooms(double gap_m) {
+  OccupancyMap map = test::empty_room(4, 4, 0.01);
+  test::fill(map, 1.9, 0, 2.1, 2 - 0.5 * gap_m, Cell::kOccupied);
+  test::fill(map, 1.9, 2 + 0.5 * gap_m, 2.1, 4, Cell::kOccupied);
+  return map;
+}
+
+PathSearch find(const OccupancyMap& map, const Vec2& start, const Vec2& goal) {
+  const SearchOptions options;
+  return search_path(options, drivable_grid(options, Body(), map), start, goal);
+}
+
+TEST(PathSearch, PassesTheNarrowestGapOfTheOffice) {
+  const PathSearch found = find(two_rooms(0.88), {1, 1}, {3, 3});
+  ASSERT_TRUE(found.path) << found.reason;
+  // Through the middle of the gap, give or take a cell.
+  for (const Vec2& p : found.path->points) {
+    if (std::abs(p.x() - 2) < 0.1) {
+      EXPECT_NEAR(p.y(), 2, 0.1);
+    }
+  }
+  EXPECT_LE((found.path->points.back() - Vec2(3, 3)).norm(), 0.036);  // half a cell's diagonal
+}
+
+TEST(PathSearch, PassesTheGapWithFourCentimetresOfSmearOnEitherSide) {
+  EXPECT_TRUE(find(two_rooms(0.80), {1, 1}, {3, 3}).path);
+}
+
+TEST(PathSearch, RefusesAGapNarrowerThanTheRobot) {
+  const PathSearch found = find(two_rooms(0.5), {1, 1}, {3, 3});
+  EXPECT_FALSE(found.path);
+  EXPECT_THAT(found.reason, HasSubstr("no way to the goal"));
+}
+
+TEST(PathSearch, GoesRoundAndKeepsItsMargin) {
+  OccupancyMap map = test::empty_room(4, 4, 0.01);
+  test::fill(map, 1, 1.8, 4, 2.2, Cell::kOccupied);
+  const SearchOptions options;
+  const Body body;
+  const DrivableGrid grid = drivable_grid(options, body, map);
+  const PathSearch found = search_path(options, grid, {3.5, 1.2}, {3.5, 2.8});
+  ASSERT_TRUE(found.path) << found.reason;
+  EXPECT_GE(found.path->room_min_m, 0);
+  EXPECT_GT(found.path->length_m, 2 * 2.5);
+  const ClearanceMap fine = clearance_map(map, 1);
+  for (const Vec2& p : found.path->points) {
+    // Coarse cells move an obstacle by half a cell at most.
+    EXPECT_GE(fine.to_occupied_m[fine.index(fine.column(p), fine.row(p))],
+              body.radius_m + options.margin_m - 0.036);
+  }
+}
+
+TEST(PathSearch, NeverLeavesKnownFloorUnlessAllowed) {
+  OccupancyMap map = test::empty_room(4, 2, 0.01);
+  test::fill(map, 1.5, 0, 2.5, 2, Cell::kUnknown);
+  EXPECT_FALSE(find(map, {0.7, 1}, {3.3, 1}).path);
+  SearchOptions bold;
+  bold.through_unknown = true;
+  EXPECT_TRUE(search_path(bold, drivable_grid(bold, Body(), map), {0.7, 1}, {3.3, 1}).path);
+}
+
+TEST(PathSearch, AStartInsideTheMarginMayLeaveIt) {
+  const OccupancyMap map = test::empty_room(4, 4, 0.01);
+  const PathSearch found = find(map, {0.2, 2}, {3, 2});  // the disc would reach into the wall
+  ASSERT_TRUE(found.path) << found.reason;
+  EXPECT_LT(found.path->room_min_m, 0);
+}
+
+TEST(PathSearch, AGoalInAnObstacleIsMovedALittleOrRefused) {
+  OccupancyMap map = test::empty_room(4, 4, 0.01);
+  test::fill(map, 2.9, 2.9, 3.1, 3.1, Cell::kOccupied);
+  EXPECT_FALSE(find(map, {1, 1}, {3, 3}).path);
+  const PathSearch beside = find(map, {1, 1}, {2.7, 2.9});
+  ASSERT_TRUE(beside.path) << beside.reason;
+  EXPECT_LE((beside.path->points.back() - Vec2(2.7, 2.9)).norm(), SearchOptions().goal_tolerance_m);
+}
+
+TEST(PathSearch, AgreesWithTheFlood) {
+  const OccupancyMap map = two_rooms(0.9);
+  const SearchOptions options;
+  const DrivableGrid grid = drivable_grid(options, Body(), map);
+  const Vec2 start(0.6, 0.7);
+  const CostField field = flood(options, grid, start);
+  const Vec2 goal(3.33, 3.18);
+  const int cell =
+      static_cast<int>(grid.clearance.index(grid.clearance.column(goal), grid.clearance.row(goal)));
+  const PathSearch found = search_path(options, grid, start, goal);
+  ASSERT_TRUE(found.path);
+  const std::vector<Vec2> way = way_to(grid, field, cell);
+  // The search may break ties differently, so lengths are compared, up to a cell's diagonal.
+  double length = 0;
+  for (std::size_t i = 1; i < way.size(); ++i) {
+    length += (way[i] - way[i - 1]).norm();
+  }
+  EXPECT_NEAR(length, found.path->length_m, 0.08);
+}
+
+TEST(Carrot, IsAheadOnThePathAndCutsNoCorner) {
+  OccupancyMap map = test::empty_room(4, 4, 0.01);
+  test::fill(map, 0, 1.5, 2.5, 2.5, Cell::kOccupied);  // an L about (2.5, 1.5)
+  const SearchOptions options;
+  const DrivableGrid grid = drivable_grid(options, Body(), map);
+  const PathSearch found = search_path(options, grid, {0.7, 0.8}, {0.7, 3.2});
+  ASSERT_TRUE(found.path) << found.reason;
+  std::size_t along = 0;
+  for (const Vec2& robot : found.path->points) {
+    const Carrot carrot = carrot_on(grid, *found.path, robot, 0.7, along);
+    EXPECT_LE((carrot.point - robot).norm(), 0.7 + 0.08);
+    EXPECT_TRUE(straight_way(grid, robot, carrot.point, -0.03));
+    EXPECT_EQ(carrot.last, carrot.to_go_m <= 0.71 && carrot.point == found.path->points.back());
+  }
+}
+
+}  // namespace
+}  // namespace panoptes
