@@ -27,7 +27,8 @@ constexpr double kPriorFloor_m = 0.1;  // the graph is never trusted more than t
 constexpr double kPriorFloor_rad = 0.03;
 constexpr double kPoseFloor_m = 0.01;  // lens, mounting and floor are not as ideal as the model
 constexpr double kPoseFloor_rad = 0.003;
-constexpr double kVague_m = 0.15;  // a closure less certain than this is not worth its risk
+constexpr double kMountingShare = 3;  // of these, where front and back do not fit as mounted
+constexpr double kVague_m = 0.15;     // a closure less certain than this is not worth its risk
 constexpr double kVague_rad = 0.026;
 constexpr double kContourOverlap =
     0.5;  // below it contours share too little to contradict anything
@@ -100,6 +101,7 @@ void bind(Fields& f, VerifiedMethod& o) {
   f("verify_per_keyframe", o.verify_per_keyframe, between(1, 20));
   f("min_inliers", o.min_inliers, at_least(6));
   f("min_inlier_share", o.min_inlier_share, between(0, 1));
+  f("mounting_px", o.mounting_px, not_negative);
   f("contours", o.contours);
 }
 
@@ -330,25 +332,37 @@ std::string LoopCloser::refusal(const VerifiedMethod& method, const Candidate& c
   const PlaceDepths& depths_earlier = depths(earlier, graph);
   const PlaceDepths& depths_recent = depths(recent, graph);
   Rng rng = rng_.fork(std::to_string(recent) + "-" + std::to_string(earlier));
-  const std::optional<PlanarMotion> motion =
+  const auto too_few = [&](const std::optional<PlanarMotion>& motion) {
+    return !motion || motion->inliers < method.min_inliers ||
+           motion->inliers < method.min_inlier_share * motion->matches;
+  };
+  std::optional<PlanarMotion> motion =
       motion_by_features(options_.motion, cameras_, features_earlier, depths_earlier,
                          features_recent, depths_recent, matches, candidate.prior, &rng);
-  if (!motion) {
-    return "features: no motion fits them";
+  double floor_share = 1;
+  if (too_few(motion) && report.heading == Heading::kOpposite) {
+    floor_share = kMountingShare;
+    MotionOptions tolerant = options_.motion;
+    tolerant.noise_px = std::max(tolerant.noise_px, method.mounting_px);
+    motion = motion_by_features(tolerant, cameras_, features_earlier, depths_earlier,
+                                features_recent, depths_recent, matches, candidate.prior, &rng);
   }
-  report.feature_inliers = motion->inliers;
-  report.flow_heading_rad = motion->T_a_b_seen.theta_rad;
-  if (motion->inliers < method.min_inliers ||
-      motion->inliers < method.min_inlier_share * motion->matches) {
-    return format("features: %d of %d agree, %d and %.0f %% needed", motion->inliers,
-                  motion->matches, method.min_inliers, 100 * method.min_inlier_share);
+  if (motion) {
+    report.feature_inliers = motion->inliers;
+    report.flow_heading_rad = motion->T_a_b_seen.theta_rad;
+  }
+  if (too_few(motion)) {
+    return format("features: %d of %d agree, %d and %.0f %% needed", report.feature_inliers,
+                  static_cast<int>(matches.size()), method.min_inliers,
+                  100 * method.min_inlier_share);
   }
   Mat3 covariance = motion->information_seen.inverse();
   if (!covariance.allFinite() || !(largest_sigma_m(covariance) <= kVague_m) ||
       !(covariance(2, 2) <= square(kVague_rad))) {
     return format("features: pose known to %.2f m only", largest_sigma_m(covariance));
   }
-  covariance.diagonal() += Vec3(square(kPoseFloor_m), square(kPoseFloor_m), square(kPoseFloor_rad));
+  covariance.diagonal() += square(floor_share) *
+                           Vec3(square(kPoseFloor_m), square(kPoseFloor_m), square(kPoseFloor_rad));
   report.T_earlier_recent = motion->T_a_b_seen;
   report.information = covariance.inverse();
 

@@ -194,11 +194,44 @@ class Normals {
   Eigen::SimplicialLDLT<Sparse> solver_;
 };
 
-// Levenberg-Marquardt from the poses as they are.
+// Full steps of Gauss-Newton, uphill ones too: from a fair start they pass what makes a damped
+// descent creep. False, and the poses as they were, when that does not settle below the start.
+bool newton(PoseGraph& graph, Normals& normals, RelaxReport& report) {
+  constexpr int kSteps = 20;
+  const std::vector<Pose2> before = graph.T_map_node;
+  double now = report.chi2_start;
+  for (int k = 0; k < kSteps; ++k) {
+    ++report.iterations;
+    normals.linearise(graph);
+    if (!normals.factorise(0)) {
+      break;
+    }
+    const Eigen::VectorXd step = normals.step();
+    if (!step.allFinite()) {
+      break;
+    }
+    Normals::move(step, normals.columns(), graph.T_map_node);
+    const double then = chi2(graph);
+    if (std::abs(then - now) <= kConverged * now && then <= report.chi2_start) {
+      report.chi2_end = then;
+      report.converged = true;
+      return true;
+    }
+    now = then;
+  }
+  graph.T_map_node = before;
+  return false;
+}
+
+// Gauss-Newton, else Levenberg-Marquardt, from the poses as they are.
 RelaxReport descend(PoseGraph& graph, Normals& normals) {
   RelaxReport report;
   double now = chi2(graph);
   report.chi2_start = now;
+  if (newton(graph, normals, report)) {
+    return report;
+  }
+  report.iterations = 0;
   double damping = kSmallestDamping;
   while (report.iterations < kMaxIterations && !report.converged) {
     normals.linearise(graph);

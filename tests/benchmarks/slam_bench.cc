@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cstdint>
+#include <numbers>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/rng.h"
+#include "core/graph/pose_graph.h"
+#include "core/vision/local_features.h"
+#include "core/vision/place_signature.h"
+#include "core/vision/relative_motion.h"
+#include "tests/core/vision/synthetic_places.h"
+
+namespace panoptes {
+namespace {
+
+// Blotches under the noise of a camera: corners everywhere.
+cv::Mat busy_picture(Rng rng) {
+  cv::Mat blotches(60, 80, CV_8UC3);
+  for (int row = 0; row < blotches.rows; ++row) {
+    for (int column = 0; column < 3 * blotches.cols; ++column) {
+      blotches.ptr<std::uint8_t>(row)[column] = static_cast<std::uint8_t>(60 + rng.index(100));
+    }
+  }
+  cv::Mat picture;
+  cv::resize(blotches, picture, cv::Size(320, 240), 0, 0, cv::INTER_CUBIC);
+  for (int row = 0; row < picture.rows; ++row) {
+    for (int column = 0; column < 3 * picture.cols; ++column) {
+      auto& pixel = picture.ptr<std::uint8_t>(row)[column];
+      pixel = cv::saturate_cast<std::uint8_t>(pixel + rng.normal(0, 2));
+    }
+  }
+  return picture;
+}
+
+void extract_features(benchmark::State& state) {
+  cv::setNumThreads(1);
+  const cv::Mat picture = busy_picture(Rng(1));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(local_features({}, picture));
+  }
+}
+BENCHMARK(extract_features)->Unit(benchmark::kMillisecond);
+
+void match_two_places(benchmark::State& state) {
+  const LoopCameras cameras = testing::front_and_back();
+  const testing::SyntheticRoom room(3000, 4, Rng(1));
+  const PlaceFeatures a = room.seen_from(cameras, {0, 0, 0}, 0.7, 0.2, Rng(2));
+  const PlaceFeatures b = room.seen_from(cameras, {0.2, 0.1, 0.1}, 0.7, 0.2, Rng(3));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(match_places({}, a, b, false));
+  }
+  state.counters["points"] = static_cast<double>(a[0].px.size() + a[1].px.size());
+}
+BENCHMARK(match_two_places)->Unit(benchmark::kMillisecond);
+
+void motion_with_search(benchmark::State& state) {
+  const LoopCameras cameras = testing::front_and_back();
+  const testing::SyntheticRoom room(2500, 4, Rng(1));
+  const PlaceFeatures a = room.seen_from(cameras, {0, 0, 0}, 0.7, 0.3, Rng(2));
+  const PlaceFeatures b =
+      room.seen_from(cameras, {0.2, 0.1, std::numbers::pi - 0.1}, 0.7, 0.3, Rng(3));
+  const auto matches = match_places({}, a, b, true);
+  const MotionPrior prior{{0, 0, std::numbers::pi}, Vec3(0.09, 0.09, 0.04).asDiagonal()};
+  for (auto _ : state) {
+    Rng search(4);
+    benchmark::DoNotOptimize(
+        motion_by_features({}, cameras, a, {}, b, {}, matches, prior, &search));
+  }
+  state.counters["matches"] = static_cast<double>(matches.size());
+}
+BENCHMARK(motion_with_search)->Unit(benchmark::kMillisecond);
+
+void signature_shortlist(benchmark::State& state) {
+  std::vector<PlaceSignature> places;
+  Rng rng(1);
+  for (int i = 0; i < state.range(0); ++i) {
+    PlaceSignature place;
+    for (float& share : place.cumulative) {
+      share = static_cast<float>(rng.uniform());
+    }
+    places.push_back(place);
+  }
+  for (auto _ : state) {
+    double nearest = 1e9;
+    for (const PlaceSignature& place : places) {
+      nearest = std::min(nearest, emd_grey(place, places[0]) + (&place == &places[0] ? 1e9 : 0));
+    }
+    benchmark::DoNotOptimize(nearest);
+  }
+}
+BENCHMARK(signature_shortlist)->Arg(1000)->Arg(10000)->Unit(benchmark::kMillisecond);
+
+// A lattice of streets walked to and fro, each crossing closed with its neighbour in the next
+// street.
+PoseGraph streets(int nodes, Rng rng) {
+  constexpr int kLength = 25;
+  constexpr double kStep_m = 0.25;
+  std::vector<Pose2> truth;
+  PoseGraph graph;
+  const Mat3 information = Vec3(1e5, 1e5, 1e5).asDiagonal();
+  const auto add = [&](int from, int to, bool closure) {
+    const Pose2 T = truth[from].inverse() * truth[to];
+    graph.edges.push_back({from,
+                           to,
+                           {T.x_m + rng.normal(0, 0.003), T.y_m + rng.normal(0, 0.003),
+                            wrap_angle(T.theta_rad + rng.normal(0, 0.003))},
+                           information,
+                           closure});
+  };
+  for (int i = 0; i < nodes; ++i) {
+    const int street = i / kLength;
+    const int along = street % 2 == 0 ? i % kLength : kLength - 1 - i % kLength;
+    truth.push_back({along * kStep_m, street * kStep_m, street % 2 == 0 ? 0 : std::numbers::pi});
+    if (i > 0) {
+      add(i - 1, i, false);
+      graph.T_map_node.push_back(graph.T_map_node.back() * graph.edges.back().T_from_to);
+    } else {
+      graph.T_map_node.push_back(truth[0]);
+    }
+    if (street > 0 && along % 6 == 3) {
+      const int earlier =
+          (street - 1) * kLength + ((street - 1) % 2 == 0 ? along : kLength - 1 - along);
+      add(earlier, i, true);
+    }
+  }
+  return graph;
+}
+
+void relax_from_scratch(benchmark::State& state) {
+  const PoseGraph graph = streets(static_cast<int>(state.range(0)), Rng(1));
+  for (auto _ : state) {
+    PoseGraph copy = graph;
+    benchmark::DoNotOptimize(relax(copy));
+  }
+}
+BENCHMARK(relax_from_scratch)->Arg(1000)->Arg(3500)->Unit(benchmark::kMillisecond);
+
+void relax_after_one_more_closure(benchmark::State& state) {
+  PoseGraph graph = streets(static_cast<int>(state.range(0)), Rng(1));
+  GraphEdge last = graph.edges.back();
+  graph.edges.pop_back();
+  relax(graph);
+  graph.edges.push_back(last);
+  for (auto _ : state) {
+    PoseGraph copy = graph;
+    benchmark::DoNotOptimize(relax(copy, RelaxStart::kCurrent));
+  }
+}
+BENCHMARK(relax_after_one_more_closure)->Arg(1000)->Arg(1500)->Unit(benchmark::kMillisecond);
+
+void covariance_of_one_pair(benchmark::State& state) {
+  PoseGraph graph = streets(1000, Rng(1));
+  relax(graph);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(relative_covariance(graph, 40, 990));
+  }
+}
+BENCHMARK(covariance_of_one_pair)->Unit(benchmark::kMillisecond);
+
+void covariance_of_all_paths(benchmark::State& state) {
+  PoseGraph graph = streets(1000, Rng(1));
+  relax(graph);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(path_covariances(graph, 999));
+  }
+}
+BENCHMARK(covariance_of_all_paths)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace panoptes
+
+BENCHMARK_MAIN();
