@@ -142,9 +142,10 @@ void FloorColour::learn(const std::vector<ColourGaussian>& trained) {
     ColourGaussian* nearest = nullptr;
     double least = 1;  // Eq. 6.4
     for (ColourGaussian& g : learned_) {
-      // judged without the grant for shading, or one carpet would swallow the other
+      // with the grant for shading, as they vote: a carpet and its shadows are one floor
       const Vec3 d = g.mean - t.mean;
-      const double distance = d.dot((g.covariance + t.covariance).ldlt().solve(d));
+      const Mat3 spread = shaded(g, options_.shade) + shaded(t, options_.shade);
+      const double distance = d.dot(spread.ldlt().solve(d));
       if (distance <= least) {
         least = distance;
         nearest = &g;
@@ -166,14 +167,16 @@ void FloorColour::learn(const std::vector<ColourGaussian>& trained) {
     const auto lightest = std::min_element(
         learned_.begin(), learned_.end(),
         [](const ColourGaussian& a, const ColourGaussian& b) { return a.mass < b.mass; });
-    *lightest = t;
+    if (lightest->mass < t.mass) {
+      *lightest = t;
+    }
   }
   refresh();
 }
 
 void FloorColour::adopt(ColourGaussian floor) {
   for (const ColourGaussian& g : learned_) {
-    floor.mass = std::max(floor.mass, 2 * options_.vote_share * g.mass);
+    floor.mass = std::max(floor.mass, 0.5 * g.mass);
   }
   learn({floor});
 }

@@ -12,14 +12,14 @@
 namespace panoptes {
 
 struct FloorColourOptions {
-  int learned_max = 6;  ///< Gaussians kept
+  int learned_max = 8;  ///< Gaussians kept
   int trained = 3;      ///< Gaussians fitted to the trusted pixels of one picture
-  double shade = 0.2;   ///< relative standard deviation of brightness that shading is granted
+  double shade = 0.15;  ///< relative standard deviation of brightness that shading is granted
   double sigma_min_grey = 2.0;   ///< floor of every standard deviation: the camera's own noise
   double prior_log_odds = -3.0;  ///< ln P(free)/P(occupied) before looking
-  double mass_max = 50000;    ///< pixels; a Gaussian heavier than this could not follow the light
-  double mass_decay = 0.998;  ///< of all masses at each update
-  double vote_share = 0.02;   ///< of the largest mass that a Gaussian needs to vote
+  double mass_max = 50000;     ///< pixels; a Gaussian heavier than this could not follow the light
+  double mass_decay = 0.9995;  ///< of all masses at each update: half in five minutes
+  double vote_share = 0.02;    ///< of the largest mass that a Gaussian needs to vote
 };
 void bind(Fields& f, FloorColourOptions& o);
 
@@ -45,7 +45,7 @@ class FloorColour {
   /// Merges by Eqs 6.4 and 6.5 what overlaps a learned Gaussian; the rest replaces the lightest.
   void learn(const std::vector<ColourGaussian>& trained);
 
-  /// Takes a floor that proved to be one by other means, heavy enough to vote at once.
+  /// Takes a floor that proved to be one by other means, heavy enough to count like those known.
   void adopt(ColourGaussian floor);
 
   /// ln P(free)/P(occupied) of a colour against a uniform obstacle (Eq. 6.2), nats.

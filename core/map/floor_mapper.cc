@@ -14,6 +14,9 @@ namespace {
 constexpr int kGainNumerator = 3;
 constexpr int kGainDenominator = 4;
 
+// Of the table's 32: what a floor's own colours average, with room for noise and texture.
+constexpr int kClearly = FloorColour::kClip / 3;
+
 // Enough colours for three Gaussians; more cost time and say nothing new.
 constexpr std::size_t kTrainedColours = 1500;
 
@@ -202,10 +205,22 @@ void FloorMapper::scan() {
       }
       const bool left_picture = end == rows || p.pixel[end * rays + ray] < 0;
       if (end - row < wanted && !left_picture) {
-        for (; row < end; ++row) {
-          evidence_[row * rays + ray] = weighed(row * rays + ray, smooth_[row * rays + ray]);
+        // floor goes on behind a stain as clearly as before it; what merely resembles floor there
+        // is a thing of nearly its colour that stands on its own shadow
+        int beyond = 0;
+        int samples = 0;
+        for (std::size_t k = end; k < rows && k < end + wanted; ++k) {
+          if (p.pixel[k * rays + ray] >= 0) {
+            beyond += smooth_[k * rays + ray];
+            ++samples;
+          }
         }
-        continue;
+        if (beyond >= kClearly * samples) {
+          for (; row < end; ++row) {
+            evidence_[row * rays + ray] = weighed(row * rays + ray, smooth_[row * rays + ray]);
+          }
+          continue;
+        }
       }
       first_[ray] = static_cast<std::int16_t>(row);
       const int mean = total / static_cast<int>(end - row);

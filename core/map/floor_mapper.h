@@ -21,7 +21,7 @@ struct FloorMapperOptions {
   FloorColourOptions colour;
   bool parallax = true;  ///< learn other floors by their motion; off: the thesis's own
   FloorParallaxOptions parallax_check;
-  double obstacle_height_m = 0.04;  ///< what is lower than this may pass for a stain
+  double obstacle_height_m = 0.02;  ///< what is lower than this may pass for a stain
   double foot_depth_m = 0.04;       ///< how far behind its foot an obstacle is taken to reach
   double trusted_m = 0.1;   ///< depth of the floor ahead that is taken to be floor at the start
   double learn_to_m = 1.5;  ///< floor farther from the camera's foot is too coarse to learn from

@@ -14,6 +14,13 @@ namespace {
 
 constexpr float kUnseen = -1;
 
+constexpr int kColours = 3;              // Gaussians for what proved to be flat in one picture
+constexpr std::size_t kBlockStride = 4;  // of a block's colours, those that are compared
+constexpr double kAlike = 11.3;          // chi-square of three degrees, one in a hundred
+
+// A block of one colour still has the camera's noise.
+const Mat3 kNoise = 4 * Mat3::Identity();
+
 // Residuals of neighbouring cells share their cause, so of a block's cells about a quarter are
 // independent, and no block alone may decide.
 constexpr double kIndependentShare = 0.25;
@@ -39,6 +46,7 @@ void bind(Fields& f, FloorParallaxOptions& o) {
   f("log_odds_floor", o.log_odds_floor, positive);
   f("pairs_min", o.pairs_min, at_least(1));
   f("upright_share_max", o.upright_share_max, between(0, 1));
+  f("memory", o.memory, between(0, 1));
 }
 
 FloorParallax::FloorParallax(const FloorParallaxOptions& options,
@@ -109,10 +117,12 @@ std::vector<float> FloorParallax::rectify(const cv::Mat& bgr) const {
   return sum;
 }
 
-std::vector<FloorParallax::Block> FloorParallax::judge(
-    const cv::Mat& bgr, const std::vector<float>& now, const Rectified& before,
-    const Pose2& T_odom_body, const std::vector<std::int8_t>& known,
-    const std::vector<std::int16_t>& first) const {
+std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
+                                                       const std::vector<float>& now,
+                                                       const Rectified& before,
+                                                       const Pose2& T_odom_body,
+                                                       const std::vector<std::int8_t>& known,
+                                                       const std::vector<std::int16_t>& first) {
   const FloorProjection& p = *projection_;
   const Pose2 T_before_now = before.T_odom_body.inverse() * T_odom_body;
   const Vec2 foot_before = T_before_now.inverse() * p.foot_body;
@@ -182,6 +192,7 @@ std::vector<FloorParallax::Block> FloorParallax::judge(
       std::vector<CellNow> floor;
       Unknown unknown;
       double lift = 0;
+      int strange = 0;  // cells of no known colour
       for (int row = row0; row < row0 + block; ++row) {
         for (int column = column0; column < column0 + block; ++column) {
           const std::size_t cell =
@@ -200,7 +211,8 @@ std::vector<FloorParallax::Block> FloorParallax::judge(
             if (known[i] > 0) {
               floor.push_back(here);
             }
-          } else if (known[i] <= 0) {
+          } else {
+            strange += known[i] <= 0 ? 1 : 0;
             const double foot_range = static_cast<double>(
                 p.range_m[static_cast<std::size_t>(first[ray]) * static_cast<std::size_t>(p.rays)]);
             lift += static_cast<double>(p.range_m[i]) / foot_range - 1;
@@ -215,7 +227,7 @@ std::vector<FloorParallax::Block> FloorParallax::judge(
           ++known_blocks;
         }
       }
-      if (unknown.cells.size() >= enough) {
+      if (unknown.cells.size() >= enough && 4 * strange >= block * block) {
         unknown.lift_cells =
             lift / static_cast<double>(unknown.cells.size()) * way_m / options_.cell_m;
         if (unknown.lift_cells >= kApart_cells) {
@@ -225,10 +237,12 @@ std::vector<FloorParallax::Block> FloorParallax::judge(
     }
   }
   std::vector<Block> blocks;
-  if (known_blocks < 3 || unknowns.empty()) {
-    return blocks;  // nothing says how well the floor itself agrees
+  if (known_blocks >= 3) {
+    known_misfit_ = std::max(known_misfit / known_blocks, 1.0);
   }
-  known_misfit = std::max(known_misfit / known_blocks, 1.0);
+  if (!known_misfit_) {
+    return blocks;  // nothing has said yet how well the floor itself agrees
+  }
   for (const Unknown& unknown : unknowns) {
     const std::optional<double> flat = misfit(unknown.cells, 0);
     const std::optional<double> back = misfit(unknown.cells, -kApart_cells);
@@ -256,7 +270,7 @@ std::vector<FloorParallax::Block> FloorParallax::judge(
       colours.push_back({c[0], c[1], c[2]});
     }
     const double variance = square / n - (sum / n) * (sum / n);
-    const double noise = std::max(known_misfit, kTextureError * variance);
+    const double noise = std::max(*known_misfit_, kTextureError * variance);
     double log_odds = kIndependentShare * n * (upright - *flat) / (2 * noise);
     if (log_odds > 0) {
       const double fit_max = options_.fit_max * options_.fit_max;
@@ -265,9 +279,8 @@ std::vector<FloorParallax::Block> FloorParallax::judge(
       log_odds = *flat <= fit_max * noise ? std::min(log_odds, std::max(worse_back, 0.0)) : 0;
     }
     log_odds = std::clamp(log_odds, -kBlockLogOddsMax, kBlockLogOddsMax);
-    std::vector<ColourGaussian> colour = fit_colours(colours, 1);
-    if (log_odds != 0 && !colour.empty()) {
-      blocks.push_back({log_odds, colour.front()});
+    if (log_odds != 0) {
+      blocks.push_back({log_odds, std::move(colours)});
     }
   }
   return blocks;
@@ -302,65 +315,74 @@ std::vector<ColourGaussian> FloorParallax::look(const cv::Mat& bgr, const Pose2&
     past_.pop_front();
   }
 
-  constexpr std::size_t kCandidates = 12;
-  std::vector<std::uint8_t> spoke(kCandidates, 0);
-  for (Block& b : blocks) {
-    b.colour.covariance +=
-        4 * Mat3::Identity();  // a block of one colour still has the camera's noise
+  return weigh(blocks);
+}
+
+std::vector<ColourGaussian> FloorParallax::weigh(const std::vector<Block>& blocks) {
+  if (blocks.empty()) {
+    return {};
+  }
+  // the colours of what lies on the floor here
+  std::vector<Bgr> flat;
+  for (const Block& block : blocks) {
+    if (block.floor_log_odds > 1) {
+      flat.insert(flat.end(), block.colours.begin(), block.colours.end());
+    }
+  }
+  std::vector<std::uint8_t> spoke(candidates_.size(), 0);
+  for (const ColourGaussian& g : fit_colours(flat, kColours)) {
     std::size_t nearest = candidates_.size();
     double least = 1;  // Eq. 6.4
     for (std::size_t i = 0; i < candidates_.size(); ++i) {
       const ColourGaussian& c = candidates_[i].colour;
-      const Vec3 d = c.mean - b.colour.mean;
-      const double distance = d.dot((c.covariance + b.colour.covariance).ldlt().solve(d));
+      const Vec3 d = c.mean - g.mean;
+      const double distance = d.dot((c.covariance + g.covariance + kNoise).ldlt().solve(d));
       if (distance <= least) {
         least = distance;
         nearest = i;
       }
     }
     if (nearest == candidates_.size()) {
-      if (candidates_.size() < kCandidates) {
-        candidates_.push_back({});
-      } else {  // the one that least was said of gives way
-        nearest = 0;
-        for (std::size_t i = 1; i < kCandidates; ++i) {
-          const auto said = [&](std::size_t k) {
-            return candidates_[k].floor_log_odds + candidates_[k].upright_log_odds;
-          };
-          nearest = said(i) < said(nearest) ? i : nearest;
-        }
-        candidates_[nearest] = {};
-        spoke[nearest] = 0;
-      }
-      candidates_[nearest].colour = b.colour;
+      candidates_.push_back({g, 0, 0, 0});
+      spoke.push_back(1);
     } else {
-      ColourGaussian& c = candidates_[nearest].colour;
-      const double sum = c.mass + b.colour.mass;
-      const Vec3 d = c.mean - b.colour.mean;
-      // both covariances and the spread of the means, for blocks are small beside a floor
-      c.covariance = (c.mass * c.covariance + b.colour.mass * b.colour.covariance) / sum +
-                     (c.mass * b.colour.mass / (sum * sum)) * d * d.transpose();
-      c.mean = (c.mass * c.mean + b.colour.mass * b.colour.mean) / sum;
+      ColourGaussian& c = candidates_[nearest].colour;  // Eq. 6.5
+      const double sum = c.mass + g.mass;
+      c.mean = (c.mass * c.mean + g.mass * g.mean) / sum;
+      c.covariance = (c.mass * c.covariance + g.mass * g.covariance) / sum;
       c.mass = sum;
-    }
-    Candidate& candidate = candidates_[nearest];
-    (b.floor_log_odds > 0 ? candidate.floor_log_odds : candidate.upright_log_odds) +=
-        std::abs(b.floor_log_odds);
-    if (b.floor_log_odds > 0) {
       spoke[nearest] = 1;
     }
   }
+  // Every block speaks for or against a colour by the share of it that has the colour. What was
+  // said fades, for furniture of a floor's colour elsewhere says nothing of the floor here.
   std::vector<ColourGaussian> proved;
   std::vector<Candidate> kept;
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     Candidate& c = candidates_[i];
+    c.floor_log_odds *= options_.memory;
+    c.upright_log_odds *= options_.memory;
+    c.colour.mass *= options_.memory;
+    const Mat3 information = (c.colour.covariance + kNoise).inverse();
+    for (const Block& block : blocks) {
+      int alike = 0;
+      int asked = 0;
+      for (std::size_t k = 0; k < block.colours.size(); k += kBlockStride) {
+        const Bgr& colour = block.colours[k];
+        const Vec3 d = Vec3(colour[0], colour[1], colour[2]) - c.colour.mean;
+        alike += d.dot(information * d) < kAlike ? 1 : 0;
+        ++asked;
+      }
+      (block.floor_log_odds > 0 ? c.floor_log_odds : c.upright_log_odds) +=
+          std::abs(block.floor_log_odds) * alike / asked;
+    }
     c.pairs += spoke[i];
     const double all = c.floor_log_odds + c.upright_log_odds;
     if (c.floor_log_odds >= options_.log_odds_floor && c.pairs >= options_.pairs_min &&
         c.upright_log_odds <= options_.upright_share_max * all) {
       proved.push_back(c.colour);
-    } else {
-      kept.push_back(c);
+    } else if (c.floor_log_odds > 1) {
+      kept.push_back(std::move(c));
     }
   }
   candidates_ = std::move(kept);

@@ -24,7 +24,8 @@ struct FloorParallaxOptions {
   double fit_max = 2.0;            ///< rms difference allowed, in those of known floor
   double log_odds_floor = 60;      ///< summed ln P(floor)/P(upright) that makes a colour a floor
   int pairs_min = 3;               ///< pictures that must have said so
-  double upright_share_max = 0.1;  ///< of the votes that may have spoken against
+  double upright_share_max = 0.3;  ///< of the votes that may have spoken against
+  double memory = 0.9;             ///< of the votes that is kept from one picture to the next
 };
 void bind(Fields& f, FloorParallaxOptions& o);
 
@@ -50,29 +51,31 @@ class FloorParallax {
   };
   struct Block {
     double floor_log_odds = 0;  // negative: upright
-    ColourGaussian colour;
+    std::vector<Bgr> colours;
   };
   struct Candidate {
     ColourGaussian colour;
-    double floor_log_odds = 0;
+    double floor_log_odds = 0;  // what the last half metre said of this colour
     double upright_log_odds = 0;
     int pairs = 0;
   };
 
   std::vector<float> rectify(const cv::Mat& bgr) const;
+  std::vector<ColourGaussian> weigh(const std::vector<Block>& blocks);
   std::vector<Block> judge(const cv::Mat& bgr, const std::vector<float>& now,
                            const Rectified& before, const Pose2& T_odom_body,
                            const std::vector<std::int8_t>& known,
-                           const std::vector<std::int16_t>& first) const;
+                           const std::vector<std::int16_t>& first);
 
   FloorParallaxOptions options_;
   std::shared_ptr<const FloorProjection> projection_;
   int columns_ = 0;
   int rows_ = 0;
   Vec2 origin_body_ = Vec2::Zero();
-  std::vector<std::int32_t> pixel_;   // mapped pixels and
-  std::vector<std::int32_t> cell_;    // the cell each falls into
-  std::vector<std::int32_t> sample_;  // the scan's sample at each cell's centre, -1 outside
+  std::vector<std::int32_t> pixel_;     // mapped pixels and
+  std::vector<std::int32_t> cell_;      // the cell each falls into
+  std::vector<std::int32_t> sample_;    // the scan's sample at each cell's centre, -1 outside
+  std::optional<double> known_misfit_;  // mean squared difference of known floor, as last seen
   std::deque<Rectified> past_;
   std::vector<Candidate> candidates_;
 };
