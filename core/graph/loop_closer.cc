@@ -127,7 +127,7 @@ double diagonal_max_grey(const DistanceMatrix& matrix, Heading heading) {
 }
 
 LoopCloser::LoopCloser(const LoopOptions& options, const LoopCameras& cameras, Rng rng)
-    : options_(options), cameras_(cameras), rng_(std::move(rng)) {}
+    : options_(options), cameras_(cameras), rng_(rng) {}
 
 std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const PoseGraph& graph,
                                              const ContourSource& contours) {

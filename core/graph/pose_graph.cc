@@ -311,9 +311,10 @@ bool start_orientations(PoseGraph& graph) {
 
 // Positions with the orientations held: a linear problem.
 bool start_positions(PoseGraph& graph) {
-  const int nodes = static_cast<int>(graph.T_map_node.size());
+  const Eigen::Index nodes = static_cast<Eigen::Index>(graph.T_map_node.size());
+  const Eigen::Index size = 2 * (nodes - 1);
   Triplets triplets;
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(2 * (nodes - 1));
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
   for (const GraphEdge& edge : graph.edges) {
     const Mat2 R = graph.T_map_node[edge.from].rotation();
     const Mat2 weight = R * edge.information.topLeftCorner<2, 2>() * R.transpose();
@@ -347,7 +348,7 @@ bool start_positions(PoseGraph& graph) {
       right.segment<2>(b) += weighted;
     }
   }
-  Sparse H(2 * (nodes - 1), 2 * (nodes - 1));
+  Sparse H(size, size);
   H.setFromTriplets(triplets.begin(), triplets.end());
   const Eigen::SimplicialLDLT<Sparse> solver(H);
   if (solver.info() != Eigen::Success) {
@@ -357,7 +358,7 @@ bool start_positions(PoseGraph& graph) {
   if (!t.allFinite()) {
     return false;
   }
-  for (int node = 1; node < nodes; ++node) {
+  for (Eigen::Index node = 1; node < nodes; ++node) {
     graph.T_map_node[node].x_m = t[2 * (node - 1)];
     graph.T_map_node[node].y_m = t[2 * (node - 1) + 1];
   }
