@@ -129,7 +129,7 @@ double worst_m(const Drive& drive) {
 class SecondRound : public ::testing::TestWithParam<bool> {};
 
 TEST_P(SecondRound, ClosesWhereTheRobotComesBack) {
-  const SyntheticRoom room(2500, 4, Rng(1));
+  const SyntheticRoom room(1200, 4, Rng(1));
   const Drive drive = twice_round({}, GetParam(), room, room, Rng(2));
   EXPECT_GE(count_accepted(drive), 5);
   for (const ClosureReport& report : drive.reports) {
@@ -146,8 +146,8 @@ INSTANTIATE_TEST_SUITE_P(SameAndOpposite, SecondRound, ::testing::Values(false, 
 
 TEST(LoopCloser, RefusesAPlaceThatOnlyLooksAlikeAtAGlance) {
   // the second round meets the same greys in another room
-  const Drive drive = twice_round({}, false, SyntheticRoom(2500, 4, Rng(1)),
-                                  SyntheticRoom(2500, 4, Rng(3)), Rng(2));
+  const Drive drive = twice_round({}, false, SyntheticRoom(1200, 4, Rng(1)),
+                                  SyntheticRoom(1200, 4, Rng(3)), Rng(2));
   EXPECT_FALSE(drive.reports.empty());
   EXPECT_EQ(count_accepted(drive), 0);
 }
@@ -155,13 +155,13 @@ TEST(LoopCloser, RefusesAPlaceThatOnlyLooksAlikeAtAGlance) {
 TEST(LoopCloser, TheThesisRuleIsFooledByGreys) {
   LoopOptions options;
   options.method = HistogramMethod{};
-  const Drive drive = twice_round(options, false, SyntheticRoom(2500, 4, Rng(1)),
-                                  SyntheticRoom(2500, 4, Rng(3)), Rng(2));
+  const Drive drive = twice_round(options, false, SyntheticRoom(1200, 4, Rng(1)),
+                                  SyntheticRoom(1200, 4, Rng(3)), Rng(2));
   EXPECT_GE(count_accepted(drive), 1);
 }
 
 TEST(LoopCloser, GivesTheSameBitsAgain) {
-  const SyntheticRoom room(1500, 4, Rng(1));
+  const SyntheticRoom room(1000, 4, Rng(1));
   const Drive a = twice_round({}, true, room, room, Rng(5));
   const Drive b = twice_round({}, true, room, room, Rng(5));
   EXPECT_EQ(a.graph.T_map_node, b.graph.T_map_node);

@@ -69,6 +69,7 @@ PlaceDepths depths_at(const SyntheticRoom& room, const LoopCameras& cameras,
   std::vector<PlaceFeatures> there;
   std::vector<Neighbour> neighbours;
   const std::array<double, 4> way_m{-0.5, -0.25, 0.25, 0.5};
+  there.reserve(way_m.size());
   for (const double x_m : way_m) {
     there.push_back(room.seen_from(cameras, T_map_here * Pose2{x_m, 0, 0}, 0.7, 0.15,
                                    rng.fork(std::to_string(x_m))));
