@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -29,8 +30,6 @@ namespace {
 
 constexpr double kPlanCell_m = 0.02;  // of a pixel of the floor plan
 constexpr double kFrustum_m = 1.0;    // how far the sides of a view are drawn
-constexpr double kSameSurface_m =
-    0.05;  // a floor cell seen is not hidden by something this much nearer
 constexpr int kGap_px = 8;
 constexpr int kLine_px = 20;
 
@@ -60,7 +59,7 @@ Pose2 parse_pose(const std::string& text) {
 /// A camera of the rig at the pose, and what it sees.
 struct Shot {
   std::string name;
-  bool maps_floor = false;
+  std::optional<FloorView> floor;  ///< where it maps the floor
   sim::View view;
   sim::Drawn drawn;
 };
@@ -69,11 +68,9 @@ std::vector<Shot> shoot(const sim::World& world, const Rig& rig, const Pose2& T_
   sim::Renderer renderer(world);
   std::vector<Shot> shots;
   for (const auto& [name, camera] : rig.cameras) {
-    Shot shot{name,
-              camera.floor.has_value(),
-              {camera.intrinsics, on_floor(T_scene_body) * camera.T_body_camera},
-              {}};
-    shot.drawn = renderer.draw(shot.view, false, shot.maps_floor);
+    Shot shot{
+        name, camera.floor, {camera.intrinsics, on_floor(T_scene_body) * camera.T_body_camera}, {}};
+    shot.drawn = renderer.draw(shot.view, false, shot.floor.has_value());
     shots.push_back(std::move(shot));
   }
   return shots;
@@ -88,12 +85,18 @@ bool sees_floor(const Shot& shot, const Vec2& p_scene) {
   const cv::Rect picture({}, shot.drawn.depth_m.size());
   const cv::Point pixel(static_cast<int>(std::lround(px.x())),
                         static_cast<int>(std::lround(px.y())));
-  return picture.contains(pixel) &&
-         shot.drawn.depth_m.at<float>(pixel) > p_camera.z() - kSameSurface_m;
+  if (!picture.contains(pixel)) {
+    return false;
+  }
+  // The pixel's middle may show floor that is nearer, by up to the depth that one row of it spans.
+  const double height_m = shot.view.T_scene_camera.translation.z();
+  const double row_m = p_camera.z() * p_camera.z() / (height_m * shot.view.intrinsics.fy_px);
+  return shot.drawn.depth_m.at<float>(pixel) > p_camera.z() - row_m;
 }
 
 /// The world from above, north up: what stands there at the height of the robot's body, the robot,
-/// the sides of its cameras' views, and the floor that its floor cameras see.
+/// the sides of its cameras' views, and the floor that its floor cameras see, the mapped part
+/// darker.
 cv::Mat floor_plan(const sim::World& world, const Body& body, const Pose2& T_scene_body,
                    const std::vector<Shot>& shots) {
   const TruthLayer layer = sim::occupancy(world, sim::kFloorLayerTop_m, body.height_m, kPlanCell_m);
@@ -104,10 +107,14 @@ cv::Mat floor_plan(const sim::World& world, const Body& body, const Pose2& T_sce
       const Vec2 centre = layer.origin_scene + kPlanCell_m * Vec2(column + 0.5, row + 0.5);
       if (layer.at(centre)) {
         pixels[column] = {70, 70, 70};
-      } else if (std::any_of(shots.begin(), shots.end(), [&centre](const Shot& shot) {
-                   return shot.maps_floor && sees_floor(shot, centre);
-                 })) {
-        pixels[column] = {190, 230, 190};
+        continue;
+      }
+      const double ahead_m = (T_scene_body.inverse() * centre).x() - body.radius_m;
+      for (const Shot& shot : shots) {
+        if (shot.floor && sees_floor(shot, centre)) {
+          const bool mapped = ahead_m >= shot.floor->near_m && ahead_m <= shot.floor->far_m;
+          pixels[column] = mapped ? cv::Vec3b(150, 215, 150) : cv::Vec3b(215, 238, 215);
+        }
       }
     }
   }
@@ -118,7 +125,7 @@ cv::Mat floor_plan(const sim::World& world, const Body& body, const Pose2& T_sce
   };
   for (const Shot& shot : shots) {
     const Vec3& eye = shot.view.T_scene_camera.translation;
-    const cv::Scalar colour = shot.maps_floor ? cv::Scalar(60, 140, 40) : cv::Scalar(196, 98, 31);
+    const cv::Scalar colour = shot.floor ? cv::Scalar(60, 140, 40) : cv::Scalar(196, 98, 31);
     const double middle_px = (shot.view.intrinsics.height_px - 1) / 2.0;
     for (const double side_px : {-0.5, shot.view.intrinsics.width_px - 0.5}) {
       const Vec3 ray =

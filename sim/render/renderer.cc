@@ -39,13 +39,15 @@ layout(location = 0) in vec3 p_scene;
 layout(location = 1) in vec3 picture;
 layout(location = 2) in vec2 lit;
 uniform mat4 clip_scene;
-out vec3 at_picture;
+out vec2 at_picture;
+flat out float layer;
 out vec2 at_lit;
 #ifdef LABEL
 out float z_m;
 #endif
 void main() {
-  at_picture = picture;
+  at_picture = picture.xy;
+  layer = picture.z;
   at_lit = lit;
 #ifdef LABEL
   z_m = p_scene.z;
@@ -56,7 +58,8 @@ void main() {
 
 // Pictures and lightmap hold square roots, so that their product is the root of the light seen.
 constexpr const char* kFragmentShader = R"(#version 330 core
-in vec3 at_picture;
+in vec2 at_picture;
+flat in float layer;
 in vec2 at_lit;
 #ifdef LABEL
 in float z_m;
@@ -66,7 +69,7 @@ uniform sampler2D light;
 uniform float gain;
 layout(location = 0) out vec4 colour;
 void main() {
-  colour.rgb = texture(pictures, at_picture).rgb * (texture(light, at_lit).r * gain);
+  colour.rgb = texture(pictures, vec3(at_picture, layer)).rgb * (texture(light, at_lit).r * gain);
 #ifdef LABEL
   colour.a = z_m < FLOOR_TOP_M ? 1.0 : 0.0;
 #else
@@ -347,9 +350,10 @@ class Renderer::Impl {
     glGenTextures(1, &name);
     glActiveTexture(GL_TEXTURE1);
     glBindTexture(GL_TEXTURE_2D, name);
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_R8, light.cols, light.rows, 0, GL_RED, GL_UNSIGNED_BYTE,
-                 light.data);
+    cv::Mat four;  // one channel would do, but four are looked up by a faster way
+    cv::cvtColor(light, four, cv::COLOR_GRAY2BGRA);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, four.cols, four.rows, 0, GL_RGBA, GL_UNSIGNED_BYTE,
+                 four.data);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
