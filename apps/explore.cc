@@ -35,26 +35,27 @@ int explore(const ExploreArguments& args) {
   Navigator navigator(mission.navigator, mission.robot, rig, rng.fork("navigator"),
                       listener(clock));
   Recorder recorder(out_dir, run_info("explore", mission), &clock);
-  const Until until(mission.until);
+  Until until(mission.until);
   Progress progress(from_seconds(mission.until.duration_s), args.common.quiet);
 
-  while (!finished(mission.drive, navigator, route_done) &&
-         !until.reached(robot->now(), navigator.keyframes().size())) {
-    const Observation seen = observe(*robot, mission, clock);
-    const NavStep step = navigate(navigator, seen, clock);
-    if (!navigator.start_fault().empty()) {
-      throw ConfigError(args.mission + ": the robot cannot start here: " + navigator.start_fault() +
-                        "; give platform.start another pose, or another --seed");
+  try {
+    while (!finished(mission.drive, navigator, route_done) &&
+           !until.reached(robot->now(), navigator.keyframes().size())) {
+      const Observation seen = observe(*robot, mission, clock);
+      const NavStep step = navigate(navigator, seen, mission.drive, clock);
+      refuse_bad_start(mission, navigator);
+      robot->drive(step.command_body, from_seconds(mission.command_valid_for_s));
+      recorder.add(seen, step);
+      if (recorder.snapshot_due(seen.stamp)) {
+        recorder.add_snapshot(seen.stamp, navigator.planning_map());
+      }
+      progress.show(seen.stamp, doing(navigator, step));
+      clock.end_frame();
     }
-    robot->drive(command(mission.drive, step), from_seconds(mission.command_valid_for_s));
-    recorder.add(seen, step);
-    if (recorder.snapshot_due(seen.stamp)) {
-      recorder.add_snapshot(seen.stamp, navigator.planning_map());
-    }
-    progress.show(seen.stamp, doing(navigator, step));
-    clock.end_frame();
+    robot->stop();
+  } catch (const DeviceError& error) {  // what was done until then is kept
+    until.lose_device(error);
   }
-  robot->stop();
   const RunReport report = recorder.write_report(robot->truth(), run_result(navigator),
                                                  run_end(until, robot->now(), navigator));
   print(report);

@@ -80,26 +80,17 @@ Pose2 start_pose(const SimulatedOptions& options, const Obstacles& obstacles, co
   return *options.start;
 }
 
+double frame_rate_hz(const Rig& rig) {
+  constexpr double kDefault_hz = 15;  // of a robot without cameras
+  return rig.cameras.empty() ? kDefault_hz : rig.cameras.begin()->second.rate_hz;
+}
+
 std::int64_t steps_per_frame(const Rig& rig) {
-  constexpr double kDefaultRate_hz = 15;  // of a robot without cameras
-  const double rate_hz =
-      rig.cameras.empty() ? kDefaultRate_hz : rig.cameras.begin()->second.rate_hz;
-  for (const auto& [name, camera] : rig.cameras) {
-    if (camera.rate_hz != rate_hz) {
-      throw ConfigError(
-          fmt::format("rig.cameras.{}.rate_hz: is {}, but {} has {}; the simulated "
-                      "cameras are synchronous and must have one rate",
-                      name, camera.rate_hz, rig.cameras.begin()->first, rate_hz));
-    }
+  const std::string fault = rate_fault(rig);
+  if (!fault.empty()) {
+    throw ConfigError("rig." + fault);
   }
-  const double steps = static_cast<double>(DriveWorld::kStepsPerSecond) / rate_hz;
-  if (!(steps >= 1) || steps != std::floor(steps)) {
-    throw ConfigError(
-        fmt::format("rig.cameras.{}.rate_hz: is {}; the simulated cameras' must go into "
-                    "{} Hz without remainder (10, 12, 15, 20, 24, 30, 60, ...)",
-                    rig.cameras.begin()->first, rate_hz, DriveWorld::kStepsPerSecond));
-  }
-  return static_cast<std::int64_t>(steps);
+  return static_cast<std::int64_t>(DriveWorld::kStepsPerSecond / frame_rate_hz(rig));
 }
 
 Rig surveyed(Rig believed, const Rig& true_rig, const Body& body, const Rng& rng) {
@@ -122,6 +113,27 @@ TruthLayer nothing_seen(const TruthLayer& like) {
 }
 
 }  // namespace
+
+std::string rate_fault(const Rig& rig) {
+  const double rate_hz = frame_rate_hz(rig);
+  for (const auto& [name, camera] : rig.cameras) {
+    if (camera.rate_hz != rate_hz) {
+      return fmt::format(
+          "cameras.{}.rate_hz: is {}, but {} has {}; the simulated cameras are synchronous and "
+          "must "
+          "have one rate",
+          name, camera.rate_hz, rig.cameras.begin()->first, rate_hz);
+    }
+  }
+  const double steps = static_cast<double>(DriveWorld::kStepsPerSecond) / rate_hz;
+  if (!(steps >= 1) || steps != std::floor(steps)) {
+    return fmt::format(
+        "cameras.{}.rate_hz: is {}; the simulated cameras' must go into {} Hz without remainder "
+        "(10, 12, 15, 20, 24, 30, 60, ...)",
+        rig.cameras.begin()->first, rate_hz, DriveWorld::kStepsPerSecond);
+  }
+  return {};
+}
 
 void bind(Fields& f, SimulatedOptions& o) {
   f.require(f.writing() || f.present("world"), "world", "missing; it must name the world's file");

@@ -41,6 +41,9 @@ struct SimulatedOptions {
 };
 void bind(Fields& f, SimulatedOptions& o);
 
+/// Why the simulated cameras cannot run at the rates of the rig; empty when they can.
+std::string rate_fault(const Rig& rig);
+
 /// What stands around the robot, as its body, its cameras and the truth meet it.
 struct Surroundings {
   std::vector<Outline> outlines;  ///< of the body layer

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "core/base/error.h"
+
 namespace panoptes {
 
 StageListener listener(StageClock& clock) {
@@ -19,18 +21,34 @@ Observation observe(hw::Robot& robot, const ExploreMission& mission, StageClock&
   return robot.observe(robot.now() + from_seconds(mission.frame_deadline_s));
 }
 
-NavStep navigate(Navigator& navigator, const Observation& seen, StageClock& clock) {
+NavStep navigate(Navigator& navigator, const Observation& seen, const DriveOptions& drive,
+                 StageClock& clock) {
   const TimedStage stage(clock, "step");
-  return navigator.step(seen);
+  NavStep step = navigator.step(seen);
+  if (!std::holds_alternative<DriveByNavigator>(drive)) {
+    step.command_body = {};
+    step.goal_map.reset();
+    step.state = NavState::kStopped;
+    step.reason = std::holds_alternative<DriveNowhere>(drive) ? "nobody drives" : "along the route";
+  }
+  return step;
+}
+
+void refuse_bad_start(const ExploreMission& mission, const Navigator& navigator) {
+  if (navigator.start_fault().empty()) {
+    return;
+  }
+  const std::string mention =
+      std::visit([](const auto& o) { return o.start_mention; }, mission.platform);
+  throw ConfigError(fmt::format(
+      "{}{}platform.start: the robot cannot start {}: {}; give platform.start another pose{}",
+      mention, mention.empty() ? "" : ": ", mention.empty() ? "where the seed has put it" : "here",
+      navigator.start_fault(), mention.empty() ? ", or another --seed" : ""));
 }
 
 bool finished(const DriveOptions& drive, const Navigator& navigator,
               const std::function<bool()>& route_done) {
   return std::holds_alternative<DriveByNavigator>(drive) ? navigator.done() : route_done();
-}
-
-Twist2 command(const DriveOptions& drive, const NavStep& step) {
-  return std::holds_alternative<DriveByNavigator>(drive) ? step.command_body : Twist2{};
 }
 
 std::string doing(const Navigator& navigator, const NavStep& step) {
@@ -63,6 +81,9 @@ RunResult run_result(const Navigator& navigator) {
 }
 
 RunEnd run_end(const Until& until, Time now, const Navigator& navigator) {
+  if (!until.device_fault().empty()) {
+    return {"device_lost", until.device_fault()};
+  }
   if (until.interrupted()) {
     return {"interrupted", ""};
   }

@@ -17,13 +17,17 @@ namespace panoptes {
 /// The steps of the one loop that every subcommand with a navigator takes, timed.
 StageListener listener(StageClock& clock);
 Observation observe(hw::Robot& robot, const ExploreMission& mission, StageClock& clock);
-NavStep navigate(Navigator& navigator, const Observation& seen, StageClock& clock);
+/// Where somebody else drives, the navigator maps along and has no say: no command, no goal.
+NavStep navigate(Navigator& navigator, const Observation& seen, const DriveOptions& drive,
+                 StageClock& clock);
 
-/// Whoever the mission lets drive says when there is nothing left to do, and what the robot is
-/// told.
+/// Throws ConfigError, with the place where the user gave it, for a start that the robot must not
+/// move from.
+void refuse_bad_start(const ExploreMission& mission, const Navigator& navigator);
+
+/// Whoever the mission lets drive says when there is nothing left to do.
 bool finished(const DriveOptions& drive, const Navigator& navigator,
               const std::function<bool()>& route_done);
-Twist2 command(const DriveOptions& drive, const NavStep& step);
 std::string doing(const Navigator& navigator, const NavStep& step);
 
 /// What the recorder needs to know before and after.

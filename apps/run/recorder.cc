@@ -177,11 +177,17 @@ Recorder::Recorder(std::filesystem::path out_dir, RunInfo info, StageClock* cloc
       loop_from_s_(steady_s()),
       steps_(out_dir_ / "steps.csv",
              {"stamp_s", "x_m", "y_m", "theta_deg", "command_v_mps", "command_w_radps", "goal_x_m",
-              "goal_y_m", "keyframe", "state", "why", "mapped_m2"}) {
-  write_file(out_dir_ / "mission.yaml", mission_text(info_.version, info_.mission_yaml));
+              "goal_y_m", "keyframe", "state", "why", "mapped_m2"}) {}
+
+void Recorder::keep_settings() {
+  if (!settings_kept_) {
+    settings_kept_ = true;
+    write_file(out_dir_ / "mission.yaml", mission_text(info_.version, info_.mission_yaml));
+  }
 }
 
 void Recorder::add(const Observation& seen, const NavStep& step) {
+  keep_settings();
   now_ = seen.stamp;
   if (!next_snapshot_) {
     next_snapshot_ = seen.stamp + kSnapshotEvery;
@@ -278,8 +284,20 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
   metrics["version"] = info_.version;
   metrics["seed"] = info_.seed;
   metrics["mission"] = info_.mission;
-  if (f.known && end.outcome == "completed" && collisions(*truth) > 0) {
-    end.outcome = "collision";
+  std::vector<bool> has_goal;  // one per true pose
+  if (f.known) {
+    std::size_t next = 0;
+    for (const TruePose& pose : truth->poses) {
+      while (next < frames_.size() && frames_[next].stamp <= pose.stamp) {
+        ++next;
+      }
+      has_goal.push_back(next > 0 && frames_[next - 1].has_goal);
+    }
+  }
+  if (f.known && end.outcome == "completed") {
+    end.outcome = collisions(*truth) > 0               ? "collision"
+                  : ends_stuck(truth->poses, has_goal) ? "stuck"
+                                                       : "completed";
   }
   metrics["outcome"] = end.outcome;
   if (end.outcome == "completed") {
@@ -307,14 +325,6 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
     metrics["collisions"] = collisions(*truth);
     metrics["collisions_while_stopped"] = collisions_while_stopped(*truth);
     put(metrics, "min_clearance_m", min_clearance_m(*truth));
-    std::vector<bool> has_goal;
-    std::size_t next = 0;
-    for (const TruePose& pose : truth->poses) {
-      while (next < frames_.size() && frames_[next].stamp <= pose.stamp) {
-        ++next;
-      }
-      has_goal.push_back(next > 0 && frames_[next - 1].has_goal);
-    }
     metrics["stuck_s"] = stuck_s(truth->poses, has_goal);
   }
   if (f.known && !f.T_map_body.empty()) {
@@ -399,6 +409,7 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
   metrics["exploration"] = exploration;
 
   // the files
+  keep_settings();
   steps_.finish();
   write_map_server(out_dir_ / "map", result.map);
   std::vector<TumPose> trajectory;
@@ -594,7 +605,7 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
 
   // in a few lines
   auto& s = report.summary;
-  s.push_back(end.outcome + (end.outcome == "completed" ? " (" + end.end_reason + ")" : "") +
+  s.push_back(end.outcome + (end.end_reason.empty() ? "" : " (" + end.end_reason + ")") +
               " after " + fixed(run_s, 0) + " s: " + fixed(metrics["distance_m"].get<double>(), 1) +
               " m driven, " + std::to_string(result.keyframes.size()) + " keyframes, " +
               std::to_string(loops.accepted) + " loops closed" +

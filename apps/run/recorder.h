@@ -32,8 +32,8 @@ struct RunInfo {
 
 /// How it ended.
 struct RunEnd {
-  std::string outcome = "completed";  ///< becomes `collision` where the truth holds one
-  std::string end_reason;             ///< of a completed run
+  std::string outcome = "completed";  ///< becomes `collision` or `stuck` where the run was that
+  std::string end_reason;             ///< of a completed run; else what happened, for the summary
 };
 
 struct RunReport {
@@ -50,7 +50,9 @@ void claim_out_dir(const std::filesystem::path& out_dir);
 std::string mission_text(const std::string& version, const std::string& mission_yaml);
 
 /// Writes the run directory (its files and figures are a contract with other programs). Construct
-/// it right before the loop: the real-time factor counts from there.
+/// it right before the loop: the real-time factor counts from there. Before the first step is added
+/// there is nothing in the folder that outlives the recorder: a start that is refused leaves it
+/// empty.
 class Recorder {
  public:
   /// `out_dir` is claimed. `clock` may be null, and outlives the recorder.
@@ -67,6 +69,8 @@ class Recorder {
   RunReport write_report(const std::optional<Truth>& truth, const RunResult& result, RunEnd end);
 
  private:
+  void keep_settings();
+
   struct Frame {
     Time stamp;
     Pose2 T_odom_body;  ///< by the wheels alone
@@ -81,6 +85,7 @@ class Recorder {
   RunInfo info_;
   StageClock* clock_;
   double loop_from_s_;
+  bool settings_kept_ = false;
   CsvWriter steps_;
   std::vector<Frame> frames_;
   std::vector<Snapshot> snapshots_;

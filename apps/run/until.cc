@@ -29,7 +29,7 @@ Until::~Until() {
 bool Until::interrupted() const { return g_interrupted != 0; }
 
 bool Until::reached(Time now, std::size_t keyframes) const {
-  return interrupted() || !end_reason(now, keyframes).empty();
+  return interrupted() || !device_fault_.empty() || !end_reason(now, keyframes).empty();
 }
 
 std::string Until::end_reason(Time now, std::size_t keyframes) const {

@@ -4,12 +4,13 @@
 #include <string>
 
 #include "apps/run/mission.h"
+#include "core/base/error.h"
 #include "core/base/time.h"
 
 namespace panoptes {
 
-/// Ends a run: its duration, its number of keyframes, or the user (Ctrl-C, SIGTERM; a second one
-/// ends the process at once).
+/// Ends a run: its duration, its number of keyframes, a lost device, or the user (Ctrl-C, SIGTERM;
+/// a second one ends the process at once).
 class Until {
  public:
   explicit Until(const UntilOptions& options);
@@ -19,10 +20,16 @@ class Until {
 
   bool reached(Time now, std::size_t keyframes) const;
   bool interrupted() const;
+
+  /// A device stopped answering: the run ends, and what it did until then is kept.
+  void lose_device(const DeviceError& error) { device_fault_ = error.what(); }
+  const std::string& device_fault() const { return device_fault_; }  ///< empty: none is lost
+
   std::string end_reason(Time now, std::size_t keyframes) const;  ///< "duration" or "keyframes"
 
  private:
   UntilOptions options_;
+  std::string device_fault_;
 };
 
 }  // namespace panoptes

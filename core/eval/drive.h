@@ -16,4 +16,7 @@ std::optional<double> min_clearance_m(const Truth& truth);
 /// within 0.5 m of where it ended. `has_goal` is one per true pose.
 double stuck_s(const std::vector<TruePose>& poses, const std::vector<bool>& has_goal);
 
+/// Whether such 60 s are the last.
+bool ends_stuck(const std::vector<TruePose>& poses, const std::vector<bool>& has_goal);
+
 }  // namespace panoptes

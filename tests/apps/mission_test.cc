@@ -57,6 +57,17 @@ TEST(Mission, RefusesARigWithoutTheCameraARoleNeeds) {
                             "loop_front, loop_back and floor"));
 }
 
+TEST(Mission, RefusesRatesThatTheSimulatedCamerasCannotHave) {
+  const std::string rig = kScenes + "rigs/front-back-floor.yaml";
+  const std::vector<std::string> lines = faults({"rig.cameras.front.rate_hz=30"});
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_THAT(lines[0], testing::StartsWith(rig + ":"));
+  EXPECT_THAT(lines[0],
+              testing::EndsWith(
+                  ": rig: cameras.front.rate_hz: is 30, but back has 15; the simulated cameras are "
+                  "synchronous and must have one rate"));
+}
+
 TEST(Mission, RefusesRequirementsThatNobodyCanCheck) {
   EXPECT_THAT(
       faults({"require=[\"collisions = 0\"]"}),

@@ -278,6 +278,24 @@ TEST_F(RecorderTest, KeepsWhatAnInterruptedRunDid) {
   EXPECT_EQ(record(folder_ / "lost", run_.truth, {}, {"device_lost", ""}).exit_status, 3);
 }
 
+TEST_F(RecorderTest, CallsARunThatEndsWithoutProgressStuck) {
+  Truth truth = run_.truth;
+  const TruePose last = truth.poses.back();
+  for (int s = 1; s <= 61; ++s) {
+    TruePose still = last;
+    still.stamp = last.stamp + std::chrono::seconds(s);
+    truth.poses.push_back(still);
+  }
+  EXPECT_EQ(record(folder_ / "run", truth).exit_status, 1);
+  EXPECT_EQ(metrics(folder_ / "run")["outcome"], "stuck");
+}
+
+TEST_F(RecorderTest, LeavesNothingOfARunThatNeverBegan) {
+  claim_out_dir(folder_ / "run");
+  { const Recorder recorder(folder_ / "run", {}, nullptr); }
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "run"));
+}
+
 TEST_F(RecorderTest, KeepsARunThatEndedAtOnce) {
   const auto out = folder_ / "run";
   claim_out_dir(out);

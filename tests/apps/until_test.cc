@@ -36,5 +36,13 @@ TEST(Until, EndsWhenTheUserAsks) {
   }
 }
 
+TEST(Until, EndsWhenADeviceIsLost) {
+  Until until{UntilOptions()};
+  EXPECT_EQ(until.device_fault(), "");
+  until.lose_device(DeviceError("camera front: no picture for 1 s"));
+  EXPECT_TRUE(until.reached(time_at(1), 0));
+  EXPECT_EQ(until.device_fault(), "camera front: no picture for 1 s");
+}
+
 }  // namespace
 }  // namespace panoptes

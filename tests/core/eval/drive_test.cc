@@ -42,6 +42,7 @@ TEST(Stuck, IsAllOfTheTimeWithoutProgress) {
   const auto poses = drive(170, [](int t) { return 0.1 * (t < 50 ? t : t < 120 ? 50 : t - 70); });
   // any pose of the rest and the 4 s on either side that are within 0.5 m of it
   EXPECT_DOUBLE_EQ(stuck_s(poses, always(poses)), 78);
+  EXPECT_FALSE(ends_stuck(poses, always(poses)));
 }
 
 TEST(Stuck, NeedsAWholeMinute) {
@@ -59,6 +60,9 @@ TEST(Stuck, NeedsAGoalThroughout) {
   has_goal[50] = true;
   has_goal[10] = false;
   EXPECT_DOUBLE_EQ(stuck_s(poses, has_goal), 89);
+  EXPECT_TRUE(ends_stuck(poses, has_goal));
+  has_goal[90] = false;
+  EXPECT_FALSE(ends_stuck(poses, has_goal));
 }
 
 TEST(Stuck, IsNotSlowDriving) {
