@@ -20,8 +20,8 @@ struct DwaOptions {
   double reaction_s =
       0.134;  ///< from a picture's instant until its command acts, and one more cycle
   double distance_cap_m = 1.0;  ///< free way beyond this is worth no more
-  double margin_m = 0.03;       ///< kept from everything when creeping
-  double margin_s = 0.10;       ///< and this much more per m/s: 6 cm at 0.6 m/s
+  double margin_m = 0.04;       ///< kept from everything when creeping
+  double margin_s = 0.15;       ///< and this much more per m/s: 13 cm in all at 0.6 m/s
   double heading_weight = 10;
   double distance_weight = 2;
   double speed_weight = 2;
