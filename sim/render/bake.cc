@@ -23,7 +23,7 @@ constexpr double kAmbientReach_m = 1.2;  // how far away a surface still takes a
 // What comes back from the surfaces that take the ambient light: white walls and grey carpet return
 // about half, a part of it towards the point that lost it.
 constexpr double kAmbientReturned = 0.2;
-constexpr int kLightSide = 4;          // a light is sampled on a grid of 4 x 4
+constexpr std::size_t kLightSide = 4;  // a light is sampled on a grid of 4 x 4
 constexpr double kOff_m = 1e-3;        // rays start this far off their surface
 constexpr double kLightBody_m = 0.05;  // what is that near to a light is the lamp itself
 constexpr double kLampBrightness =
@@ -147,10 +147,12 @@ std::vector<Lamp> lamps_of(const World& world) {
     }
     lamp.side_u = 0.5 * light.size_m.x() * u;
     lamp.side_v = 0.5 * light.size_m.y() * lamp.normal.cross(u);
-    for (int i = 0; i < kLightSide * kLightSide; ++i) {
-      const double a = (2.0 * (i % kLightSide) + 1) / kLightSide - 1;
-      const double b = (2.0 * (i / kLightSide) + 1) / kLightSide - 1;
-      lamp.samples[static_cast<std::size_t>(i)] = light.at_m + a * lamp.side_u + b * lamp.side_v;
+    for (std::size_t i = 0; i < lamp.samples.size(); ++i) {
+      const std::size_t column = i % kLightSide;
+      const std::size_t row = i / kLightSide;
+      const double a = (2.0 * static_cast<double>(column) + 1) / kLightSide - 1;
+      const double b = (2.0 * static_cast<double>(row) + 1) / kLightSide - 1;
+      lamp.samples[i] = light.at_m + a * lamp.side_u + b * lamp.side_v;
     }
     lamps.push_back(lamp);
   }
@@ -183,17 +185,18 @@ class Baker {
         ambient_(world.ambient) {}
 
   void bake(const Chart& chart, cv::Mat& texels) const {
-    const int count = chart.columns * chart.rows;
-    std::vector<double> light(static_cast<std::size_t>(count), -1.0);  // negative: not known
-    for (int i = 0; i < count; ++i) {
-      light[static_cast<std::size_t>(i)] =
-          light_at(sample_point(chart, i % chart.columns, i / chart.columns), chart.normal);
+    std::vector<double> light(texel_index(chart, 0, chart.rows));  // negative: not known
+    for (int row = 0; row < chart.rows; ++row) {
+      for (int column = 0; column < chart.columns; ++column) {
+        light[texel_index(chart, column, row)] =
+            light_at(sample_point(chart, column, row), chart.normal);
+      }
     }
     fill_unknown(chart, light);
     for (int row = 0; row < chart.rows; ++row) {
       std::uint8_t* out = texels.ptr<std::uint8_t>(chart.row + row) + chart.column;
       for (int column = 0; column < chart.columns; ++column) {
-        const double e = light[static_cast<std::size_t>(row * chart.columns + column)];
+        const double e = light[texel_index(chart, column, row)];
         out[column] = static_cast<std::uint8_t>(
             std::lround(255 * std::sqrt(std::clamp(e / kMostLight, 0.0, 1.0))));
       }
@@ -201,16 +204,20 @@ class Baker {
   }
 
  private:
+  static std::size_t texel_index(const Chart& chart, int column, int row) {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(chart.columns) +
+           static_cast<std::size_t>(column);
+  }
+
   /// The texel's place on the chart's surface: the nearest point a little inside of its edges.
   static Vec3 sample_point(const Chart& chart, int column, int row) {
     const auto inside = [](double x, double size_m) {
       const double inset = std::min(kInset_m, size_m / 4);
       return std::clamp(x, inset, size_m - inset);
     };
-    const Vec3 p =
-        chart.origin_scene +
-        chart.u * inside(chart.size_m.x() * column / (chart.columns - 1), chart.size_m.x()) +
-        chart.v * inside(chart.size_m.y() * row / (chart.rows - 1), chart.size_m.y());
+    Vec3 p = chart.origin_scene +
+             chart.u * inside(chart.size_m.x() * column / (chart.columns - 1), chart.size_m.x()) +
+             chart.v * inside(chart.size_m.y() * row / (chart.rows - 1), chart.size_m.y());
     double nearest_m = std::numeric_limits<double>::infinity();
     Vec3 nearest = p;
     for (const LitTriangle& t : chart.triangles) {
@@ -325,9 +332,7 @@ class Baker {
 
   /// Texels inside of something take the mean of their known neighbours, ring by ring.
   void fill_unknown(const Chart& chart, std::vector<double>& light) const {
-    const auto at = [&chart](int column, int row) {
-      return static_cast<std::size_t>(row * chart.columns + column);
-    };
+    const auto at = [&chart](int column, int row) { return texel_index(chart, column, row); };
     bool filled = true;
     while (filled) {
       filled = false;

@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
-#include <cstring>
 #include <limits>
 #include <map>
 #include <string>
@@ -79,6 +78,7 @@ void main() {
 )";
 
 struct Vertex {
+  friend bool operator==(const Vertex&, const Vertex&) = default;
   std::array<float, 3> p_scene;
   std::array<float, 3> picture;  ///< u, v, layer
   std::array<float, 2> lit;
@@ -382,9 +382,7 @@ class Renderer::Impl {
                static_cast<float>(t.texture)},
               {static_cast<float>((t.texel[i].x() + 0.5) / light.cols),
                static_cast<float>((t.texel[i].y() + 0.5) / light.rows)}};
-          const auto same = [&vertex](const Vertex& other) {
-            return std::memcmp(&vertex, &other, sizeof vertex) == 0;
-          };
+          const auto same = [&vertex](const Vertex& other) { return vertex == other; };
           const auto found = std::find_if(
               vertices.begin() + static_cast<std::ptrdiff_t>(first_vertex), vertices.end(), same);
           indices_.push_back(static_cast<std::uint32_t>(found - vertices.begin()));
@@ -418,8 +416,10 @@ class Renderer::Impl {
                  vertices.data(), GL_STATIC_DRAW);
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers[1]);
     const auto attribute = [](GLuint location, GLint size, std::size_t offset) {
-      glVertexAttribPointer(location, size, GL_FLOAT, GL_FALSE, sizeof(Vertex),
-                            reinterpret_cast<const void*>(offset));
+      // OpenGL takes offsets into its buffer as pointers.
+      const void* place =
+          reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr)
+      glVertexAttribPointer(location, size, GL_FLOAT, GL_FALSE, sizeof(Vertex), place);
       glEnableVertexAttribArray(location);
     };
     attribute(0, 3, offsetof(Vertex, p_scene));
@@ -509,12 +509,11 @@ class Renderer::Impl {
     return depth;
   }
 
-  static constexpr int kUnusedSide = 4;
+  static constexpr int kUnusedSide = 4;  // of unused_, four bytes a pixel
 
   RendererOptions options_;
   OSMesaContext context_ = nullptr;
-  std::array<std::uint8_t, 4 * kUnusedSide * kUnusedSide>
-      unused_{};                                   ///< OSMesa wants one; we draw elsewhere
+  std::array<std::uint8_t, 64> unused_{};          ///< OSMesa wants one; we draw elsewhere
   std::array<Program, 2> programs_;                ///< without and with label
   std::map<std::pair<int, int>, Target> targets_;  ///< by width and height
   std::vector<std::uint32_t> indices_;

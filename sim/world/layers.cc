@@ -69,6 +69,7 @@ std::vector<std::vector<SceneTriangle>> connected_parts(const Object& object) {
     by_root[sets.root(i)].push_back(triangles[i]);
   }
   std::vector<std::vector<SceneTriangle>> parts;
+  parts.reserve(by_root.size());
   for (auto& [root, part] : by_root) {
     parts.push_back(std::move(part));
   }
