@@ -248,6 +248,9 @@ class Renderer::Impl {
   }
   ~Impl() {
     if (context_ != nullptr) {
+      if (OSMesaGetCurrentContext() == context_) {
+        OSMesaMakeCurrent(nullptr, nullptr, 0, 0, 0);
+      }
       OSMesaDestroyContext(context_);
     }
   }
