@@ -25,7 +25,7 @@ void add_common(CLI::App& subcommand, CommonArguments& args) {
       ->type_name("S");
   subcommand
       .add_option("--set", args.set,
-                  "a setting of the mission, e.g. navigator.driver.dwa.horizon_s=2")
+                  "a setting of the mission, e.g. navigator.localiser.keyframe.distance_m=0.3")
       ->type_name("KEY.PATH=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);

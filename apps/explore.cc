@@ -29,13 +29,13 @@ int explore(const ExploreArguments& args) {
   const std::string out_dir =
       args.common.out_dir.empty() ? default_out_dir(mission) : args.common.out_dir;
   claim_out_dir(out_dir);
+  Until until(mission.until);
   Rng rng(mission.seed);
   auto [robot, rig, route_done] = open_robot(mission, rng.fork("robot"));
   StageClock clock;
   Navigator navigator(mission.navigator, mission.robot, rig, rng.fork("navigator"),
                       listener(clock));
   Recorder recorder(out_dir, run_info("explore", mission), &clock);
-  Until until(mission.until);
   Progress progress(from_seconds(mission.until.duration_s), args.common.quiet);
 
   try {

@@ -2,6 +2,7 @@
 #include "apps/run/process.h"
 
 #include <algorithm>
+#include <csignal>
 #include <thread>
 
 #include <opencv2/core/utility.hpp>
@@ -11,6 +12,7 @@
 namespace panoptes {
 
 void set_up_process() {
+  std::signal(SIGXFSZ, SIG_IGN);  // the write fails instead
   cv::setNumThreads(1);
   // More than two threads gain nothing on pictures as small as ours.
   constexpr unsigned kUseful = 2;

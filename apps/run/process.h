@@ -3,8 +3,9 @@
 
 namespace panoptes {
 
-/// What must hold for the whole process before anything runs: OpenCV on one thread, so that results
-/// do not depend on the machine, and pictures drawn by as many threads as have a core
+/// What must hold for the whole process before anything runs: a file that outgrows what the user is
+/// allowed is an error like a full disk, not the end of the process; OpenCV on one thread, so that
+/// results do not depend on the machine, and pictures drawn by as many threads as have a core
 /// (LP_NUM_THREADS, where the user has not set it; pictures are the same for any number).
 void set_up_process();
 
