@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The other subcommands, each once for real.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/io/csv.h"
+#include "core/io/file.h"
+#include "tests/system/program.h"
+
+namespace panoptes {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+// The elements' names in order; fails where a tag is not closed by its own name or where & or <
+// stand free.
+std::vector<std::string> xml_elements(const std::string& text) {
+  std::vector<std::string> names;
+  std::vector<std::string> open;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (text[at] == '&') {
+      const std::string entity = text.substr(at, text.find(';', at) + 1 - at);
+      EXPECT_THAT(entity, testing::AnyOf("&amp;", "&lt;", "&gt;", "&quot;", "&apos;",
+                                         testing::StartsWith("&#")));
+      continue;
+    }
+    if (text[at] != '<') {
+      continue;
+    }
+    const std::size_t end = text.find('>', at);
+    if (end == std::string::npos) {
+      ADD_FAILURE() << "a tag does not end";
+      return names;
+    }
+    const std::string tag = text.substr(at + 1, end - at - 1);
+    EXPECT_EQ(tag.find('<'), std::string::npos) << tag;
+    if (tag.front() == '/') {
+      EXPECT_FALSE(open.empty() || open.back() != tag.substr(1)) << tag;
+      open.pop_back();
+    } else if (tag.front() != '?') {
+      names.push_back(tag.substr(0, tag.find_first_of(" /")));
+      if (tag.back() != '/') {
+        open.push_back(names.back());
+      }
+    }
+    if (open.empty() && tag.front() == '/') {
+      EXPECT_EQ(text.find_first_not_of(" \n", end + 1), std::string::npos);
+    }
+    at = tag.front() == '/' || tag.find('&') == std::string::npos ? end : at;
+  }
+  EXPECT_TRUE(open.empty());
+  return names;
+}
+
+class Commands : public SystemTest {};
+
+TEST_F(Commands, TrialsRunResumeAndReport) {
+  const std::vector<std::string> words{
+      "trials",     kOffice,
+      "--seeds",    "1-2",
+      "--jobs",     "2",
+      "--duration", "5",
+      "--set",      "require=[\"collisions == 0\", \"map.coverage >= 0.9\"]",
+      "--quiet",    "--out",
+      "t",          "--junit",
+      "t.xml"};
+  EXPECT_EQ(panoptes(words).status, 1);  // coverage takes longer
+  const fs::path work = folder_ / "work";
+  const std::string table = read_file(work / "t" / "trials.csv");
+  EXPECT_EQ(read_csv(work / "t" / "trials.csv").rows.size(), 2U);
+  EXPECT_THAT(xml_elements(read_file(work / "t.xml")),
+              ElementsAre("testsuite", "testcase", "failure", "testcase", "failure"));
+
+  std::vector<fs::path> runs;
+  for (const auto& entry : fs::recursive_directory_iterator(work / "t")) {
+    if (entry.path().filename() == "steps.csv") {
+      runs.push_back(entry.path().parent_path());
+    }
+  }
+  ASSERT_EQ(runs.size(), 2U);
+  std::sort(runs.begin(), runs.end());
+  fs::remove(runs[1] / "metrics.json");
+  const auto first = fs::last_write_time(runs[0] / "metrics.json");
+  EXPECT_EQ(panoptes(words).status, 1);
+  EXPECT_EQ(fs::last_write_time(runs[0] / "metrics.json"), first);  // kept
+  EXPECT_TRUE(fs::exists(runs[1] / "metrics.json"));
+  EXPECT_EQ(read_csv(work / "t" / "trials.csv").rows.size(), 2U);
+}
+
+TEST_F(Commands, DoctorFindsWhatIsNeeded) {
+  const Said said = panoptes({"doctor"});
+  EXPECT_EQ(said.status, 0) << said.out;
+  EXPECT_THAT(said.out, StartsWith("ok      renderer"));
+}
+
+TEST_F(Commands, EverySceneThatShipsIsRight) {
+  std::vector<std::string> words{"check"};
+  std::size_t files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(kScenes)) {
+    if (entry.path().extension() == ".yaml") {
+      words.push_back(entry.path());
+      ++files;
+    }
+  }
+  const Said said = panoptes(words);
+  EXPECT_EQ(said.status, 0) << said.out;
+  EXPECT_EQ(static_cast<std::size_t>(std::count(said.out.begin(), said.out.end(), '\n')), files);
+  EXPECT_EQ(said.err, "");
+}
+
+TEST_F(Commands, RenderShowsWhatEveryCameraSees) {
+  const Said said = panoptes({"render", kOffice, "--pose", "5,4.4,90", "--out", "r"});
+  EXPECT_EQ(said.status, 0) << said.err;
+  EXPECT_EQ(said.out, "r/render.png\n");
+  for (const char* name : {"back.png", "floor.png", "front.png", "render.png"}) {
+    EXPECT_THAT(read_file(folder_ / "work" / "r" / name), StartsWith("\x89PNG")) << name;
+  }
+}
+
+}  // namespace
+}  // namespace panoptes
