@@ -29,7 +29,7 @@ Localiser::Localiser(const LocaliserOptions& options, const Body& body, const Ri
       back_(rig.with_role("loop_back")),
       closer_(options.loops, loop_cameras(rig), rng.fork("loops")) {}
 
-bool Localiser::keyframe_due(const Pose2& T_last_body, const PlaceSignature* now) const {
+bool Localiser::keyframe_due(const Pose2& T_last_body, const PlaceSignature& now) const {
   const KeyframeOptions& o = options_.keyframe;
   if (T_last_body.position().norm() >= o.distance_m ||
       std::abs(T_last_body.theta_rad) >= o.turn_rad) {
@@ -37,8 +37,8 @@ bool Localiser::keyframe_due(const Pose2& T_last_body, const PlaceSignature* now
   }
   // what is usual from one keyframe to the next is known once there have been a few
   constexpr std::size_t kEnough = 8;
-  return now != nullptr && steps_grey_.size() >= kEnough &&
-         emd_grey(*now, last_signature_) >
+  return steps_grey_.size() >= kEnough &&
+         emd_grey(now, last_signature_) >
              o.dissimilarity * static_cast<double>(steps_grey_[steps_grey_.size() / 2]);
 }
 
@@ -57,8 +57,7 @@ Pose2 Localiser::link_to_last(const LoopPlace& place, const Pose2& T_last_body) 
   return edge.T_from_to;
 }
 
-void Localiser::add_keyframe(const Observation& seen, LoopPlace place,
-                             const ContourSource& contours, Located& out) {
+void Localiser::add_keyframe(const Observation& seen, const LoopPlace& place, Located& out) {
   const int made = static_cast<int>(keyframes_.size());
   Keyframe keyframe{seen.stamp, seen.odometry.T_odom_body, Pose2{}};
   if (made == 0) {
@@ -67,13 +66,17 @@ void Localiser::add_keyframe(const Observation& seen, LoopPlace place,
     const Pose2 T_last_now = link_to_last(place, out.T_last_body);
     keyframe.T_odom_body = keyframes_.back().T_odom_body * T_last_now;
     graph_.T_map_node.push_back(graph_.T_map_node.back() * T_last_now);
-    const float step_grey = static_cast<float>(emd_grey(place.signature, last_signature_));
+    const auto step_grey = static_cast<float>(emd_grey(place.signature, last_signature_));
     steps_grey_.insert(std::upper_bound(steps_grey_.begin(), steps_grey_.end(), step_grey),
                        step_grey);
   }
   last_signature_ = place.signature;
   keyframes_.push_back(keyframe);
   out.keyframe_made = made;
+  out.T_last_body = Pose2{};
+}
+
+void Localiser::close_loops(LoopPlace place, const ContourSource& contours, Located& out) {
   out.closures = closer_.close(std::move(place), graph_, contours);
   for (const ClosureReport& closure : out.closures) {
     if (closure.accepted) {
@@ -86,22 +89,29 @@ void Localiser::add_keyframe(const Observation& seen, LoopPlace place,
   }
 }
 
-Located Localiser::step(const Observation& seen, const ContourSource& contours) {
+Located Localiser::step(const Observation& seen, const ContourSource& contours,
+                        const StageListener& listener) {
   Located out;
-  if (!keyframes_.empty()) {
-    out.T_last_body = keyframes_.back().T_wheels_body.inverse() * seen.odometry.T_odom_body;
-  }
-  const auto front = seen.pictures.find(front_);
-  const auto back = seen.pictures.find(back_);
-  if (front != seen.pictures.end() && back != seen.pictures.end()) {
-    LoopPlace place;
-    place.signature = place_signature(options_.signature, front->second.bgr, back->second.bgr);
-    if (keyframes_.empty() || keyframe_due(out.T_last_body, &place.signature)) {
-      place.features = {local_features(options_.loops.features, front->second.bgr),
-                        local_features(options_.loops.features, back->second.bgr)};
-      add_keyframe(seen, std::move(place), contours, out);
-      out.T_last_body = Pose2{};
+  LoopPlace place;
+  {
+    const StageScope scope(listener, "odometry");
+    if (!keyframes_.empty()) {
+      out.T_last_body = keyframes_.back().T_wheels_body.inverse() * seen.odometry.T_odom_body;
     }
+    const auto front = seen.pictures.find(front_);
+    const auto back = seen.pictures.find(back_);
+    if (front != seen.pictures.end() && back != seen.pictures.end()) {
+      place.signature = place_signature(options_.signature, front->second.bgr, back->second.bgr);
+      if (keyframes_.empty() || keyframe_due(out.T_last_body, place.signature)) {
+        place.features = {local_features(options_.loops.features, front->second.bgr),
+                          local_features(options_.loops.features, back->second.bgr)};
+        add_keyframe(seen, place, out);
+      }
+    }
+  }
+  const StageScope scope(listener, "slam");
+  if (out.keyframe_made) {
+    close_loops(std::move(place), contours, out);
   }
   if (!keyframes_.empty()) {
     out.keyframe = static_cast<int>(keyframes_.size()) - 1;

@@ -13,13 +13,14 @@
 #include "core/graph/loop_closer.h"
 #include "core/graph/pose_graph.h"
 #include "core/graph/wheel_noise.h"
+#include "core/nav/stage.h"
 
 namespace panoptes {
 
 struct KeyframeOptions {
-  double distance_m = 0.25;          ///< beta of thesis 6.3.2
+  double distance_m = 0.25;  ///< beta of thesis 6.3.2
   double turn_rad = deg_to_rad(15);
-  double dissimilarity = 4;          ///< alpha: in median distances between consecutive keyframes
+  double dissimilarity = 4;  ///< alpha: in median distances between consecutive keyframes
 };
 void bind(Fields& f, KeyframeOptions& o);
 
@@ -42,9 +43,9 @@ struct Keyframe {
 /// Where the robot is, and what happened to its memory of places.
 struct Located {
   Pose2 T_map_body;
-  Pose2 T_odom_body;   ///< by wheels and the pictures' headings: does not jump when a loop closes
-  Pose2 T_last_body;   ///< seen from the last keyframe
-  int keyframe = 0;    ///< the last one
+  Pose2 T_odom_body;  ///< by wheels and the pictures' headings: does not jump when a loop closes
+  Pose2 T_last_body;  ///< seen from the last keyframe
+  int keyframe = 0;   ///< the last one
   std::optional<int> keyframe_made;
   std::vector<ClosureReport> closures;
   bool relaxed = false;
@@ -56,16 +57,18 @@ class Localiser {
  public:
   Localiser(const LocaliserOptions& options, const Body& body, const Rig& rig, Rng rng);
 
-  Located step(const Observation& seen, const ContourSource& contours);
+  /// Tells `listener` of the stages "odometry" (the way since the last keyframe) and "slam".
+  Located step(const Observation& seen, const ContourSource& contours,
+               const StageListener& listener = {});
 
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
   const PoseGraph& graph() const { return graph_; }
 
  private:
-  bool keyframe_due(const Pose2& T_last_body, const PlaceSignature* now) const;
-  void add_keyframe(const Observation& seen, LoopPlace place, const ContourSource& contours,
-                    Located& out);
+  bool keyframe_due(const Pose2& T_last_body, const PlaceSignature& now) const;
+  void add_keyframe(const Observation& seen, const LoopPlace& place, Located& out);
   Pose2 link_to_last(const LoopPlace& place, const Pose2& T_last_body);
+  void close_loops(LoopPlace place, const ContourSource& contours, Located& out);
 
   LocaliserOptions options_;
   double wheel_base_m_;

@@ -9,7 +9,8 @@
 namespace panoptes {
 namespace {
 
-// After a bump what stands at the bumper must not be learned as floor until the robot has backed off.
+// After a bump what stands at the bumper must not be learned as floor until the robot has backed
+// off.
 constexpr Duration kShyAfterBump = std::chrono::seconds(3);
 
 const RigCamera& floor_camera(const Rig& rig) {
@@ -45,9 +46,7 @@ Mapper::Mapper(const MapperOptions& options, const Body& body, const Rig& rig)
       local_(options.local_cell_m, options.local_half_width_m, options.local_keyframes),
       global_(options.plan_cell_m) {}
 
-double Mapper::start_radius_m() const {
-  return projection().front_m + options_.start_margin_m;
-}
+double Mapper::start_radius_m() const { return projection().front_m + options_.start_margin_m; }
 
 Mapped Mapper::step(const Observation& seen, const Located& located,
                     const std::vector<Keyframe>& keyframes,
@@ -119,13 +118,14 @@ std::vector<Vec2> Mapper::contour(int keyframe, const std::vector<Pose2>& T_map_
   std::vector<PlacedGrid> around;
   const auto take = [&](int from, int step) {
     double way_m = 0;
-    const int end = std::min(static_cast<int>(closed_.size()), keyframe + options_.contour_keyframes + 1);
-    for (int k = from; k >= std::max(0, keyframe - options_.contour_keyframes) && k < end; k += step) {
+    const int end =
+        std::min(static_cast<int>(closed_.size()), keyframe + options_.contour_keyframes + 1);
+    for (int k = from; k >= std::max(0, keyframe - options_.contour_keyframes) && k < end;
+         k += step) {
       const Pose2 T_keyframe_k = T_keyframe_map * T_map_keyframes[static_cast<std::size_t>(k)];
       if (k != keyframe) {
-        const Pose2 T_before_k =
-            T_map_keyframes[static_cast<std::size_t>(k - step)].inverse() *
-            T_map_keyframes[static_cast<std::size_t>(k)];
+        const Pose2 T_before_k = T_map_keyframes[static_cast<std::size_t>(k - step)].inverse() *
+                                 T_map_keyframes[static_cast<std::size_t>(k)];
         way_m += T_before_k.position().norm();
       }
       if (way_m > options_.contour_way_m) {

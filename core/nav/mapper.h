@@ -20,27 +20,27 @@ namespace panoptes {
 
 struct MapperOptions {
   FloorMapperOptions floor;
-  double cell_m = 0.01;            ///< of keyframes' grids and the finished map
-  double local_cell_m = 0.02;      ///< of the window that is driven by
+  double cell_m = 0.01;        ///< of keyframes' grids and the finished map
+  double local_cell_m = 0.02;  ///< of the window that is driven by
   double local_half_width_m = 3.5;
-  int local_keyframes = 5;         ///< thesis 6.4: enough to navigate safely
-  double plan_cell_m = 0.05;       ///< of the global map while driving
-  double refuse_s = 0.2;           ///< a moved map is fused again within about this
-  double start_margin_m = 0.1;     ///< beyond the blind gap that is assumed free at the start
-  double contour_way_m = 2;        ///< of the robot's way whose grids make up a keyframe's contours
+  int local_keyframes = 5;      ///< thesis 6.4: enough to navigate safely
+  double plan_cell_m = 0.05;    ///< of the global map while driving
+  double refuse_s = 0.2;        ///< a moved map is fused again within about this
+  double start_margin_m = 0.1;  ///< beyond the blind gap that is assumed free at the start
+  double contour_way_m = 2;     ///< of the robot's way whose grids make up a keyframe's contours
   double contour_cell_m = 0.02;
-  int contour_keyframes = 12;      ///< at most, to either side
+  int contour_keyframes = 12;  ///< at most, to either side
 };
 void bind(Fields& f, MapperOptions& o);
 
 struct Mapped {
-  FloorReading reading;       ///< of this picture; empty without one
-  OccupancyMap local_odom;    ///< the last keyframes and the open one, about the robot
+  FloorReading reading;     ///< of this picture; empty without one
+  OccupancyMap local_odom;  ///< the last keyframes and the open one, about the robot
 };
 
-/// Free space (thesis 6.3.4): every picture of the floor goes into the open keyframe's grid; the last
-/// few grids make the window that is driven by, all of them the map. Relaxation moves grids, never
-/// their content.
+/// Free space (thesis 6.3.4): every picture of the floor goes into the open keyframe's grid; the
+/// last few grids make the window that is driven by, all of them the map. Relaxation moves grids,
+/// never their content.
 class Mapper {
  public:
   Mapper(const MapperOptions& options, const Body& body, const Rig& rig);

@@ -7,6 +7,9 @@
 namespace panoptes {
 namespace {
 
+// The map still settles for a moment after the last goal, so one look without a goal is not the end.
+constexpr int kLooksInVain = 3;
+
 // The floor that the mapped part shows, as a sector about the robot's heading.
 FloorWedge wedge_of(const FloorProjection& projection, const Rig& rig, const Body& body) {
   const RigCamera& camera = rig.cameras.at(rig.with_role("floor"));
@@ -45,13 +48,11 @@ OccupancyMap Navigator::map(double cell_m) const {
   return mapper_.finished_map(cell_m, localiser_.graph().T_map_node);
 }
 
-OccupancyMap Navigator::planning_map() {
-  return mapper_.map(localiser_.graph().T_map_node);
-}
+OccupancyMap Navigator::planning_map() { return mapper_.map(localiser_.graph().T_map_node); }
 
 void Navigator::choose_goal(const Observation& seen, const Located& located, NavStep& step) {
-  const bool due = !chosen_ || to_seconds(seen.stamp - *chosen_) >= options_.choose_s ||
-                   located.relaxed || !goal_;
+  const bool waited = !chosen_ || to_seconds(seen.stamp - *chosen_) >= options_.choose_s;
+  const bool due = waited || located.relaxed || (!goal_ && looks_in_vain_ == 0);
   if (!due) {
     return;
   }
@@ -63,6 +64,7 @@ void Navigator::choose_goal(const Observation& seen, const Located& located, Nav
   exploring_ = choice.goal.has_value();
   why_no_goal_ = choice.reason;
   if (choice.goal) {
+    looks_in_vain_ = 0;
     goal_ = DriveGoal{choice.goal->pose_map, choice.goal->heading_matters, false};
     revisit_.clear();
   } else {
@@ -90,7 +92,7 @@ void Navigator::choose_revisit_goal(const Observation& seen, const Located& loca
   }
   if (revisit_.empty()) {
     goal_.reset();
-    done_ = true;
+    done_ = ++looks_in_vain_ >= kLooksInVain;
     return;
   }
   goal_ = DriveGoal{graph.T_map_node[static_cast<std::size_t>(revisit_.front())], false,
@@ -132,12 +134,8 @@ NavStep Navigator::step(const Observation& seen) {
   NavStep step;
   step.stamp = seen.stamp;
   const std::vector<Pose2>& T_map_nodes = localiser_.graph().T_map_node;
-  Located located;
-  {
-    const StageScope scope(listener_, "slam");
-    located = localiser_.step(
-        seen, [&](int keyframe) { return mapper_.contour(keyframe, T_map_nodes); });
-  }
+  const Located located = localiser_.step(
+      seen, [&](int keyframe) { return mapper_.contour(keyframe, T_map_nodes); }, listener_);
   step.T_map_body = located.T_map_body;
   step.T_odom_body = located.T_odom_body;
   step.keyframe_made = located.keyframe_made;

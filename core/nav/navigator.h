@@ -27,8 +27,8 @@ struct NavigatorOptions {
   ExploreOptions explore;
   RevisitOptions revisit;
   DriverOptions driver;
-  double choose_s = 1.5;     ///< between two looks for a better goal
-  int revisits_last = 12;    ///< stretches driven again, at most, once nothing is left to explore
+  double choose_s = 1.5;       ///< between two looks for a better goal
+  int revisits_last = 12;      ///< stretches driven again, at most, once nothing is left to explore
   bool keep_pictures = false;  ///< floor likelihood and window scores in every step
 };
 void bind(Fields& f, NavigatorOptions& o);
@@ -72,15 +72,16 @@ class Navigator {
 
   std::string start_fault_;
   bool done_ = false;
-  bool exploring_ = true;           // else driving earlier stretches again
+  bool exploring_ = true;  // else driving earlier stretches again
   bool frontier_reachable_ = true;
   OccupancyMap plan_map_;
   std::optional<DriveGoal> goal_;
   std::optional<Time> chosen_;
   std::string why_no_goal_;
-  std::deque<int> revisit_;         // keyframes of the stretch still to be driven over
+  std::deque<int> revisit_;  // keyframes of the stretch still to be driven over
   int revisits_ = 0;
-  std::vector<Vec2> revisited_;     // where stretches were begun
+  int looks_in_vain_ = 0;           // choices in a row that found nothing left to do
+  std::vector<Vec2> revisited_;  // where stretches were begun
 };
 
 }  // namespace panoptes

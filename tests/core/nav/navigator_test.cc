@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/nav/navigator.h"
+
+#include <map>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/core/nav/room_robot.h"
+
+namespace panoptes {
+namespace {
+
+constexpr double kFrame_s = 1.0 / 15;
+
+// Drives an ideal robot by the navigator's commands.
+std::vector<NavStep> drive(Navigator& navigator, test::RoomRobot& robot, const Pose2& start,
+                           int frames) {
+  std::vector<NavStep> steps;
+  Pose2 T_odom_body;
+  Twist2 twist;
+  for (int i = 0; i < frames; ++i) {
+    Observation seen = robot.look(i * kFrame_s, start * T_odom_body, T_odom_body);
+    seen.odometry.twist_body = twist;
+    steps.push_back(navigator.step(seen));
+    twist = steps.back().command_body;
+    T_odom_body = T_odom_body * exp_twist(twist, kFrame_s);
+  }
+  return steps;
+}
+
+TEST(Navigator, GivesTheSameStepsForTheSameObservations) {
+  const Pose2 start{-1, 0, 0.4};
+  std::vector<std::vector<NavStep>> runs;
+  for (int run = 0; run < 2; ++run) {
+    test::RoomRobot robot(11);
+    Navigator navigator({}, Body{}, robot.rig(), Rng(7));
+    runs.push_back(drive(navigator, robot, start, 20));
+  }
+  for (std::size_t i = 0; i < runs[0].size(); ++i) {
+    EXPECT_EQ(runs[0][i].T_map_body, runs[1][i].T_map_body);
+    EXPECT_EQ(runs[0][i].command_body.v_mps, runs[1][i].command_body.v_mps);
+    EXPECT_EQ(runs[0][i].command_body.w_radps, runs[1][i].command_body.w_radps);
+    EXPECT_EQ(runs[0][i].reason, runs[1][i].reason);
+  }
+}
+
+TEST(Navigator, MovesAndMapsFromAStartThatSeesFloor) {
+  test::RoomRobot robot(12);
+  Navigator navigator({}, Body{}, robot.rig(), Rng(7));
+  const std::vector<NavStep> steps = drive(navigator, robot, {-1, 0, 0.4}, 30);
+  EXPECT_EQ(navigator.start_fault(), "");
+  EXPECT_GT(steps.back().mapped_free_m2, 1.0);
+  EXPECT_TRUE(std::any_of(steps.begin(), steps.end(), [](const NavStep& step) {
+    return step.command_body.v_mps != 0 || step.command_body.w_radps != 0;
+  }));
+}
+
+TEST(Navigator, StandsStillWhereTheStartShowsNoFloor) {
+  test::RoomRobot robot(13);
+  Navigator navigator({}, Body{}, robot.rig(), Rng(7));
+  const double close_m = 0.42;  // the box begins nearer than the floor is seen
+  const std::vector<NavStep> steps = drive(navigator, robot, {1.6 - close_m, 1.0, 0}, 5);
+  EXPECT_NE(navigator.start_fault(), "");
+  for (const NavStep& step : steps) {
+    EXPECT_EQ(step.command_body.v_mps, 0);
+    EXPECT_EQ(step.command_body.w_radps, 0);
+    EXPECT_EQ(step.reason, navigator.start_fault());
+  }
+}
+
+TEST(Navigator, EveryStageThatBeginsEnds) {
+  test::RoomRobot robot(14);
+  std::map<std::string, int> open;
+  std::map<std::string, int> times;
+  Navigator navigator({}, Body{}, robot.rig(), Rng(7), [&](std::string_view stage, bool begins) {
+    open[std::string(stage)] += begins ? 1 : -1;
+    times[std::string(stage)] += begins ? 1 : 0;
+  });
+  drive(navigator, robot, {-1, 0, 0.4}, 3);
+  EXPECT_THAT(open, testing::Each(testing::Pair(testing::_, 0)));
+  EXPECT_THAT(times, testing::UnorderedElementsAre(
+                         testing::Pair("odometry", 3), testing::Pair("slam", 3),
+                         testing::Pair("mapping", 3), testing::Pair("planning", 3)));
+}
+
+}  // namespace
+}  // namespace panoptes

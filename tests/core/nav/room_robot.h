@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "core/camera/observation.h"
+#include "core/geometry/body.h"
+#include "tests/core/map/floor_scene.h"
+
+namespace panoptes::test {
+
+/// A room of 6 x 4 m with patterned walls and a box in it, seen by the three cameras of the
+/// office's rig from wherever the test puts the robot.
+class RoomRobot {
+ public:
+  explicit RoomRobot(std::uint64_t seed);
+
+  /// What it sees at `T_scene_body`, with what the wheels say.
+  Observation look(double at_s, const Pose2& T_scene_body, const Pose2& T_odom_body);
+
+  const Rig& rig() const { return rig_; }
+
+ private:
+  Rng rng_;
+  FloorScene scene_;
+  Rig rig_;
+};
+
+}  // namespace panoptes::test
