@@ -95,6 +95,7 @@ void Navigator::choose_revisit_goal(const Observation& seen, const Located& loca
     done_ = ++looks_in_vain_ >= kLooksInVain;
     return;
   }
+  looks_in_vain_ = 0;
   goal_ = DriveGoal{graph.T_map_node[static_cast<std::size_t>(revisit_.front())], false,
                     revisit_.size() > 1};
 }
