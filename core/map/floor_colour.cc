@@ -21,11 +21,11 @@ Mat3 with_floor(const Mat3& covariance, double sigma_min) {
   return eigen.eigenvectors() * values.asDiagonal() * eigen.eigenvectors().transpose();
 }
 
-Mat3 shaded(const ColourGaussian& g, double shade) {
-  return g.covariance + shade * shade * g.mean * g.mean.transpose();
-}
-
 }  // namespace
+
+Mat3 shaded(const ColourGaussian& floor, double shade) {
+  return floor.covariance + shade * shade * floor.mean * floor.mean.transpose();
+}
 
 void bind(Fields& f, FloorColourOptions& o) {
   f("learned_max", o.learned_max, between(1, 32));
@@ -89,12 +89,15 @@ std::vector<ColourGaussian> fit_colours(std::span<const Bgr> colours, int cluste
       s.first[1] += c[1];
       s.first[2] += c[2];
       if (round == kRounds) {
-        s.second[0] += c[0] * c[0];
-        s.second[1] += c[0] * c[1];
-        s.second[2] += c[0] * c[2];
-        s.second[3] += c[1] * c[1];
-        s.second[4] += c[1] * c[2];
-        s.second[5] += c[2] * c[2];
+        const std::int64_t blue = c[0];
+        const std::int64_t green = c[1];
+        const std::int64_t red = c[2];
+        s.second[0] += blue * blue;
+        s.second[1] += blue * green;
+        s.second[2] += blue * red;
+        s.second[3] += green * green;
+        s.second[4] += green * red;
+        s.second[5] += red * red;
       }
     }
     for (std::size_t j = 0; j < mean.size(); ++j) {

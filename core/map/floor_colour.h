@@ -32,6 +32,10 @@ struct ColourGaussian {
 
 using Bgr = std::array<std::uint8_t, 3>;
 
+/// The covariance of a floor that is shaded here and there: shading scales a colour and keeps its
+/// chromaticity, so it is widened along its own mean.
+Mat3 shaded(const ColourGaussian& floor, double shade);
+
 /// Gaussians fitted to colours by k-means; deterministic. Those holding under 2 % are dropped.
 std::vector<ColourGaussian> fit_colours(std::span<const Bgr> colours, int clusters);
 

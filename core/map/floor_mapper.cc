@@ -93,7 +93,9 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
       if (p.pixel[i] < 0) {
         continue;
       }
-      const Vec3 h = p.H_body_px * Vec3(p.pixel[i] % width, p.pixel[i] / width, 1);
+      const int u = p.pixel[i] % width;
+      const int v = p.pixel[i] / width;
+      const Vec3 h = p.H_body_px * Vec3(u, v, 1);
       const Vec2 at = h.hnormalized();
       if (at.norm() <= trusted_radius) {
         trusted_.push_back(p.pixel[i]);
@@ -132,6 +134,11 @@ void FloorMapper::look_at_start(const cv::Mat& bgr) {
   }
   if (clear * 10 < colours.size() * 9) {
     fault_ = "what lies just ahead of the robot has too many colours to be one floor";
+    return;
+  }
+  // One floor, or two where they meet; three colours that no shading joins are a thing's.
+  if (colour_.voting() > 2) {
+    fault_ = "what lies just ahead of the robot has more colours than two floors that meet";
     return;
   }
   sees_floor_ = true;

@@ -44,6 +44,7 @@ void bind(Fields& f, FloorParallaxOptions& o) {
   f("block", o.block, between(3, 32));
   f("fit_max", o.fit_max, between(1, 10));
   f("log_odds_floor", o.log_odds_floor, positive);
+  f("group_min", o.group_min, at_least(1));
   f("pairs_min", o.pairs_min, at_least(1));
   f("upright_share_max", o.upright_share_max, between(0, 1));
   f("memory", o.memory, between(0, 1));
@@ -181,6 +182,8 @@ std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
 
   struct Unknown {
     std::vector<CellNow> cells;
+    int row = 0;
+    int column = 0;
     double lift_cells = 0;  // how far an upright thing that begins at the first obstacle slides
   };
   std::vector<Unknown> unknowns;
@@ -231,6 +234,8 @@ std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
         unknown.lift_cells =
             lift / static_cast<double>(unknown.cells.size()) * way_m / options_.cell_m;
         if (unknown.lift_cells >= kApart_cells) {
+          unknown.row = row0 / block;
+          unknown.column = column0 / block;
           unknowns.push_back(std::move(unknown));
         }
       }
@@ -280,7 +285,7 @@ std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
     }
     log_odds = std::clamp(log_odds, -kBlockLogOddsMax, kBlockLogOddsMax);
     if (log_odds != 0) {
-      blocks.push_back({log_odds, std::move(colours)});
+      blocks.push_back({unknown.row, unknown.column, log_odds, std::move(colours)});
     }
   }
   return blocks;
@@ -315,7 +320,52 @@ std::vector<ColourGaussian> FloorParallax::look(const cv::Mat& bgr, const Pose2&
     past_.pop_front();
   }
 
+  drop_scattered(blocks);
   return weigh(blocks);
+}
+
+void FloorParallax::drop_scattered(std::vector<Block>& blocks) const {
+  // A floor is flat over a wide place; here and there a block of a thing looks flat by chance.
+  const int columns = columns_ / options_.block + 1;
+  const int rows = rows_ / options_.block + 1;
+  std::vector<int> group(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), -1);
+  const auto at = [&](int row, int column) -> int& {
+    return group[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+                 static_cast<std::size_t>(column)];
+  };
+  constexpr int kFlat = 0;  // not yet in a group
+  for (const Block& block : blocks) {
+    at(block.row, block.column) = block.floor_log_odds > 0 ? kFlat : -1;
+  }
+  std::vector<int> sizes{0};
+  std::vector<std::pair<int, int>> open;
+  for (const Block& block : blocks) {
+    if (at(block.row, block.column) != kFlat) {
+      continue;
+    }
+    const auto number = static_cast<int>(sizes.size());
+    sizes.push_back(0);
+    const auto visit = [&](int row, int column) {
+      if (row >= 0 && column >= 0 && row < rows && column < columns && at(row, column) == kFlat) {
+        at(row, column) = number;
+        ++sizes.back();
+        open.emplace_back(row, column);
+      }
+    };
+    visit(block.row, block.column);
+    while (!open.empty()) {
+      const auto [row, column] = open.back();
+      open.pop_back();
+      visit(row + 1, column);
+      visit(row - 1, column);
+      visit(row, column + 1);
+      visit(row, column - 1);
+    }
+  }
+  std::erase_if(blocks, [&](const Block& block) {
+    return block.floor_log_odds > 0 &&
+           sizes[static_cast<std::size_t>(at(block.row, block.column))] < options_.group_min;
+  });
 }
 
 std::vector<ColourGaussian> FloorParallax::weigh(const std::vector<Block>& blocks) {

@@ -23,6 +23,7 @@ struct FloorParallaxOptions {
   int block = 6;                   ///< cells to a side that are judged together
   double fit_max = 2.0;            ///< rms difference allowed, in those of known floor
   double log_odds_floor = 60;      ///< summed ln P(floor)/P(upright) that makes a colour a floor
+  int group_min = 6;               ///< blocks that must lie together to be floor
   int pairs_min = 3;               ///< pictures that must have said so
   double upright_share_max = 0.3;  ///< of the votes that may have spoken against
   double memory = 0.9;             ///< of the votes that is kept from one picture to the next
@@ -50,6 +51,8 @@ class FloorParallax {
     std::vector<float> grey;  // negative where nothing is seen
   };
   struct Block {
+    int row = 0;  // in blocks
+    int column = 0;
     double floor_log_odds = 0;  // negative: upright
     std::vector<Bgr> colours;
   };
@@ -61,6 +64,7 @@ class FloorParallax {
   };
 
   std::vector<float> rectify(const cv::Mat& bgr) const;
+  void drop_scattered(std::vector<Block>& blocks) const;
   std::vector<ColourGaussian> weigh(const std::vector<Block>& blocks);
   std::vector<Block> judge(const cv::Mat& bgr, const std::vector<float>& now,
                            const Rectified& before, const Pose2& T_odom_body,

@@ -119,6 +119,7 @@ void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body
   // For each cell of the grid within the outline, the raster's cell under its centre, in fixed
   // point: no cell is left out or met twice.
   const Pose2 T_body_keyframe = T_keyframe_body.inverse();
+  const std::int8_t* evidence = reading.evidence.data();
   constexpr int kShift = 16;
   const double scale = cell_m_ / p.cell_m * (1 << kShift);
   const auto step_x =
@@ -150,16 +151,16 @@ void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body
           static_cast<std::uint32_t>(r) >= static_cast<std::uint32_t>(p.cell_rows)) {
         continue;
       }
-      const int e = reading.evidence[static_cast<std::size_t>(r * p.cell_columns + c)];
+      const std::int8_t e = evidence[r * p.cell_columns + c];
       if (e == 0) {
         continue;
       }
-      const int was = cell[column];
+      const std::int8_t was = cell[column];
       // seen from the same place, a cell gains no more than its looks there are worth
       const int limit =
           independent ? kCertain : std::max(kSamePlaceLooks * std::abs(e), std::abs(was));
       cell[column] = static_cast<std::int8_t>(
-          std::clamp(was + e, std::min(-limit, was), std::max(limit, was)));
+          std::clamp(was + e, std::min<int>(-limit, was), std::max<int>(limit, was)));
     }
   }
 }

@@ -113,6 +113,27 @@ TEST(FloorMapper, LearnsASecondCarpetByDrivingTowardsIt) {
   EXPECT_LT(shares(reading, Vec2(0.61, 0.4), Vec2(1.2, 0.85)).free, 0.02);
 }
 
+TEST(FloorMapper, FurnitureOfItsColourDoesNotForbidACarpet) {
+  Rng rng(11);
+  const RigCamera camera = office_floor_camera();
+  FloorMapper mapper({}, camera, {});
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  scene.second_carpet = kBrown;
+  scene.seam_x_m = 2.2;
+  scene.boxes = {{Vec2(0.9, 0.45), Vec2(1.9, 1.2), 0.7, {kBrown.bgr, 0.12, 8}},
+                 {Vec2(1.1, -1.2), Vec2(1.8, -0.5), 0.7, {kBrown.bgr, 0.12, 9}}};
+  bool learned = false;
+  for (double x = 0; x <= 1.7; x += 0.027) {
+    const FloorReading reading = mapper.read(draw(scene, camera, {x, 0, 0}, rng), {x, 0, 0}, true);
+    if (x < 0.4) {
+      ASSERT_FALSE(reading.learned_new_floor) << "of a box, at " << x;
+    }
+    learned = learned || reading.learned_new_floor;
+  }
+  EXPECT_TRUE(learned);
+}
+
 TEST(FloorMapper, NeverLearnsABoxHoweverLongItLooks) {
   for (const Surface& surface : {kWood, kWhite, kBrown}) {
     Rng rng(5);
@@ -176,6 +197,30 @@ TEST(FloorMapper, SaysThatItDoesNotSeeAFloor) {
   EXPECT_NE(reading.fault, "");
   FloorMapper dark({}, camera, {});
   EXPECT_FALSE(dark.read(cv::Mat::zeros(240, 320, CV_8UC3), {}, true).sees_floor);
+}
+
+TEST(FloorMapper, ADeskRightAheadIsNoFloor) {
+  Rng rng(10);
+  const RigCamera camera = office_floor_camera();
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  // a wooden front with a white sheet and a dark plinth, 5 cm before the bumper
+  scene.boxes = {{Vec2(0.3, -1), Vec2(0.9, 1), 0.72, kWood},
+                 {Vec2(0.295, -0.3), Vec2(0.3, -0.02), 0.5, kWhite},
+                 {Vec2(0.295, 0.1), Vec2(0.3, 0.4), 0.5, {Vec3(40, 30, 30), 0.1, 7}}};
+  FloorMapper mapper({}, camera, {});
+  const FloorReading reading = mapper.read(draw(scene, camera, {}, rng), {}, true);
+  EXPECT_FALSE(reading.sees_floor);
+  EXPECT_NE(reading.fault, "");
+  // where two carpets meet right ahead, both are floor
+  FloorScene seam;
+  seam.carpet = kGreyBlue;
+  seam.second_carpet = kBrown;
+  seam.seam_x_m = 0.5;
+  FloorMapper both({}, camera, {});
+  const FloorReading two = both.read(draw(seam, camera, {}, rng), {}, true);
+  EXPECT_TRUE(two.sees_floor) << two.fault;
+  EXPECT_GT(shares(two, Vec2(0.6, -0.3), Vec2(2, 0.3)).free, 0.95);
 }
 
 TEST(FloorMapper, GivesTheSameBitsTwice) {
