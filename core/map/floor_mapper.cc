@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/base/check.h"
 
@@ -33,6 +34,7 @@ void bind(Fields& f, FloorMapperOptions& o) {
   f("parallax_check", o.parallax_check);
   f("obstacle_height_m", o.obstacle_height_m, between(0.005, 0.3));
   f("foot_depth_m", o.foot_depth_m, between(0.01, 0.3));
+  f("start_far_m", o.start_far_m, positive);
   f("trusted_m", o.trusted_m, between(0.02, 1));
   f("learn_to_m", o.learn_to_m, between(0.1, 5));
   f("learn_every", o.learn_every, at_least(1));
@@ -141,7 +143,38 @@ void FloorMapper::look_at_start(const cv::Mat& bgr) {
     fault_ = "what lies just ahead of the robot has more colours than two floors that meet";
     return;
   }
+  if (reaches_horizon(bgr)) {
+    fault_ =
+        "what lies just ahead of the robot looks the same up to the horizon: a thing, no floor";
+    return;
+  }
   sees_floor_ = true;
+}
+
+// A floor ends somewhere below the horizon; the face of a desk or a wall does not. True when most
+// columns of the picture keep the colour of the trusted patch until the floor would be too far.
+bool FloorMapper::reaches_horizon(const cv::Mat& bgr) {
+  constexpr int kGap_px = 3;  // what is thinner does not end it
+  const Mat3& H = projection_->H_body_px;
+  std::map<int, int> lowest;  // of the trusted pixels in each column
+  for (const std::int32_t pixel : trusted_) {
+    int& v = lowest[pixel % bgr.cols];
+    v = std::max(v, pixel / bgr.cols);
+  }
+  std::size_t plain = 0;
+  for (const auto& [u, bottom] : lowest) {
+    const double sign = (H * Vec3(u, bottom, 1)).z();
+    int missed = 0;
+    for (int v = bottom; v >= 0 && missed < kGap_px; --v) {
+      missed = colour_.quick(bgr.ptr(v) + 3 * static_cast<std::ptrdiff_t>(u)) > 0 ? 0 : missed + 1;
+      const Vec3 h = H * Vec3(u, v, 1);
+      if (missed == 0 && (h.z() * sign <= 0 || h.hnormalized().norm() > options_.start_far_m)) {
+        ++plain;
+        break;
+      }
+    }
+  }
+  return 2 * plain > lowest.size();
 }
 
 void FloorMapper::rate(const cv::Mat& bgr) {

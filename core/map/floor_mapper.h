@@ -23,7 +23,9 @@ struct FloorMapperOptions {
   FloorParallaxOptions parallax_check;
   double obstacle_height_m = 0.02;  ///< what is lower than this may pass for a stain
   double foot_depth_m = 0.04;       ///< how far behind its foot an obstacle is taken to reach
-  double trusted_m = 0.1;   ///< depth of the floor ahead that is taken to be floor at the start
+  double trusted_m = 0.1;  ///< depth of the floor ahead that is taken to be floor at the start
+  double start_far_m =
+      20;  ///< one colour from the robot to beyond this is a thing's face, no floor
   double learn_to_m = 1.5;  ///< floor farther from the camera's foot is too coarse to learn from
   int learn_every = 3;      ///< frames
 };
@@ -58,6 +60,7 @@ class FloorMapper {
 
  private:
   void look_at_start(const cv::Mat& bgr);
+  bool reaches_horizon(const cv::Mat& bgr);
   void rate(const cv::Mat& bgr);
   void scan();
   void learn(const cv::Mat& bgr);

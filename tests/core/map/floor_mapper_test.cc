@@ -42,12 +42,15 @@ Shares shares(const FloorReading& reading, const Vec2& low, const Vec2& high) {
   return {out.free / cells, out.occupied / cells};
 }
 
+const SceneBox kFarWall = {Vec2(8, -30), Vec2(8.2, 30), 2.5, kWood};
+
 TEST(FloorMapper, SeesAnEmptyCarpetAsFree) {
   Rng rng(1);
   const RigCamera camera = office_floor_camera();
   FloorMapper mapper({}, camera, {});
   FloorScene scene;
   scene.carpet = kGreyBlue;
+  scene.boxes = {kFarWall};
   const FloorReading reading = mapper.read(draw(scene, camera, {}, rng), {}, true);
   EXPECT_TRUE(reading.sees_floor) << reading.fault;
   EXPECT_GT(shares(reading, Vec2(0.5, -0.3), Vec2(3, 0.3)).free, 0.98);
@@ -199,6 +202,19 @@ TEST(FloorMapper, SaysThatItDoesNotSeeAFloor) {
   EXPECT_FALSE(dark.read(cv::Mat::zeros(240, 320, CV_8UC3), {}, true).sees_floor);
 }
 
+TEST(FloorMapper, APlainFaceUpToTheHorizonIsNoFloor) {
+  Rng rng(12);
+  const RigCamera camera = office_floor_camera();
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  scene.boxes = {{Vec2(0.3, -2), Vec2(0.9, 2), 2.0, kWood}};
+  FloorMapper mapper({}, camera, {});
+  const FloorReading reading = mapper.read(draw(scene, camera, {}, rng), {}, true);
+  EXPECT_FALSE(reading.sees_floor);
+  EXPECT_EQ(reading.fault,
+            "what lies just ahead of the robot looks the same up to the horizon: a thing, no floor");
+}
+
 TEST(FloorMapper, ADeskRightAheadIsNoFloor) {
   Rng rng(10);
   const RigCamera camera = office_floor_camera();
@@ -217,6 +233,7 @@ TEST(FloorMapper, ADeskRightAheadIsNoFloor) {
   seam.carpet = kGreyBlue;
   seam.second_carpet = kBrown;
   seam.seam_x_m = 0.5;
+  seam.boxes = {kFarWall};
   FloorMapper both({}, camera, {});
   const FloorReading two = both.read(draw(seam, camera, {}, rng), {}, true);
   EXPECT_TRUE(two.sees_floor) << two.fault;
