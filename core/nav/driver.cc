@@ -327,16 +327,14 @@ void Driver::drive(const DriveTask& task, DriveStep& out) {
   const Vec2 carrot_odom = task.T_map_odom.inverse() * carrot.point;
   out.carrot_odom = carrot_odom;
   const double end_m = (path_->points.back() - T_map_body.position()).norm();
-  const bool there =
-      end_m <= options_.reached_m || (goal_->pass_through && end_m <= 2 * options_.reached_m);
-  if (there) {
+  if (end_m <= options_.reached_m) {
     const double turn =
         goal_->heading_matters ? wrap_angle(goal_->pose_map.theta_rad - T_map_body.theta_rad) : 0.0;
     if (std::abs(turn) <= options_.reached_rad) {
       out.goal_reached = true;
       out.reason = "goal reached";
       out.state = NavState::kDriving;
-      out.command_body = goal_->pass_through ? task.twist_body : brake(task.twist_body);
+      out.command_body = brake(task.twist_body);
       goal_.reset();
       path_.reset();
       count_as_getting_on(task);
@@ -378,10 +376,8 @@ void Driver::drive(const DriveTask& task, DriveStep& out) {
   request.T_odom_body = task.T_odom_body * exp_twist(request.twist_body, lag_s);
   request.carrot_odom = carrot_odom;
   request.keep_window = task.keep_window;
-  if (!goal_->pass_through) {
-    const double left = std::max(0.0, carrot.to_go_m - 0.5 * options_.reached_m);
-    request.speed_limit_mps = std::max(kStanding_mps, std::sqrt(body_.max_accel_mps2 * left));
-  }
+  const double left = std::max(0.0, carrot.to_go_m - 0.5 * options_.reached_m);
+  request.speed_limit_mps = std::max(kStanding_mps, std::sqrt(body_.max_accel_mps2 * left));
   constexpr double kCap_m = 1.0;
   const ClearanceMap window = clearance_map(window_map(options_.dwa, task, touched_odom_), kCap_m);
   DwaResult result = choose_arc(options_.dwa, body_, window, request);

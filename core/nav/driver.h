@@ -34,7 +34,6 @@ void bind(Fields& f, DriverOptions& o);
 struct DriveGoal {
   Pose2 pose_map;
   bool heading_matters = false;  ///< turn to the pose's heading on arrival
-  bool pass_through = false;     ///< no need to stop there: another goal follows
 };
 
 /// What the driver is told at one observation.

@@ -7,7 +7,8 @@
 namespace panoptes {
 namespace {
 
-// The map still settles for a moment after the last goal, so one look without a goal is not the end.
+// The map still settles for a moment after the last goal, so one look without a goal is not the
+// end.
 constexpr int kLooksInVain = 3;
 
 // The floor that the mapped part shows, as a sector about the robot's heading.
@@ -29,6 +30,7 @@ void bind(Fields& f, NavigatorOptions& o) {
   f("revisit", o.revisit);
   f("driver", o.driver);
   f("choose_s", o.choose_s, positive);
+  f("revisit_ahead_m", o.revisit_ahead_m, positive);
   f("revisits_last", o.revisits_last, not_negative);
   f("keep_pictures", o.keep_pictures);
 }
@@ -65,7 +67,7 @@ void Navigator::choose_goal(const Observation& seen, const Located& located, Nav
   why_no_goal_ = choice.reason;
   if (choice.goal) {
     looks_in_vain_ = 0;
-    goal_ = DriveGoal{choice.goal->pose_map, choice.goal->heading_matters, false};
+    goal_ = DriveGoal{choice.goal->pose_map, choice.goal->heading_matters};
     revisit_.clear();
   } else {
     choose_revisit_goal(seen, located, step);
@@ -96,12 +98,25 @@ void Navigator::choose_revisit_goal(const Observation& seen, const Located& loca
     return;
   }
   looks_in_vain_ = 0;
-  goal_ = DriveGoal{graph.T_map_node[static_cast<std::size_t>(revisit_.front())], false,
-                    revisit_.size() > 1};
+  goal_ = revisit_goal();
+}
+
+// The next place of the stretch, far enough ahead that the robot need not slow down for it.
+DriveGoal Navigator::revisit_goal() {
+  const std::vector<Pose2>& T_map_nodes = localiser_.graph().T_map_node;
+  const auto place = [&] { return T_map_nodes[static_cast<std::size_t>(revisit_.front())]; };
+  while (revisit_.size() > 1 &&
+         (place().position() - T_map_body_.position()).norm() < options_.revisit_ahead_m) {
+    revisit_.pop_front();
+  }
+  return {place(), false};
 }
 
 void Navigator::drive(const Observation& seen, const Located& located, const Mapped& mapped,
                       NavStep& step) {
+  if (goal_ && !revisit_.empty()) {
+    goal_ = revisit_goal();
+  }
   DriveTask task;
   task.stamp = seen.stamp;
   task.local_odom = &mapped.local_odom;
@@ -122,11 +137,8 @@ void Navigator::drive(const Observation& seen, const Located& located, const Map
   if (driven.goal_reached || driven.goal_given_up) {
     if (revisit_.empty()) {
       driven.goal_reached ? explorer_.reached() : explorer_.give_up(seen.stamp);
-    } else if (driven.goal_reached) {
-      revisit_.pop_front();
-    } else {
-      revisit_.clear();
     }
+    revisit_.clear();
     goal_.reset();
   }
 }
@@ -137,6 +149,7 @@ NavStep Navigator::step(const Observation& seen) {
   const std::vector<Pose2>& T_map_nodes = localiser_.graph().T_map_node;
   const Located located = localiser_.step(
       seen, [&](int keyframe) { return mapper_.contour(keyframe, T_map_nodes); }, listener_);
+  T_map_body_ = located.T_map_body;
   step.T_map_body = located.T_map_body;
   step.T_odom_body = located.T_odom_body;
   step.keyframe_made = located.keyframe_made;

@@ -27,7 +27,8 @@ struct NavigatorOptions {
   ExploreOptions explore;
   RevisitOptions revisit;
   DriverOptions driver;
-  double choose_s = 1.5;       ///< between two looks for a better goal
+  double choose_s = 1.5;         ///< between two looks for a better goal
+  double revisit_ahead_m = 0.6;  ///< how far ahead on a stretch driven again it aims
   int revisits_last = 12;      ///< stretches driven again, at most, once nothing is left to explore
   bool keep_pictures = false;  ///< floor likelihood and window scores in every step
 };
@@ -51,6 +52,10 @@ class Navigator {
   const std::vector<Keyframe>& keyframes() const { return localiser_.keyframes(); }
   const PoseGraph& graph() const { return localiser_.graph(); }
 
+  /// What a keyframe looked like, and the floor around each as it was seen from there.
+  const LoopPlace& place(int keyframe) const { return localiser_.place(keyframe); }
+  std::vector<PlacedGrid> grids() const { return mapper_.placed(graph().T_map_node); }
+
   /// The map, made anew from every keyframe's grid where relaxation has put it.
   OccupancyMap map(double cell_m) const;
 
@@ -60,6 +65,7 @@ class Navigator {
  private:
   void choose_goal(const Observation& seen, const Located& located, NavStep& step);
   void choose_revisit_goal(const Observation& seen, const Located& located, NavStep& step);
+  DriveGoal revisit_goal();
   void drive(const Observation& seen, const Located& located, const Mapped& mapped, NavStep& step);
 
   NavigatorOptions options_;
@@ -70,6 +76,7 @@ class Navigator {
   Explorer explorer_;
   Driver driver_;
 
+  Pose2 T_map_body_;
   std::string start_fault_;
   bool done_ = false;
   bool exploring_ = true;  // else driving earlier stretches again
@@ -80,7 +87,7 @@ class Navigator {
   std::string why_no_goal_;
   std::deque<int> revisit_;  // keyframes of the stretch still to be driven over
   int revisits_ = 0;
-  int looks_in_vain_ = 0;           // choices in a row that found nothing left to do
+  int looks_in_vain_ = 0;        // choices in a row that found nothing left to do
   std::vector<Vec2> revisited_;  // where stretches were begun
 };
 

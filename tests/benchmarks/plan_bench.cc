@@ -69,7 +69,7 @@ void driver_step_with_a_plan(benchmark::State& state) {
     task.local_odom = &map;
     task.map = &map;
     task.T_odom_body = {6, 3, 1.5};
-    task.goal = DriveGoal{{6, 11, 0}, false, false};
+    task.goal = DriveGoal{{6, 11, 0}, false};
     benchmark::DoNotOptimize(driver.step(task));
   }
 }

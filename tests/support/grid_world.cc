@@ -324,7 +324,7 @@ GridRun explore_world(const GridWorld& world, const Pose2& start, const ExploreO
           explorer.choose(robot.now(), robot.map(), robot.T_map_odom() * robot.T_odom_body());
       goal.reset();
       if (choice.goal) {
-        goal = DriveGoal{choice.goal->pose_map, choice.goal->heading_matters, false};
+        goal = DriveGoal{choice.goal->pose_map, choice.goal->heading_matters};
       }
       // Given-up places come back into question, and holes close: done only when it stays so.
       fruitless = choice.frontier_reachable ? 0 : fruitless + 1;

@@ -96,7 +96,7 @@ TEST(Driver, StandsWithoutAGoal) {
 TEST(Driver, ReachesAGoalAndItsHeadingBehindIt) {
   Ride r = ride();
   r.T_map_body = {4, 2, 0};
-  const DriveStep last = r.drive(DriveGoal{{1, 1, deg_to_rad(90)}, true, false}, 40, finished);
+  const DriveStep last = r.drive(DriveGoal{{1, 1, deg_to_rad(90)}, true}, 40, finished);
   EXPECT_TRUE(last.goal_reached) << last.reason;
   EXPECT_LE((r.T_map_body.position() - Vec2(1, 1)).norm(), DriverOptions().reached_m + 0.02);
   EXPECT_LE(std::abs(wrap_angle(r.T_map_body.theta_rad - deg_to_rad(90))), deg_to_rad(12));
@@ -105,7 +105,7 @@ TEST(Driver, ReachesAGoalAndItsHeadingBehindIt) {
 
 TEST(Driver, DrivesTheSameWhereverOdomLies) {
   Ride plain = ride();
-  const DriveGoal goal{{4.5, 3, 0}, false, false};
+  const DriveGoal goal{{4.5, 3, 0}, false};
   EXPECT_TRUE(plain.drive(goal, 40, finished).goal_reached);
   Ride moved = ride();
   moved.T_map_odom = {0.4, -0.2, 0.7};
@@ -123,7 +123,7 @@ TEST(Driver, PassesTheNarrowestGapOfTheOfficeWithoutTouching) {
   r.local = r.map;
   r.T_map_body = {1, 1, deg_to_rad(120)};
   const ClearanceMap truth = clearance_map(r.map, 1);
-  const DriveStep last = r.drive(DriveGoal{{5, 3, 0}, false, false}, 60, [&](const DriveStep& s) {
+  const DriveStep last = r.drive(DriveGoal{{5, 3, 0}, false}, 60, [&](const DriveStep& s) {
     const Vec2 p = r.T_map_body.position();
     r.least_gap_m =
         std::min(r.least_gap_m,
@@ -138,7 +138,7 @@ TEST(Driver, RefusesAnUnreachableGoalWithoutMoving) {
   Ride r = ride();
   test::fill(r.map, 2.9, 0, 3.1, 4, Cell::kOccupied);
   r.local = r.map;
-  const DriveStep last = r.drive(DriveGoal{{5, 2, 0}, false, false}, 5, finished);
+  const DriveStep last = r.drive(DriveGoal{{5, 2, 0}, false}, 5, finished);
   EXPECT_TRUE(last.goal_given_up);
   EXPECT_THAT(last.reason, HasSubstr("no way to the goal"));
   EXPECT_EQ((r.T_map_body.position() - Vec2(1, 2)).norm(), 0);
@@ -149,7 +149,7 @@ TEST(Driver, DetoursAroundWhatOnlyTheLocalMapKnows) {
   test::fill(r.local, 2.9, 1.2, 3.1, 3, Cell::kOccupied);
   const ClearanceMap truth = clearance_map(r.local, 1);
   double least = 1;
-  const DriveStep last = r.drive(DriveGoal{{5, 2, 0}, false, false}, 60, [&](const DriveStep& s) {
+  const DriveStep last = r.drive(DriveGoal{{5, 2, 0}, false}, 60, [&](const DriveStep& s) {
     const Vec2 p = r.T_map_body.position();
     least =
         std::min<double>(least, truth.to_occupied_m[truth.index(truth.column(p), truth.row(p))]);
@@ -161,7 +161,7 @@ TEST(Driver, DetoursAroundWhatOnlyTheLocalMapKnows) {
 
 TEST(Driver, BacksOffAlongItsTrackWhenTouchedAndDoesNotTouchAgain) {
   Ride r = ride();
-  const DriveGoal goal{{5, 2, 0}, false, false};
+  const DriveGoal goal{{5, 2, 0}, false};
   r.drive(goal, 4, [&](const DriveStep&) { return r.T_map_body.x_m > 2; });
   const double touched_at = r.T_map_body.x_m;
   // Stopped by the thing it hit: the wheels stand at once.
@@ -188,7 +188,7 @@ TEST(Driver, BacksOffAlongItsTrackWhenTouchedAndDoesNotTouchAgain) {
 
 TEST(Driver, RecoversInOrderAndGivesUpWhenHeld) {
   Ride r = ride();
-  const DriveGoal goal{{5, 2, 0}, false, false};
+  const DriveGoal goal{{5, 2, 0}, false};
   r.drive(goal, 4, [&](const DriveStep&) { return r.T_map_body.x_m > 2; });
   r.held = true;
   bool looked = false;
@@ -212,7 +212,7 @@ TEST(Driver, HandsBackTheWindowWhenAsked) {
   task.local_odom = &r.local;
   task.map = &r.map;
   task.T_odom_body = {1, 2, 0};
-  task.goal = DriveGoal{{5, 2, 0}, false, false};
+  task.goal = DriveGoal{{5, 2, 0}, false};
   task.keep_window = true;
   const DriveStep step = r.driver.step(task);
   EXPECT_FALSE(step.window.empty());
