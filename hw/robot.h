@@ -21,15 +21,15 @@ class Robot {
   /// Throws DeviceError when the device is lost.
   virtual Observation observe(Time deadline) = 0;
 
-  /// Asks for a velocity of the body. It expires by itself (the robot stops) when not renewed within
-  /// `valid_for`. The platform limits speed and acceleration.
+  /// Asks for a velocity of the body. It expires by itself (the robot stops) when not renewed
+  /// within `valid_for`. The platform limits speed and acceleration.
   virtual void drive(const Twist2& command_body, Duration valid_for) = 0;
 
   virtual void stop() = 0;
   virtual Time now() const = 0;
 
-  /// The truth up to now, where the platform knows it: simulated robots and recordings that hold it.
-  /// For evaluation and the recorder alone.
+  /// The truth up to now, where the platform knows it: simulated robots and recordings that hold
+  /// it. For evaluation and the recorder alone.
   virtual std::optional<Truth> truth() const = 0;
 
  protected:

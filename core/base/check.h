@@ -18,9 +18,9 @@ class CheckError : public std::logic_error {
 }  // namespace panoptes
 
 /// States what must hold at this point, in words; on in every build.
-#define PANOPTES_CHECK(condition, must)                                      \
-  do {                                                                       \
-    if (!(condition)) {                                                      \
-      ::panoptes::check_failed(#condition, (must), __FILE__, __LINE__);      \
-    }                                                                        \
+#define PANOPTES_CHECK(condition, must)                                 \
+  do {                                                                  \
+    if (!(condition)) {                                                 \
+      ::panoptes::check_failed(#condition, (must), __FILE__, __LINE__); \
+    }                                                                   \
   } while (false)

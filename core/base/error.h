@@ -7,8 +7,9 @@
 
 namespace panoptes {
 
-/// What the user wrote is wrong (exit status 2). Holds every fault found, one line each, in the form
-/// `file:line:column: key: what is wrong; what is allowed`; `what()` is all of them joined by newlines.
+/// What the user wrote is wrong (exit status 2). Holds every fault found, one line each, in the
+/// form `file:line:column: key: what is wrong; what is allowed`; `what()` is all of them joined by
+/// newlines.
 class ConfigError : public std::runtime_error {
  public:
   explicit ConfigError(std::string line);

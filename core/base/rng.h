@@ -17,10 +17,10 @@ class Rng {
   Rng fork(std::string_view name) const;
 
   std::uint64_t next();
-  double uniform();                          ///< in [0, 1)
-  double uniform(double low, double high);   ///< in [low, high)
-  int index(int count);                      ///< in [0, count), count > 0
-  double normal();                           ///< mean 0, standard deviation 1
+  double uniform();                         ///< in [0, 1)
+  double uniform(double low, double high);  ///< in [low, high)
+  int index(int count);                     ///< in [0, count), count > 0
+  double normal();                          ///< mean 0, standard deviation 1
   double normal(double mean, double sigma);
 
  private:

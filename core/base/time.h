@@ -9,8 +9,8 @@ namespace panoptes {
 
 using Duration = std::chrono::nanoseconds;
 
-/// The platform's clock: counts from the start of the run and moves only when the robot is observed.
-/// It has no now(); only a robot knows what time it is.
+/// The platform's clock: counts from the start of the run and moves only when the robot is
+/// observed. It has no now(); only a robot knows what time it is.
 struct RunClock {
   using duration = Duration;
   using rep = duration::rep;

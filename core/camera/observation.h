@@ -2,8 +2,9 @@
 #pragma once
 
 #include <map>
-#include <opencv2/core/mat.hpp>
 #include <string>
+
+#include <opencv2/core/mat.hpp>
 
 #include "core/base/time.h"
 #include "core/geometry/pose2.h"

@@ -37,10 +37,10 @@ struct FloorMark {
 struct FloorView {
   enum class Rows { kAll, kLowerHalf };
   Rows rows = Rows::kAll;
-  double near_m = 0.2;  ///< along the floor from the body's front
-  double far_m = 3.0;   ///< along the floor from the body's front
-  std::vector<FloorMark> marks;      ///< four surveyed marks give the homography,
-  std::optional<Mat3> H_body_px;     ///< or it is given: floor point in body (x, y, 1) ~ H * (u, v, 1)
+  double near_m = 0.2;            ///< along the floor from the body's front
+  double far_m = 3.0;             ///< along the floor from the body's front
+  std::vector<FloorMark> marks;   ///< four surveyed marks give the homography,
+  std::optional<Mat3> H_body_px;  ///< or it is given: floor point in body (x, y, 1) ~ H * (u, v, 1)
 };
 
 /// One camera as the robot believes it to be.

@@ -42,10 +42,10 @@ struct TrueContact {
 struct Truth {
   std::vector<TruePose> poses;  ///< one per frame set, in order
   std::vector<TrueContact> contacts;
-  TruthLayer floor;  ///< 1 cm: 1 where something stands between the floor and 2 cm above it
-  TruthLayer body;   ///< 1 cm: 1 where something is between 2 cm and the top of the robot's mast
-  TruthLayer seen;   ///< 5 cm: 1 where the mapped part of a floor camera saw the floor or the foot
-                    ///< of a thing, unoccluded, at some frame set
+  TruthLayer floor;   ///< 1 cm: 1 where something stands between the floor and 2 cm above it
+  TruthLayer body;    ///< 1 cm: 1 where something is between 2 cm and the top of the robot's mast
+  TruthLayer seen;    ///< 5 cm: 1 where the mapped part of a floor camera saw the floor or the foot
+                      ///< of a thing, unoccluded, at some frame set
   double path_m = 0;  ///< length of the true way
 };
 

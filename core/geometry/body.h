@@ -3,11 +3,11 @@
 
 namespace panoptes {
 
-/// What the robot believes of its own body: a disc about the middle of the wheel axle, driven by two
-/// wheels on that axle. The defaults are a Pioneer P3-DX with a camera mast.
+/// What the robot believes of its own body: a disc about the middle of the wheel axle, driven by
+/// two wheels on that axle. The defaults are a Pioneer P3-DX with a camera mast.
 struct Body {
   double radius_m = 0.25;
-  double height_m = 0.8;  ///< top of the mast
+  double height_m = 0.8;       ///< top of the mast
   double wheel_base_m = 0.33;  ///< between the wheels' points of contact
   double wheel_radius_m = 0.0975;
   int ticks_per_turn = 500;

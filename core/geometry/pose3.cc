@@ -23,11 +23,9 @@ Pose3 on_floor(const Pose2& T_a_b) {
 
 Pose3 mounted_camera(const Vec3& position_body, double yaw_rad, double tilt_rad) {
   Mat3 R_body_camera;  // columns: the camera's x, y, z axes seen from the body, looking ahead
-  R_body_camera << 0, 0, 1,
-                  -1, 0, 0,
-                   0, -1, 0;
-  const Eigen::Quaterniond turn = Eigen::AngleAxisd(yaw_rad, Vec3::UnitZ()) *
-                                  Eigen::AngleAxisd(tilt_rad, Vec3::UnitY());
+  R_body_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  const Eigen::Quaterniond turn =
+      Eigen::AngleAxisd(yaw_rad, Vec3::UnitZ()) * Eigen::AngleAxisd(tilt_rad, Vec3::UnitY());
   return {(turn * Eigen::Quaterniond(R_body_camera)).normalized(), position_body};
 }
 

@@ -14,8 +14,8 @@
 namespace panoptes::sim {
 
 /// How the true wheels differ from what the robot believes of them. All zero: ticks are the only
-/// error. The defaults leave a raw odometry error of about a metre after ten minutes of exploring an
-/// office; see scenes/robots/pioneer3dx.yaml.
+/// error. The defaults leave a raw odometry error of about a metre after ten minutes of exploring
+/// an office; see scenes/robots/pioneer3dx.yaml.
 struct WheelError {
   /// Standard deviation of a wheel's way after one metre; it grows with the square root of the way.
   double noise_m_per_sqrt_m = 0.003;

@@ -211,8 +211,9 @@ TEST(FloorMapper, APlainFaceUpToTheHorizonIsNoFloor) {
   FloorMapper mapper({}, camera, {});
   const FloorReading reading = mapper.read(draw(scene, camera, {}, rng), {}, true);
   EXPECT_FALSE(reading.sees_floor);
-  EXPECT_EQ(reading.fault,
-            "what lies just ahead of the robot looks the same up to the horizon: a thing, no floor");
+  EXPECT_EQ(
+      reading.fault,
+      "what lies just ahead of the robot looks the same up to the horizon: a thing, no floor");
 }
 
 TEST(FloorMapper, ADeskRightAheadIsNoFloor) {
