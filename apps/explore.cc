@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "apps/command.h"
+#include "apps/run/keyframes.h"
 #include "apps/run/loop.h"
 #include "apps/run/mission.h"
 #include "apps/run/open_robot.h"
@@ -56,8 +57,9 @@ int explore(const ExploreArguments& args) {
   } catch (const DeviceError& error) {  // what was done until then is kept
     until.lose_device(error);
   }
-  const RunReport report = recorder.write_report(robot->truth(), run_result(navigator),
-                                                 run_end(until, robot->now(), navigator));
+  const RunReport report =
+      recorder.write_report(robot->truth(), run_result(navigator),
+                            run_end(until, robot->now(), navigator), kept_keyframes(navigator));
   print(report);
   return report.exit_status;
 }

@@ -230,7 +230,7 @@ void Recorder::add_snapshot(Time now, OccupancyMap map) {
 }
 
 RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunResult& result,
-                                 RunEnd end) {
+                                 RunEnd end, const std::vector<KeptKeyframe>& kept) {
   const double loop_s = steady_s() - loop_from_s_;
   RunReport report;
 
@@ -433,6 +433,9 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
     write_tum(out_dir_ / "ground_truth.tum", ground_truth);
   }
   write_g2o(out_dir_ / "graph.g2o", result.graph);
+  if (!kept.empty()) {
+    write_keyframes(out_dir_, kept);
+  }
 
   CsvWriter loops_csv(out_dir_ / "loops.csv", {"stamp_s",
                                                "recent",

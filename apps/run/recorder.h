@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/run/keyframes.h"
 #include "apps/run/stage_clock.h"
 #include "core/camera/observation.h"
 #include "core/eval/coverage.h"
@@ -66,7 +67,8 @@ class Recorder {
   void add_snapshot(Time now, OccupancyMap map);
 
   /// All that is left behind, metrics.json last. Without truth the figures that need it are absent.
-  RunReport write_report(const std::optional<Truth>& truth, const RunResult& result, RunEnd end);
+  RunReport write_report(const std::optional<Truth>& truth, const RunResult& result, RunEnd end,
+                         const std::vector<KeptKeyframe>& kept = {});
 
  private:
   void keep_settings();

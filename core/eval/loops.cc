@@ -25,11 +25,11 @@ Pose2 relative(const ClosureReport& closure, const std::vector<Pose2>& T_scene_b
 }
 
 /// The stretch of this class that the keyframe lies on, or nearly; -1 when there is none.
-int revisit_of(const ClosureReport& closure, const std::vector<Revisit>& stretches,
+int revisit_of(const ClosureReport& closure, const std::vector<TrueRevisit>& stretches,
                const std::vector<double>& path_m) {
   const double here_m = path_m[at(closure.recent)];
   for (std::size_t k = 0; k < stretches.size(); ++k) {
-    const Revisit& stretch = stretches[k];
+    const TrueRevisit& stretch = stretches[k];
     if (stretch.heading == closure.heading && here_m > path_m[at(stretch.first)] - kGap_m &&
         here_m < path_m[at(stretch.last)] + kGap_m) {
       return static_cast<int>(k);
@@ -89,11 +89,11 @@ bool is_correct(const ClosureReport& closure, const std::vector<Pose2>& true_T_s
          std::abs(wrap_angle(truth.theta_rad - closure.T_earlier_recent.theta_rad)) <= kNear_rad;
 }
 
-std::vector<Revisit> revisits(const std::vector<Pose2>& true_T_scene_body,
-                              const std::vector<double>& path_m) {
+std::vector<TrueRevisit> revisits(const std::vector<Pose2>& true_T_scene_body,
+                                  const std::vector<double>& path_m) {
   PANOPTES_CHECK(path_m.size() == true_T_scene_body.size(), "a path length for every keyframe");
   const int count = static_cast<int>(true_T_scene_body.size());
-  std::vector<Revisit> stretches;
+  std::vector<TrueRevisit> stretches;
   for (const Heading heading : {Heading::kSame, Heading::kOpposite}) {
     const std::size_t before = stretches.size();
     for (int i = kAround; i + kAround < count; ++i) {
@@ -134,8 +134,8 @@ LoopFigures loop_figures(const std::vector<ClosureReport>& closures,
   std::stable_sort(accepted.begin(), accepted.end(),
                    [](const auto& a, const auto& b) { return a.recent < b.recent; });
   const bool known = !true_T_scene_body.empty();
-  const std::vector<Revisit> stretches =
-      known ? revisits(true_T_scene_body, path_m) : std::vector<Revisit>{};
+  const std::vector<TrueRevisit> stretches =
+      known ? revisits(true_T_scene_body, path_m) : std::vector<TrueRevisit>{};
   std::vector<bool> recalled(stretches.size(), false);
 
   LoopFigures figures;

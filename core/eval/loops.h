@@ -11,7 +11,7 @@
 namespace panoptes {
 
 /// A stretch of keyframes that truly were where the robot had been before.
-struct Revisit {
+struct TrueRevisit {
   Heading heading = Heading::kSame;
   int first = 0;  ///< keyframes
   int last = 0;
@@ -53,8 +53,8 @@ bool is_correct(const ClosureReport& closure, const std::vector<Pose2>& true_T_s
 /// true positions within 0.5 m, headings within 20 degrees or beyond 160, and three keyframes on
 /// each side of both. Those of one class with gaps under 1 m of true path are one revisit.
 /// `path_m` is the true way up to each keyframe.
-std::vector<Revisit> revisits(const std::vector<Pose2>& true_T_scene_body,
-                              const std::vector<double>& path_m);
+std::vector<TrueRevisit> revisits(const std::vector<Pose2>& true_T_scene_body,
+                                  const std::vector<double>& path_m);
 
 /// The figures of the accepted closures among `closures`. Without truth `true_T_scene_body` is
 /// empty, `path_m` is by odometry, and right closures are told apart by gaps of 1 m alone. A

@@ -88,6 +88,10 @@ class LoopCloser {
   std::optional<PlanarMotion> motion_to(const LoopPlace& place, int from,
                                         const MotionPrior& wheels) const;
 
+  const LoopPlace& place(int keyframe) const {
+    return places_.at(static_cast<std::size_t>(keyframe)).place;
+  }
+
  private:
   struct Remembered {
     LoopPlace place;

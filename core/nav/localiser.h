@@ -63,6 +63,7 @@ class Localiser {
 
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
   const PoseGraph& graph() const { return graph_; }
+  const LoopPlace& place(int keyframe) const { return closer_.place(keyframe); }
 
  private:
   bool keyframe_due(const Pose2& T_last_body, const PlaceSignature& now) const;

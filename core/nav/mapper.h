@@ -62,9 +62,10 @@ class Mapper {
   double start_radius_m() const;
   const FloorProjection& projection() const { return floor_.projection(); }
 
- private:
+  /// Every keyframe's grid where it is now.
   std::vector<PlacedGrid> placed(const std::vector<Pose2>& T_map_keyframes) const;
 
+ private:
   MapperOptions options_;
   Body body_;
   std::string camera_;
