@@ -85,13 +85,14 @@ Drawn drawn(const GridCrop& grid) {
     const GridCrop::Row& row = grid.rows[r];
     auto* pixels = picture.ptr<std::uint8_t>(rows - 1 - static_cast<int>(r));
     for (int column = row.begin; column < row.end; ++column) {
-      const int evidence = grid.cells[row.offset + static_cast<std::size_t>(column - row.begin)];
-      pixels[column - out.first_column] = static_cast<std::uint8_t>(128 + evidence);
+      const std::int8_t evidence =
+          grid.cells[row.offset + static_cast<std::size_t>(column - row.begin)];
+      // adds 128 to what two's complement holds
+      pixels[column - out.first_column] = static_cast<std::uint8_t>(evidence) ^ 0x80U;
     }
   }
   std::vector<std::uint8_t> png;
-  const std::vector<int> fast{cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_PNG_STRATEGY,
-                              cv::IMWRITE_PNG_STRATEGY_RLE};
+  const std::vector<int> fast{cv::IMWRITE_PNG_STRATEGY, cv::IMWRITE_PNG_STRATEGY_RLE};
   PANOPTES_CHECK(cv::imencode(".png", picture, png, fast), "a grey picture becomes a PNG");
   out.png.assign(png.begin(), png.end());
   return out;

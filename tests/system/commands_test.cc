@@ -12,7 +12,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::StartsWith;
 
 // The elements' names in order; fails where a tag is not closed by its own name or where & or <

@@ -34,14 +34,12 @@ class Runs : public SystemTest {
 const std::vector<std::string> kShort{"--seed", "3", "--duration", "12", "--set", "require=[]"};
 
 // Along the aisle between the desks, back, and along it again: places are met both ways round.
-const std::vector<std::string> kToAndFro{
-    "--set",
-    "platform.start={x_m: 4.95, y_m: 4.0, theta_deg: -90}",
-    "--set",
+const std::string kRoute =
     "drive={route: {waypoints: [{x_m: 4.95, y_m: 1.2}, {x_m: 4.95, y_m: 4.0}, "
-    "{x_m: 4.95, y_m: 1.2}]}}",
-    "--set",
-    "require=[\"collisions == 0\", \"loops.false == 0\"]"};
+    "{x_m: 4.95, y_m: 1.2}]}}";
+const std::vector<std::string> kToAndFro{
+    "--set", "platform.start={x_m: 4.95, y_m: 4.0, theta_deg: -90}", "--set", kRoute,
+    "--set", "require=[\"collisions == 0\", \"loops.false == 0\"]"};
 
 TEST_F(Runs, OneSeedGivesTheSameBytesTwice) {
   EXPECT_EQ(explore(kOffice, "a", kShort).status, 0);
