@@ -20,7 +20,9 @@ std::vector<std::string> CommonArguments::overrides() const {
 void add_common(CLI::App& subcommand, CommonArguments& args) {
   subcommand.add_option("--out", args.out_dir, "where the results go (runs/<mission>-<seed>)")
       ->type_name("DIR");
-  subcommand.add_option("--seed", args.seed, "of every random choice")->type_name("N");
+  subcommand.add_option("--seed", args.seed, "of every random choice")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
   subcommand.add_option("--duration", args.duration_s, "at most so long, in seconds of the run")
       ->type_name("S");
   subcommand

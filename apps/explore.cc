@@ -57,9 +57,9 @@ int explore(const ExploreArguments& args) {
   } catch (const DeviceError& error) {  // what was done until then is kept
     until.lose_device(error);
   }
-  const RunReport report =
-      recorder.write_report(robot->truth(), run_result(navigator),
-                            run_end(until, robot->now(), navigator), kept_keyframes(navigator));
+  const RunReport report = recorder.write_report(
+      robot->truth(), run_result(navigator), run_end(until, robot->now(), navigator, mission.robot),
+      kept_keyframes(navigator));
   print(report);
   return report.exit_status;
 }

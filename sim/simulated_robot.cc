@@ -18,8 +18,8 @@ namespace {
 
 constexpr double kTruthCell_m = 0.01;
 constexpr double kSeenCell_m = 0.05;
-// Around a drawn start so much is clear: more than what the robot must take for free without seeing
-// it, its radius, the blind gap before it (up to 0.25 m) and 10 cm.
+// Around a start so much must be clear: more than what the robot has to take for free without
+// seeing it, its radius, the blind gap before it (up to 0.25 m) and 10 cm.
 constexpr double kStartClear_m = 0.7;
 constexpr double kTouching_m = 0.001;  // the bumper's own give
 constexpr int kStartDraws = 100'000;   // finds a place that is one part in ten thousand of the room
@@ -37,7 +37,8 @@ void refuse_bad_start(const Pose2& start, const std::string& mention, const Obst
                                           "({:.2f}, {:.2f}) to ({:.2f}, {:.2f}); {}",
                                           low.x(), low.y(), high.x(), high.y(), what_to_do));
   }
-  const std::optional<Nearest> nearest = obstacles.nearest(at, body.radius_m + kTouching_m);
+  const double clear_m = std::max(kStartClear_m, body.radius_m + kTouching_m);
+  const std::optional<Nearest> nearest = obstacles.nearest(at, clear_m);
   if (!nearest) {
     return;
   }
@@ -45,11 +46,10 @@ void refuse_bad_start(const Pose2& start, const std::string& mention, const Obst
     throw ConfigError(where +
                       fmt::format("is inside {}; {}", nearest->outline->object, what_to_do));
   }
-  throw ConfigError(where +
-                    fmt::format("is {:.3f} m from {}, but the body's radius is {:.3f} m: its "
-                                "clearance is {:.3f} m and must be > 0; {}",
-                                nearest->distance_m, nearest->outline->object, body.radius_m,
-                                nearest->distance_m - body.radius_m, what_to_do));
+  throw ConfigError(
+      where + fmt::format("is {:.3f} m from {}, but {:.2f} m about the start must be clear, for "
+                          "the robot cannot see the floor at its feet and takes it for free; {}",
+                          nearest->distance_m, nearest->outline->object, clear_m, what_to_do));
 }
 
 Pose2 drawn_start(const Obstacles& obstacles, const Body& body, Rng rng) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/run/loop.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <variant>
 
@@ -80,7 +81,19 @@ RunResult run_result(const Navigator& navigator) {
   return result;
 }
 
-RunEnd run_end(const Until& until, Time now, const Navigator& navigator) {
+namespace {
+
+// Nothing to explore is no success for a robot that has not got away from where it stood.
+bool shut_in(const Navigator& navigator, const Body& body) {
+  return std::all_of(navigator.keyframes().begin(), navigator.keyframes().end(),
+                     [&](const Keyframe& keyframe) {
+                       return keyframe.T_wheels_body.position().norm() < body.radius_m;
+                     });
+}
+
+}  // namespace
+
+RunEnd run_end(const Until& until, Time now, const Navigator& navigator, const Body& body) {
   if (!until.device_fault().empty()) {
     return {"device_lost", until.device_fault()};
   }
@@ -90,6 +103,9 @@ RunEnd run_end(const Until& until, Time now, const Navigator& navigator) {
   const std::string reason = until.end_reason(now, navigator.keyframes().size());
   if (!reason.empty()) {
     return {"completed", reason};
+  }
+  if (navigator.done() && shut_in(navigator, body)) {
+    return {"stuck", ""};
   }
   return {"completed", navigator.done() ? "explored" : "goals_done"};
 }

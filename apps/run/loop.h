@@ -33,7 +33,7 @@ std::string doing(const Navigator& navigator, const NavStep& step);
 /// What the recorder needs to know before and after.
 RunInfo run_info(const std::string& command, const ExploreMission& mission);
 RunResult run_result(const Navigator& navigator);
-RunEnd run_end(const Until& until, Time now, const Navigator& navigator);
+RunEnd run_end(const Until& until, Time now, const Navigator& navigator, const Body& body);
 
 /// The summary and the pictures' names on stdout.
 void print(const RunReport& report);

@@ -22,7 +22,7 @@ std::string fault_of(const std::string& line) {
 }  // namespace
 
 void bind(Fields& f, UntilOptions& o) {
-  f("duration_s", o.duration_s, positive);
+  f("duration_s", o.duration_s, between(1e-3, 1e8));
   f("keyframes", o.keyframes, at_least(1));
 }
 

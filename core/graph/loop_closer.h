@@ -41,7 +41,7 @@ struct VerifiedMethod {
   int min_inliers = 30;
   double min_inlier_share = 0.4;  ///< of the matches
   double mounting_px = 3;         ///< a place seen the other way round pairs front with back: their
-                           ///< mounting may be wrong by this much, a degree, in a second try
+                                  ///< mounting may be wrong by this much, a degree, in a second try
   ContourOptions contours;
 };
 void bind(Fields& f, VerifiedMethod& o);

@@ -240,8 +240,9 @@ TEST(SimulatedRobot, RefusesAStartInsideOrTouchingSomething) {
       "to have one drawn from the seed");
   EXPECT_EQ(
       refusal([] { robot_with(starting_at(3, 1.85)); }),
-      "platform.start: x_m: 3.000, y_m: 1.850 is 0.150 m from desk, but the body's radius is "
-      "0.250 m: its clearance is -0.100 m and must be > 0; move the start, or leave it out to "
+      "platform.start: x_m: 3.000, y_m: 1.850 is 0.150 m from desk, but 0.70 m about the start "
+      "must be clear, for the robot cannot see the floor at its feet and takes it for free; move "
+      "the start, or leave it out to "
       "have one drawn from the seed");
   EXPECT_EQ(
       refusal([] { robot_with(starting_at(9, 1)); }),

@@ -117,9 +117,10 @@ TEST_F(BadInput, StartsThatLookAtADeskInsteadOfFloor) {
                              ", start: {x_m: 0.9, y_m: 2, theta_deg: 0}"));
   const std::string column = std::to_string(36 + kOfficeWorld.size() + 9);
   expect_refused(2, "m.yaml:3:" + column +
-                        ": platform.start: the robot cannot start here: what lies just ahead of "
-                        "the robot has too many colours to be one floor; give platform.start "
-                        "another pose");
+                        ": platform.start: x_m: 0.900, y_m: 2.000 is 0.405 m from desk-01, but "
+                        "0.70 m about the start must be clear, for the robot cannot see the floor "
+                        "at its feet and takes it for free; move the start, or leave it out to "
+                        "have one drawn from the seed");
   // the same folder will do for another start
   EXPECT_EQ(explore("m.yaml", "out",
                     {"--set", "platform.start={x_m: 4.95, y_m: 4.0, theta_deg: -90}", "--set",
