@@ -22,7 +22,9 @@ void add_common(CLI::App& subcommand, CommonArguments& args) {
       ->type_name("DIR");
   subcommand.add_option("--seed", args.seed, "of every random choice")
       ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
+      ->check([](const std::string& seed) {
+        return seed.starts_with('-') ? "must not be negative, got " + seed : std::string();
+      });
   subcommand.add_option("--duration", args.duration_s, "at most so long, in seconds of the run")
       ->type_name("S");
   subcommand

@@ -78,7 +78,7 @@ TEST(Mission, RefusesRequirementsThatNobodyCanCheck) {
 TEST(Mission, RefusesWhatIsOutOfRange) {
   EXPECT_THAT(faults({"until.duration_s=-1", "seed=1.5", "drive=teleop", "platform.kind=pioneer"}),
               testing::UnorderedElementsAre(
-                  "--set until.duration_s: must be > 0, got -1",
+                  "--set until.duration_s: must be from 0.001 to 1e+08, got -1",
                   "--set seed: must be a whole number, got 1.5",
                   "--set drive: must be one of navigator, route, none, got teleop",
                   "--set platform.kind: platform: must be one of simulated, got pioneer"));

@@ -77,6 +77,10 @@ TEST_F(RunApp, BadUsageIsOneLineAndStatus2) {
   said = run({"explore", kOffice, "--seed", "x"});
   EXPECT_EQ(said.status, 2);
   EXPECT_EQ(said.err, "panoptes: Could not convert: --seed = x; see panoptes explore --help\n");
+  said = run({"explore", kOffice, "--seed", "-1"});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_EQ(said.err,
+            "panoptes: --seed: must not be negative, got -1; see panoptes explore --help\n");
 }
 
 TEST_F(RunApp, AMissingMissionIsStatus2) {
