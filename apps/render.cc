@@ -70,7 +70,7 @@ std::vector<Shot> shoot(const sim::World& world, const Rig& rig, const Pose2& T_
   for (const auto& [name, camera] : rig.cameras) {
     Shot shot{
         name, camera.floor, {camera.intrinsics, on_floor(T_scene_body) * camera.T_body_camera}, {}};
-    shot.drawn = renderer.draw(shot.view, false, shot.floor.has_value());
+    shot.drawn = renderer.draw(shot.view, {.depth = shot.floor.has_value()});
     shots.push_back(std::move(shot));
   }
   return shots;

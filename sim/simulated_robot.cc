@@ -151,8 +151,8 @@ Surroundings surroundings(const World& world, const Body& body, const RendererOp
   around.floor = occupancy(world, 0, kFloorLayerTop_m, kTruthCell_m);
   around.body = occupancy(world, kFloorLayerTop_m, body.height_m, kTruthCell_m);
   const auto renderer = std::make_shared<Renderer>(world, options);
-  around.draw = [renderer](const View& view, bool with_label) {
-    return renderer->draw(view, with_label);
+  around.draw = [renderer](const View& view, const Ask& ask, const Moment& moment) {
+    return renderer->draw(view, ask, moment);
   };
   return around;
 }
@@ -207,7 +207,7 @@ void SimulatedRobot::look(std::int64_t frame, Observation& seen) {
     const auto floor_camera = floor_cameras_.find(name);
     const bool with_label = floor_camera != floor_cameras_.end();
     const View view{camera.intrinsics, on_floor(T_scene_body) * camera.T_body_camera};
-    Drawn drawn = surroundings_.draw(view, with_label);
+    Drawn drawn = surroundings_.draw(view, {.floor_label = with_label}, {});
     if (with_label) {
       floor_camera->second.mark(drawn.floor_label, T_scene_body, seen_);
     }

@@ -49,7 +49,8 @@ struct Surroundings {
   std::vector<Outline> outlines;  ///< of the body layer
   TruthLayer floor;               ///< see Truth
   TruthLayer body;
-  std::function<Drawn(const View&, bool with_label)> draw;  ///< every picture is a new one
+  /// Every picture is a new one.
+  std::function<Drawn(const View&, const Ask&, const Moment&)> draw;
 };
 
 Surroundings surroundings(const World& world, const Body& body,

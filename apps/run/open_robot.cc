@@ -29,7 +29,7 @@ void check(const sim::SimulatedOptions& options, const ExploreMission& mission, 
   const sim::World world = sim::make_world(options.world);
   sim::Surroundings around;
   around.outlines = sim::outlines(world, sim::kFloorLayerTop_m, mission.robot.height_m);
-  around.draw = [](const sim::View&, bool) { return sim::Drawn(); };
+  around.draw = [](const sim::View&, const sim::Ask&, const sim::Moment&) { return sim::Drawn(); };
   const sim::SimulatedRobot robot(options, std::move(around), mission.robot, mission.rig, rng);
 }
 

@@ -16,7 +16,7 @@ Vec3 Intrinsics::ray(const Vec2& px) const {
 
 Intrinsics pinhole(int width_px, int height_px, double horizontal_fov_rad) {
   const double f_px = width_px / (2 * std::tan(horizontal_fov_rad / 2));
-  return {width_px, height_px, f_px, f_px, (width_px - 1) / 2.0, (height_px - 1) / 2.0};
+  return {width_px, height_px, f_px, f_px, (width_px - 1) / 2.0, (height_px - 1) / 2.0, {}};
 }
 
 bool RigCamera::has_role(std::string_view role) const {

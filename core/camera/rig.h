@@ -4,6 +4,8 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <variant>
 #include <vector>
 
 #include "core/config/fields.h"
@@ -11,7 +13,38 @@
 
 namespace panoptes {
 
-/// A pinhole: pixels (0, 0 at the centre of the top-left one) from points in the camera's frame.
+/// A lens that bends nothing.
+struct NoDistortion {
+  static constexpr std::string_view kName = "none";
+  friend bool operator==(const NoDistortion&, const NoDistortion&) = default;
+};
+
+/// Brown 1971 and Conrady 1919, as OpenCV's calib3d has them.
+struct BrownConrady {
+  static constexpr std::string_view kName = "brown_conrady";
+  double k1 = 0;
+  double k2 = 0;
+  double p1 = 0;
+  double p2 = 0;
+  double k3 = 0;
+  friend bool operator==(const BrownConrady&, const BrownConrady&) = default;
+};
+
+/// Kannala and Brandt 2006, as OpenCV's fisheye has it: r = theta (1 + k1 theta^2 + ... + k4
+/// theta^8).
+struct Equidistant {
+  static constexpr std::string_view kName = "equidistant";
+  double k1 = 0;
+  double k2 = 0;
+  double k3 = 0;
+  double k4 = 0;
+  friend bool operator==(const Equidistant&, const Equidistant&) = default;
+};
+
+using Distortion = std::variant<NoDistortion, BrownConrady, Equidistant>;
+
+/// A lens and its sensor: pixels (0, 0 at the centre of the top-left one) from points in the
+/// camera's frame.
 struct Intrinsics {
   int width_px = 320;
   int height_px = 240;
@@ -19,9 +52,12 @@ struct Intrinsics {
   double fy_px = 0;
   double cx_px = 0;
   double cy_px = 0;
+  Distortion distortion;
 
-  Vec2 project(const Vec3& p_camera) const;  ///< z must be positive
-  Vec3 ray(const Vec2& px) const;            ///< direction with z = 1
+  bool is_pinhole() const { return std::holds_alternative<NoDistortion>(distortion); }
+  Vec2 project(const Vec3& p_camera) const;  ///< z must be positive, but for Equidistant
+  Vec3 ray(const Vec2& px) const;            ///< direction with z = 1; what is seen less than 90
+                                             ///< degrees off the axis
 };
 
 /// A pinhole of this width of view with its centre in the middle of the picture.

@@ -27,7 +27,7 @@ void bind_intrinsics(Fields& f, Intrinsics& o) {
     if (numbers.size() == 4) {
       f.require(numbers[0] > 0 && numbers[1] > 0, "intrinsics_px",
                 "must have focal lengths > 0 ([fx, fy, cx, cy])");
-      o = {size[0], size[1], numbers[0], numbers[1], numbers[2], numbers[3]};
+      o = {size[0], size[1], numbers[0], numbers[1], numbers[2], numbers[3], o.distortion};
     }
     return;
   }

@@ -231,8 +231,8 @@ Bounds bounds_of(const std::vector<Vec3>& points) {
 class Renderer::Impl {
  public:
   Impl(const World& world, const RendererOptions& options) : options_(options) {
-    PANOPTES_CHECK(options.near_m > 0 && options.lightmap_cell_m > 0 && options.exposure > 0,
-                   "lengths and exposure are positive");
+    PANOPTES_CHECK(options.near_m > 0 && options.lightmap_cell_m > 0 && true,
+                   "lengths are positive");
     const Charts charts = make_charts(world, options.lightmap_cell_m);
     const cv::Mat light = cached_light(world, charts, options.bake_threads);
     make_context();
@@ -257,7 +257,8 @@ class Renderer::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  Drawn draw(const View& view, bool with_label, bool with_depth) {
+  Drawn draw(const View& view, const Ask& ask) {
+    PANOPTES_CHECK(view.intrinsics.is_pinhole(), "the renderer draws what a pinhole sees");
     const int width = view.intrinsics.width_px;
     const int height = view.intrinsics.height_px;
     make_current();
@@ -266,16 +267,16 @@ class Renderer::Impl {
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     const double far_m = (view.T_scene_camera.translation - all_.centre).norm() + all_.radius_m +
                          2 * options_.near_m;
-    draw_geometry(view, far_m, with_label);
+    draw_geometry(view, far_m, ask.floor_label);
 
     Drawn drawn;
     bgra_.create(height, width, CV_8UC4);
     glReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, bgra_.data);
     cv::cvtColor(bgra_, drawn.bgr, cv::COLOR_BGRA2BGR);
-    if (with_label) {
+    if (ask.floor_label) {
       cv::extractChannel(bgra_, drawn.floor_label, 3);
     }
-    if (with_depth) {
+    if (ask.depth) {
       drawn.depth_m = read_depth(width, height, far_m);
     }
     return drawn;
@@ -488,7 +489,7 @@ class Renderer::Impl {
     const Eigen::Matrix4f clip_scene =
         (clip_from_camera(view.intrinsics, options_.near_m, far_m) * camera_scene).cast<float>();
     glUniformMatrix4fv(program.clip_scene, 1, GL_FALSE, clip_scene.data());
-    glUniform1f(program.gain, static_cast<float>(std::sqrt(kMostLight * options_.exposure)));
+    glUniform1f(program.gain, static_cast<float>(std::sqrt(kMostLight * view.gain)));
     glBufferData(GL_ELEMENT_ARRAY_BUFFER,
                  static_cast<GLsizeiptr>(drawn_indices_.size() * sizeof(std::uint32_t)),
                  drawn_indices_.data(), GL_STREAM_DRAW);
@@ -532,8 +533,8 @@ Renderer::Renderer(const World& world, const RendererOptions& options)
     : impl_(std::make_unique<Impl>(world, options)) {}
 Renderer::~Renderer() = default;
 
-Drawn Renderer::draw(const View& view, bool with_label, bool with_depth) {
-  return impl_->draw(view, with_label, with_depth);
+Drawn Renderer::draw(const View& view, const Ask& ask, const Moment& /*moment*/) {
+  return impl_->draw(view, ask);
 }
 
 void set_render_threads(int num_threads) {

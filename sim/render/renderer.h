@@ -12,25 +12,34 @@
 namespace panoptes::sim {
 
 struct RendererOptions {
-  double exposure = 1.0;          ///< on the light that reaches the picture
   double lightmap_cell_m = 0.05;  ///< how finely light and shadow are kept
   int bake_threads = 2;           ///< the picture does not depend on it
   bool trilinear = false;         ///< smoother far textures for a fifth more time
   double near_m = 0.03;           ///< nothing nearer to the camera is drawn
 };
 
-/// Where a camera stands and how it sees.
+/// Where a pinhole camera stands and how it sees. (Lenses that bend are sim/sensors'.)
 struct View {
   Intrinsics intrinsics;
   Pose3 T_scene_camera;
+  double gain = 1;  ///< on the light that reaches the picture: light 1/gain is drawn white
+};
+
+/// What to draw besides the picture, in the same pass.
+struct Ask {
+  bool floor_label = false;
+  bool depth = false;
+  bool instance = false;
 };
 
 struct Drawn {
-  cv::Mat bgr;          ///< 8-bit
+  cv::Mat bgr;          ///< 8-bit, the square root of the light times the gain
   cv::Mat floor_label;  ///< 8-bit, 255 where the picture shows what is below 2 cm; empty unless
                         ///< asked for
   cv::Mat depth_m;      ///< float, along the camera's axis, infinite where nothing is; empty unless
                         ///< asked for
+  cv::Mat instance;     ///< 16-bit unsigned, 1 + the number of the object in World::objects, 0
+                        ///< where nothing is; empty unless asked for
 };
 
 /// Draws a world by OSMesa, without a screen or a graphics card: the same bits for any number of
@@ -42,7 +51,7 @@ class Renderer {
   explicit Renderer(const World& world, const RendererOptions& options = {});
   ~Renderer();
 
-  Drawn draw(const View& view, bool with_label = false, bool with_depth = false);
+  Drawn draw(const View& view, const Ask& ask = {}, const Moment& moment = {});
 
  private:
   class Impl;

@@ -244,7 +244,10 @@ void bind(Fields& f, WorldSettings& o) {
 }
 
 World make_world(const WorldSettings& settings) {
-  World world{settings.name, settings.ambient, settings.lights, {}, {}};
+  World world;
+  world.name = settings.name;
+  world.ambient = settings.ambient;
+  world.lights = settings.lights;
   TextureShelf shelf(world.textures);
   std::map<MeshKey, std::size_t> seen;
   for (const ObjectSettings& object : settings.objects) {
@@ -254,7 +257,8 @@ World make_world(const WorldSettings& settings) {
     T_scene_object.translation.z() = object.z_m;
     std::vector<Triangle> triangles =
         is_new ? read_mesh(object, shelf) : world.objects[first->second].triangles;
-    world.objects.push_back({object.name, T_scene_object, std::move(triangles)});
+    world.objects.push_back({object.name, T_scene_object, std::move(triangles),
+                             object.movable ? Object::Kind::kMovable : Object::Kind::kFixed});
   }
   return world;
 }

@@ -36,8 +36,8 @@ void rig_of_three(benchmark::State& state) {
     const Pose2 T_scene_body{5.0, 1.2 + 7.6 * (k % 50) / 50.0, 0.5 * k};
     ++k;
     for (std::size_t i = 0; i < T_body_camera.size(); ++i) {
-      benchmark::DoNotOptimize(
-          renderer.draw({intrinsics, on_floor(T_scene_body) * T_body_camera[i]}, i == 2));
+      benchmark::DoNotOptimize(renderer.draw(
+          {intrinsics, on_floor(T_scene_body) * T_body_camera[i]}, {.floor_label = i == 2}));
     }
   }
 }

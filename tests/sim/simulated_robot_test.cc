@@ -37,12 +37,12 @@ Surroundings room() {
   around.outlines.push_back(box("desk", 2, 2, 4, 3));
   around.floor = layer_of(6);
   around.body = layer_of(6);
-  around.draw = [](const View& view, bool with_label) {
+  around.draw = [](const View& view, const Ask& ask, const Moment&) {
     Drawn drawn;
     const int rows = view.intrinsics.height_px;
     const int columns = view.intrinsics.width_px;
     drawn.bgr = cv::Mat(rows, columns, CV_8UC3, cv::Scalar::all(120));
-    if (with_label) {
+    if (ask.floor_label) {
       drawn.floor_label = cv::Mat(rows, columns, CV_8UC1, cv::Scalar(0));
       drawn.floor_label.rowRange(rows / 2, rows).setTo(255);
     }

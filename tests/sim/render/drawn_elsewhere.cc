@@ -27,7 +27,7 @@ int main() {
     std::uint64_t hash = 0;
     for (int i = 0; i < 4; ++i) {
       const panoptes::sim::Drawn drawn =
-          renderer.draw(ahead(0.3 + 0.2 * i, 0.1 * i), i % 2 == 0, true);
+          renderer.draw(ahead(0.3 + 0.2 * i, 0.1 * i), {.floor_label = i % 2 == 0, .depth = true});
       hash = hash * 31 + hash_of(drawn.bgr) + hash_of(drawn.depth_m);
     }
     std::cout << "LP_NUM_THREADS=" << std::getenv("LP_NUM_THREADS") << " pictures=" << hash << "\n";

@@ -23,7 +23,7 @@ constexpr double kCell_m = 0.1;
 World lamp_world() {
   World world;
   world.ambient = 0.3;
-  world.lights = {{{0, 0, 2}, {0.2, 0.2}, {0, 0, -1}, 2.0}};
+  world.lights = {{{0, 0, 2}, {0.2, 0.2}, {0, 0, -1}, 2.0, ""}};
   world.textures = {{"white", cv::Mat(1, 1, CV_8UC3, cv::Scalar(255, 255, 255))}};
   world.objects = {{"floor", {}, floor_sheet()}, {"table", {}, box({2, -0.5, 0.6}, {3, 0.5, 0.7})}};
   return world;

@@ -65,7 +65,7 @@ TEST(Renderer, EdgesFallWhereTheIntrinsicsSay) {
 TEST(Renderer, TheLabelIsTheFloorAndNothingElse) {
   Renderer renderer(flag_world());
   const View view = ahead(0.5, deg_to_rad(20));
-  const Drawn drawn = renderer.draw(view, true);
+  const Drawn drawn = renderer.draw(view, {.floor_label = true});
   const auto label = [&](const Vec3& p) {
     const Vec2 px = seen_at(view, p);
     return drawn.floor_label.at<std::uint8_t>(static_cast<int>(std::lround(px.y())),
@@ -82,7 +82,7 @@ TEST(Renderer, TheLabelIsTheFloorAndNothingElse) {
 TEST(Renderer, DepthIsMetresAlongTheAxis) {
   Renderer renderer(flag_world());
   const View view = ahead();
-  const Drawn drawn = renderer.draw(view, false, true);
+  const Drawn drawn = renderer.draw(view, {.depth = true});
   const auto depth = [&](const Vec2& px) {
     return drawn.depth_m.at<float>(static_cast<int>(std::lround(px.y())),
                                    static_cast<int>(std::lround(px.x())));
@@ -101,11 +101,10 @@ TEST(Renderer, AmbientOneShowsAnOpenSurfaceAsItsPictureIs) {
   EXPECT_NEAR(seen[0], kGrey[0], kGreyLevels);
 }
 
-TEST(Renderer, ExposureScalesLightNotItsRoot) {
-  RendererOptions dark;
-  dark.exposure = 0.25;
-  Renderer renderer(flag_world(), dark);
-  const View view = ahead(0.5, deg_to_rad(40));
+TEST(Renderer, GainScalesLightNotItsRoot) {
+  Renderer renderer(flag_world());
+  View view = ahead(0.5, deg_to_rad(40));
+  view.gain = 0.25;
   const cv::Vec3b seen = at(renderer.draw(view).bgr, seen_at(view, {0.8, -0.2, 0}));
   EXPECT_NEAR(seen[0], kGrey[0] / 2, kGreyLevels);
 }

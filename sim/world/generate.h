@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <variant>
+
+#include "core/config/fields.h"
+#include "core/geometry/pose2.h"
+
+namespace panoptes::sim {
+
+struct WorldSettings;
+
+/// A room of desks in blocks with aisles between them, cupboards, shelves and boards along walls.
+struct OfficePlan {
+  static constexpr std::string_view kName = "office";
+  Vec2 size_m = Vec2(10, 10);
+  int desks = 16;
+  bool overhangs = false;  ///< desks on legs, table edges, chair seats that reach over the floor
+  double texture = 1;      ///< share of what hangs and lies about: papers, posters, books; 0: bare
+  std::uint64_t seed = 1;
+};
+
+/// A flat: rooms with doorways around a hall, each furnished for what it is.
+struct HomePlan {
+  static constexpr std::string_view kName = "home";
+  Vec2 size_m = Vec2(11, 9);
+  int rooms = 4;
+  std::uint64_t seed = 1;
+};
+
+/// Two halves, each the other turned by half a turn, alike to the posters: made to be confused.
+struct MirroredPlan {
+  static constexpr std::string_view kName = "mirrored";
+  Vec2 size_m = Vec2(14, 9);
+  int desks = 16;
+  std::uint64_t seed = 1;
+};
+
+/// Corridors that meet at right angles and close rings, with doors, notice boards and alcoves that
+/// repeat.
+struct CorridorsPlan {
+  static constexpr std::string_view kName = "corridors";
+  Vec2 size_m = Vec2(20, 14);
+  int loops = 2;
+  double width_m = 1.8;
+  std::uint64_t seed = 1;
+};
+
+/// A hall of pallet racks with aisles, pallets on the floor, marked lanes.
+struct WarehousePlan {
+  static constexpr std::string_view kName = "warehouse";
+  Vec2 size_m = Vec2(18, 12);
+  int racks = 4;
+  std::uint64_t seed = 1;
+};
+
+/// A street around one block of houses, under the sky.
+struct StreetPlan {
+  static constexpr std::string_view kName = "street";
+  double length_m = 300;  ///< of the way around the block
+  std::uint64_t seed = 1;
+};
+
+using GenerateOptions =
+    std::variant<OfficePlan, HomePlan, MirroredPlan, CorridorsPlan, WarehousePlan, StreetPlan>;
+
+void bind(Fields& f, OfficePlan& o);
+void bind(Fields& f, HomePlan& o);
+void bind(Fields& f, MirroredPlan& o);
+void bind(Fields& f, CorridorsPlan& o);
+void bind(Fields& f, WarehousePlan& o);
+void bind(Fields& f, StreetPlan& o);
+
+/// Adds the place to a world's settings: lights, boxes, objects, doors. The same plan gives the
+/// same place. Throws ConfigError for one that does not fit into its size.
+void generate(const OfficePlan& plan, WorldSettings& into);
+void generate(const HomePlan& plan, WorldSettings& into);
+void generate(const MirroredPlan& plan, WorldSettings& into);
+void generate(const CorridorsPlan& plan, WorldSettings& into);
+void generate(const WarehousePlan& plan, WorldSettings& into);
+void generate(const StreetPlan& plan, WorldSettings& into);
+
+}  // namespace panoptes::sim

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "sim/world/generate.h"
+#include "sim/world/load.h"
+
+namespace panoptes::sim {
+
+void bind(Fields& f, MirroredPlan& o) {
+  f("size_m", o.size_m, positive);
+  f("desks", o.desks, at_least(0));
+  f("seed", o.seed);
+}
+
+void generate(const MirroredPlan& /*plan*/, WorldSettings& /*into*/) {}
+
+}  // namespace panoptes::sim
