@@ -2,11 +2,15 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
+#include <opencv2/core/mat.hpp>
+
 #include "core/base/time.h"
 #include "core/geometry/pose2.h"
+#include "core/geometry/pose3.h"
 
 namespace panoptes {
 
@@ -28,6 +32,19 @@ struct TruePose {
   Pose2 T_scene_body;
   Twist2 twist_body;
   double clearance_m = 0;  ///< from the body's outline to the nearest thing
+  double pitch_rad = 0;    ///< of a body that does not stay level: its nose down,
+  double roll_rad = 0;     ///< its right side down,
+  double heave_m = 0;      ///< and all of it lifted
+};
+
+/// What one picture truly shows, as far as it was asked for.
+struct TruePicture {
+  Time stamp;            ///< the picture's own
+  Pose3 T_scene_camera;  ///< at that instant
+  cv::Mat depth_m;       ///< float, along the camera's axis, infinite where nothing is
+  cv::Mat instance;      ///< 16 bit: 1 + the number of the world's object, 0 where nothing is
+  cv::Mat floor_label;   ///< 8 bit: 255 where it shows what is below 2 cm
+  std::map<std::string, int> object_px;  ///< how many pixels show each object, by its name
 };
 
 /// A contact of the body with something, from first touch until apart for 1 s.
