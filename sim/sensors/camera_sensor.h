@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include <opencv2/core/mat.hpp>
+
+#include "core/base/rng.h"
+#include "core/base/time.h"
+#include "core/camera/rig.h"
+#include "core/config/fields.h"
+#include "core/geometry/pose3.h"
+#include "sim/render/renderer.h"
+
+namespace panoptes::sim {
+
+struct FixedExposure {
+  static constexpr std::string_view kName = "fixed";
+  double exposure_ms = 4;
+  double gain = 1;  ///< of the amplifier behind the sensor
+};
+void bind(Fields& f, FixedExposure& o);
+
+/// Exposes so that the mean of the picture comes to a grey level; the amplifier helps where the
+/// longest exposure is too short. It is settled when the first picture is taken.
+struct AutoExposure {
+  static constexpr std::string_view kName = "auto";
+  double target_grey = 110;
+  double least_ms = 0.05;
+  double most_ms = 16;
+  double most_gain = 8;
+  double time_constant_pictures = 4;  ///< of its way to the target, in logarithms of the light
+};
+void bind(Fields& f, AutoExposure& o);
+
+struct NoNoise {
+  static constexpr std::string_view kName = "none";
+};
+void bind(Fields& f, NoNoise& o);
+
+/// Photons are counted, and the count is read with an error. Grey 255 at gain 1 are `full_well_e`
+/// electrons, and as grey levels are square roots of light, shot noise alone is everywhere
+/// 127.5 / sqrt(full_well_e / gain) grey levels.
+struct PhotonNoise {
+  static constexpr std::string_view kName = "photons";
+  double full_well_e = 8000;
+  double read_e = 12;  ///< standard deviation
+};
+void bind(Fields& f, PhotonNoise& o);
+
+/// What a camera's sensor does to the light its lens lets through. The defaults are a machine
+/// vision camera in a lit room, its exposure set by hand; the world's own brightness is what an
+/// exposure of `white_ms` at gain 1 shows.
+struct SensorOptions {
+  std::variant<FixedExposure, AutoExposure> exposure;
+  double white_ms = 4;      ///< so long an exposure at gain 1 draws light 1 white
+  double vignetting = 0.2;  ///< share of the light lost in the farthest corner, as cos^4 goes
+  std::variant<PhotonNoise, NoNoise> noise;
+  bool motion_blur = true;  ///< the picture is the mean over the exposure
+  double row_us = 0;        ///< rows are exposed so long after one another; 0: all at once
+  bool bayer = false;       ///< one colour a pixel (RGGB), the others interpolated
+};
+void bind(Fields& f, SensorOptions& o);
+
+/// One picture as the sensor gives it, and the truth of it, pixel by pixel.
+struct Taken {
+  cv::Mat bgr;
+  cv::Mat
+      floor_label;   ///< as in Drawn, of the middle of each row's exposure; empty unless asked for
+  cv::Mat depth_m;   ///< along the camera's axis, negative behind it; else as in Drawn
+  cv::Mat instance;  ///< as in Drawn
+};
+
+/// One camera: its lens, its exposure and its sensor. What it draws by chance comes from the
+/// camera's name and the number of the picture alone, so that another camera changes nothing. Where
+/// nothing moves during the exposure it costs one drawing (of several views where the lens sees
+/// wider than one can show).
+class CameraSensor {
+ public:
+  /// Draws the world of the moment as a pinhole sees it.
+  using Draw = std::function<Drawn(const View&, const Ask&)>;
+
+  CameraSensor(const std::string& name, const Intrinsics& lens, const SensorOptions& options,
+               const Rng& rng);
+  ~CameraSensor();
+  CameraSensor(CameraSensor&&) noexcept;
+
+  /// `T_scene_camera_at(dt)` is the camera's pose `dt` after the middle of the exposure (of the
+  /// middle row). `picture` grows from call to call.
+  Taken take(const Draw& draw, const std::function<Pose3(Duration)>& T_scene_camera_at,
+             std::int64_t picture, const Ask& ask);
+
+  double exposure_ms() const;  ///< of the next picture
+  double gain() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace panoptes::sim
