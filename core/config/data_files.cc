@@ -47,6 +47,9 @@ std::string resolve_path(const std::string& written, const std::string& mentione
 }
 
 std::string portable_path(const std::string& file) {
+  if (file.starts_with(kPrefix)) {
+    return file;
+  }
   std::error_code error;
   const fs::path real = fs::weakly_canonical(file, error);
   if (error) {

@@ -591,6 +591,8 @@ std::string Fields::where(std::string_view key) const {
   return writing() || child == nullptr ? std::string() : child->place.text();
 }
 
+std::string Fields::here() const { return writing() ? "" : node_->tree->place.text(); }
+
 std::optional<Setting> Fields::setting(std::string_view key) {
   const std::string name(key);
   if (writing()) {
@@ -643,23 +645,71 @@ void Fields::angle(std::string_view stem, double& value_rad, const Rule& rule_ra
   (*this)(in_rad, value_rad, rule_rad);
 }
 
-void Fields::path(std::string_view key, std::string& value) {
+void Setting::path(std::string& value) {
   if (writing()) {
-    std::string name = value.empty() ? value : portable_path(value);
-    (*this)(key, name);
+    state_->write(value.empty() ? value : portable_path(value), true);
     return;
   }
-  const SettingsTree* child = node_->child(key);
-  std::string written;
-  (*this)(key, written);
-  if (child == nullptr || child->kind != Kind::kScalar) {
+  if (!state_->readable("must be text")) {
     return;
   }
-  value = written.empty() ? written : resolve_path(written, child->place.file);
+  const SettingsTree& tree = *state_->tree;
+  value = tree.text.empty() ? tree.text : resolve_path(tree.text, tree.place.file);
   std::error_code error;
   if (!value.empty() && !std::filesystem::is_regular_file(value, error)) {
-    node_->document->faults.push_back(
-        {child->place, join(plus(node_->path, std::string(key))), "no such file: " + value, true});
+    state_->document->faults.push_back(
+        {tree.place, join(state_->path), "no such file: " + value, true});
+  }
+}
+
+std::string Setting::where() const { return writing() ? "" : state_->tree->place.text(); }
+
+void Fields::path(std::string_view key, std::string& value) {
+  if (std::optional<Setting> found = setting(key)) {
+    found->path(value);
+  }
+}
+
+void Fields::paths(std::string_view key, std::vector<std::string>& values,
+                   std::vector<std::string>& mentions) {
+  std::optional<Setting> list = setting(key);
+  if (!list) {
+    return;
+  }
+  const std::size_t count = list->begin_list();
+  if (!writing()) {
+    values.assign(count, {});
+    mentions.assign(count, {});
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    Setting item = list->item(i);
+    item.path(values[i]);
+    if (!writing()) {
+      mentions[i] = item.where();
+    }
+  }
+}
+
+void Fields::paths(std::string_view key, std::map<std::string, std::string>& values,
+                   std::map<std::string, std::string>& mentions) {
+  std::optional<Setting> map = setting(key);
+  if (!map) {
+    return;
+  }
+  const std::vector<std::string> keys = map->begin_mapping();
+  if (!writing()) {
+    values.clear();
+    mentions.clear();
+    for (const std::string& name : keys) {
+      values[name];
+    }
+  }
+  for (auto& [name, value] : values) {
+    Setting entry = map->entry(name);
+    entry.path(value);
+    if (!writing()) {
+      mentions[name] = entry.where();
+    }
   }
 }
 
@@ -809,6 +859,55 @@ std::optional<Fields> Fields::kind_fields(std::string_view key, const std::strin
   node->path = plus(node_->path, name);
   node->asked.emplace_back("kind");
   return Fields(std::move(node));
+}
+
+std::optional<std::size_t> Fields::named_kind(std::string_view key,
+                                              const std::vector<std::string>& kinds) {
+  SettingsTree* child = node_->child(key);
+  if (child == nullptr || child->kind == Kind::kBroken) {
+    return std::nullopt;
+  }
+  const Path path = plus(node_->path, std::string(key));
+  Document& document = *node_->document;
+  if (child->kind == Kind::kNull && !document.overridden_within(path)) {
+    return std::nullopt;
+  }
+  if (child->kind == Kind::kScalar) {
+    SettingsTree all_defaults;
+    all_defaults.kind = Kind::kMapping;
+    all_defaults.place = child->place;
+    const SettingsTree::Key name{child->text, child->place};
+    child->kind = Kind::kMapping;
+    child->add(name) = std::move(all_defaults);
+  }
+  if (child->kind == Kind::kNull) {
+    child->kind = Kind::kMapping;
+  }
+  if (child->kind != Kind::kMapping) {
+    document.fault(*child, path, "must be one of " + listed(kinds) + got(*child));
+    return std::nullopt;
+  }
+  document.apply_overrides(*child, path);
+  if (child->keys.size() != 1) {
+    document.fault(*child, path,
+                   "must name one of " + listed(kinds) + ", got " +
+                       std::to_string(child->keys.size()) + " keys");
+    return std::nullopt;
+  }
+  const SettingsTree::Key& name = child->keys.front();
+  const auto at = std::find(kinds.begin(), kinds.end(), name.name);
+  if (at != kinds.end()) {
+    return static_cast<std::size_t>(at - kinds.begin());
+  }
+  SettingsTree word;
+  word.kind = Kind::kScalar;
+  word.text = name.name;
+  word.place = name.place;
+  const std::string near = nearest_word(name.name, kinds);
+  document.fault(word, path,
+                 "must be one of " + listed(kinds) + got(word) +
+                     (near.empty() ? "" : "; did you mean " + near + "?"));
+  return std::nullopt;
 }
 
 void Fields::finish() {

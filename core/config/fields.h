@@ -41,7 +41,9 @@ class Setting {
   void scalar(std::uint64_t& value, const Rule& rule);
   void scalar(double& value, const Rule& rule);
   void scalar(std::string& value);
-  void null();  ///< writing
+  void path(std::string& value);  ///< the name of a file that exists
+  std::string where() const;      ///< reading: file:line:column
+  void null();                    ///< writing
 
   std::size_t begin_list();  ///< how many items are there to read; a fault when it is no list
   bool begin_list_of(std::size_t count);  ///< false, and a fault, when it has not `count` items
@@ -101,6 +103,11 @@ class Fields {
   template <class... Ts>
   void choice(std::string_view key, std::variant<Ts...>& value);
 
+  /// The same for what may be absent, its name the key: `key: {name: {...its own fields}}`, or
+  /// `key: name` with all its defaults.
+  template <class... Ts>
+  void choice(std::string_view key, std::optional<std::variant<Ts...>>& value);
+
   /// A struct from another file (`key: ../rigs/front.yaml`, relative to the file that says so, or
   /// `data:rigs/front.yaml`) or written here as a mapping. Written inline.
   template <class T>
@@ -118,6 +125,11 @@ class Fields {
   /// `data:`. The field holds a name that opens; it is written as `data:` where it is one of
   /// Panoptes' own.
   void path(std::string_view key, std::string& value);
+  /// A list or a map of them. `mentions` gets the place (file:line:column) of each.
+  void paths(std::string_view key, std::vector<std::string>& values,
+             std::vector<std::string>& mentions);
+  void paths(std::string_view key, std::map<std::string, std::string>& values,
+             std::map<std::string, std::string>& mentions);
 
   /// A rule between several fields of this struct, reported at `key`.
   void require(bool holds, std::string_view key, std::string_view must);
@@ -126,6 +138,7 @@ class Fields {
   bool present(std::string_view key) const;  ///< reading: the file says something of `key`
   std::string where(
       std::string_view key) const;  ///< reading: file:line:column of what it says of `key`
+  std::string here() const;         ///< reading: file:line:column of this mapping
   std::string file() const;  ///< reading: the file that holds this mapping; empty for `--set`
   void finish();  ///< reports the keys that nobody asked for; the entry functions call it
 
@@ -139,6 +152,8 @@ class Fields {
   std::size_t kind_index(std::string_view key, const std::vector<std::string>& kinds,
                          const std::vector<std::string>& shorts, std::size_t current);
   std::optional<Fields> kind_fields(std::string_view key, const std::string& kind);
+  std::optional<std::size_t> named_kind(std::string_view key,
+                                        const std::vector<std::string>& kinds);
 
   std::unique_ptr<Node> node_;
 };
@@ -295,6 +310,42 @@ void Fields::choice(std::string_view key, std::variant<Ts...>& value) {
     std::visit([&inner](auto& alternative) { bind(*inner, alternative); }, value);
     inner->finish();
   }
+}
+
+template <class... Ts>
+void Fields::choice(std::string_view key, std::optional<std::variant<Ts...>>& value) {
+  const std::vector<std::string> kinds{std::string(Ts::kName)...};
+  if (writing()) {
+    if (std::optional<Setting> tag = setting(key); !value) {
+      tag->null();
+    } else {
+      tag->begin_mapping();
+      std::visit(
+          [&](auto& alternative) {
+            fields_detail::bind_setting(tag->entry(kinds[value->index()]), alternative, Rule());
+          },
+          *value);
+    }
+    return;
+  }
+  if (!present(key)) {
+    setting(key);
+    return;
+  }
+  value.reset();
+  const std::optional<std::size_t> index = named_kind(key, kinds);
+  if (!index) {
+    return;
+  }
+  std::size_t i = 0;
+  ((i++ == *index ? static_cast<void>(value.emplace(std::in_place_type<Ts>))
+                  : static_cast<void>(0)),
+   ...);
+  std::visit(
+      [&](auto& alternative) {
+        fields_detail::bind_setting(setting(key)->entry(kinds[*index]), alternative, Rule());
+      },
+      *value);
 }
 
 template <class T>

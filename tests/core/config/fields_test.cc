@@ -42,6 +42,12 @@ struct Route {
 };
 void bind(Fields& f, Route& o) { f.needed("file", o.file); }
 
+struct Dish {
+  static constexpr std::string_view kName = "dish";
+  int spoons = 1;
+};
+void bind(Fields& f, Dish& o) { f("spoons", o.spoons, positive); }
+
 enum class Rows { kAll, kLowerHalf };
 
 struct Settings {
@@ -73,6 +79,19 @@ void bind(Fields& f, Settings& o) {
   f("named", o.named);
   f("start_m", o.start);
   f.choice("method", o.method);
+}
+
+struct Place {
+  std::optional<std::variant<Histogram, Dish>> made;
+  std::vector<std::string> files;
+  std::vector<std::string> file_mentions;
+  std::map<std::string, std::string> pictures;
+  std::map<std::string, std::string> picture_mentions;
+};
+void bind(Fields& f, Place& o) {
+  f.choice("made", o.made);
+  f.paths("files", o.files, o.file_mentions);
+  f.paths("pictures", o.pictures, o.picture_mentions);
 }
 
 struct Mission {
@@ -168,6 +187,37 @@ TEST(Fields, AMethodIsNamedInThreeWays) {
   EXPECT_EQ(std::get<Route>(read("method: {kind: route, file: a.yaml}").method).file, "a.yaml");
   EXPECT_EQ(std::get<Histogram>(read("", {"method.alpha=3"}).method).alpha, 3);
   EXPECT_EQ(std::get<Histogram>(read("method: histogram", {"method.alpha=3"}).method).alpha, 3);
+}
+
+TEST(Fields, WhatMayBeAbsentIsNamedByItsKey) {
+  const auto made = [](const std::string& text, const std::vector<std::string>& overrides = {}) {
+    return read_settings_text<Place>(text, "m.yaml", overrides).made;
+  };
+  EXPECT_FALSE(made("").has_value());
+  EXPECT_FALSE(made("made: null").has_value());
+  EXPECT_EQ(std::get<Dish>(made("made: dish").value()).spoons, 1);
+  EXPECT_EQ(std::get<Dish>(made("made: {dish: {spoons: 3}}").value()).spoons, 3);
+  EXPECT_EQ(std::get<Dish>(made("made: {dish: }").value()).spoons, 1);
+  EXPECT_EQ(std::get<Dish>(made("", {"made.dish.spoons=4"}).value()).spoons, 4);
+  EXPECT_EQ(std::get<Histogram>(made("made: dish", {"made=histogram"}).value()).alpha, 2.5);
+  for (const char* text : {"made: {dish: {spoons: 3}}", "", "made: histogram"}) {
+    const std::string written = write_settings(read_settings_text<Place>(text, "m.yaml"));
+    EXPECT_EQ(write_settings(read_settings_text<Place>(written, "m.yaml")), written);
+  }
+  EXPECT_EQ(write_settings(read_settings_text<Place>("made: {dish: {spoons: 3}}", "m.yaml")),
+            "made:\n  dish:\n    spoons: 3\nfiles: []\npictures: {}\n");
+}
+
+TEST(Fields, RefusesWhatCannotBeMade) {
+  EXPECT_THAT(faults<Place>("made: {disc: {}}"),
+              ElementsAre("m.yaml:1:8: made: must be one of histogram, dish, got disc; did you "
+                          "mean dish?"));
+  EXPECT_THAT(faults<Place>("made: {dish: {}, histogram: {}}"),
+              ElementsAre("m.yaml:1:7: made: must name one of histogram, dish, got 2 keys"));
+  EXPECT_THAT(faults<Place>("made: [dish]"),
+              ElementsAre("m.yaml:1:7: made: must be one of histogram, dish, got a list"));
+  EXPECT_THAT(faults<Place>("made: {dish: {spoons: 0}}"),
+              ElementsAre("m.yaml:1:23: made.dish.spoons: must be > 0, got 0"));
 }
 
 TEST(Fields, WhatIsWrittenReadsBackToTheSameBits) {
@@ -454,6 +504,26 @@ TEST_F(InAFolder, AMissingMeshAloneIsTheMachinesFault) {
   } catch (const IoError& error) {
     EXPECT_EQ(error.what(),
               mission + ":1:7: mesh: no such file: " + (folder_ / "desk.glb").string());
+  }
+}
+
+TEST_F(InAFolder, ListsAndMapsOfFilesKnowTheirPlaces) {
+  const std::string mesh = write("a/desk.glb", "");
+  const std::string file = write(
+      "a/m.yaml", "files: [desk.glb, ../a/desk.glb]\npictures:\n  top: desk.glb\n  side: \"\"\n");
+  const auto read = read_settings<Place>(file);
+  EXPECT_THAT(read.files, ElementsAre(mesh, mesh));
+  EXPECT_THAT(read.file_mentions, ElementsAre(file + ":1:9", file + ":1:19"));
+  EXPECT_EQ(read.pictures.at("top"), mesh);
+  EXPECT_EQ(read.pictures.at("side"), "");
+  EXPECT_EQ(read.picture_mentions.at("top"), file + ":3:8");
+  const std::string missing = write("a/n.yaml", "files: [desk.glb, disk.glb]\n");
+  try {
+    read_settings<Place>(missing);
+    FAIL() << "accepted";
+  } catch (const IoError& error) {
+    EXPECT_EQ(error.what(),
+              missing + ":1:19: files[1]: no such file: " + (folder_ / "a" / "disk.glb").string());
   }
 }
 
