@@ -21,6 +21,10 @@ Vec3 operator*(const Pose3& T_a_b, const Vec3& p_b);
 /// A pose on the floor, lifted into space: z up, turned about z.
 Pose3 on_floor(const Pose2& T_a_b);
 
+/// Where a camera looks along the floor, from straight ahead, counter-clockwise. Of one that looks
+/// straight down or up: where the top or bottom of its picture points.
+double floor_heading_rad(const Pose3& T_body_camera);
+
 /// A camera (x right, y down, z forward) in its robot's body frame (x forward, y left, z up): at
 /// `position_body`, its axis turned by `yaw_rad` from straight ahead (counter-clockwise seen from
 /// above) and then by `tilt_rad` downwards; 0, 0 looks straight ahead along the floor.

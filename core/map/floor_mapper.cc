@@ -97,12 +97,12 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
       }
       const int u = p.pixel[i] % width;
       const int v = p.pixel[i] / width;
-      const Vec3 h = p.H_body_px * Vec3(u, v, 1);
+      const Vec3 h = p.H_look_px * Vec3(u, v, 1);
       const Vec2 at = h.hnormalized();
       if (at.norm() <= trusted_radius) {
         trusted_.push_back(p.pixel[i]);
       }
-      const double side = std::abs(at.y() - p.foot_body.y()) / p.range_m[i];
+      const double side = std::abs(at.y() - p.foot_look.y()) / p.range_m[i];
       if (side < least_side) {
         least_side = side;
         ahead_ray_ = ray;
@@ -112,7 +112,8 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
 }
 
 void FloorMapper::look_at_start(const cv::Mat& bgr) {
-  started_ = true;
+  fault_.clear();
+  colour_ = FloorColour(options_.colour);
   if (trusted_.size() < 100) {
     fault_ = "the floor just ahead of the robot is not in the picture";
     return;
@@ -155,7 +156,7 @@ void FloorMapper::look_at_start(const cv::Mat& bgr) {
 // columns of the picture keep the colour of the trusted patch until the floor would be too far.
 bool FloorMapper::reaches_horizon(const cv::Mat& bgr) {
   constexpr int kGap_px = 3;  // what is thinner does not end it
-  const Mat3& H = projection_->H_body_px;
+  const Mat3& H = projection_->H_look_px;
   std::map<int, int> lowest;  // of the trusted pixels in each column
   for (const std::int32_t pixel : trusted_) {
     int& v = lowest[pixel % bgr.cols];
@@ -306,7 +307,7 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
   PANOPTES_CHECK(bgr.type() == CV_8UC3 && bgr.total() == rated_.size(),
                  "the floor camera's picture is 8-bit BGR of the size its rig says");
   const cv::Mat picture = bgr.isContinuous() ? bgr : bgr.clone();
-  if (!started_) {
+  if (!sees_floor_) {  // nor has it so far
     look_at_start(picture);
   }
   const FloorProjection& p = *projection_;
@@ -318,7 +319,8 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
   scan();
   if (sees_floor_ && may_learn) {
     if (parallax_) {
-      for (const ColourGaussian& g : parallax_->look(picture, T_odom_body, smooth_, first_)) {
+      for (const ColourGaussian& g :
+           parallax_->look(picture, T_odom_body * projection_->T_body_look, smooth_, first_)) {
         colour_.adopt(g);
         reading.learned_new_floor = true;
       }
@@ -345,7 +347,7 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
     const std::size_t i = row * static_cast<std::size_t>(p.rays) + ahead;
     free_to = p.pixel[i] >= 0 ? static_cast<double>(p.range_m[i]) : free_to;
   }
-  reading.free_ahead_m = std::max(0.0, p.foot_body.x() + free_to - body_radius_m_);
+  reading.free_ahead_m = std::max(0.0, p.foot_look.x() + free_to - body_radius_m_);
   reading.floors = colour_.voting();
   return reading;
 }

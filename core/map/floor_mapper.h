@@ -37,7 +37,7 @@ struct FloorReading {
   cv::Mat log_ratio;  ///< CV_32F, nats, the whole picture; 0 outside the mapped part
   std::shared_ptr<const FloorProjection> projection;
   std::vector<std::int8_t> evidence;  ///< the projection's body-frame raster, row-major along x
-  bool sees_floor = false;            ///< the patch ahead looked like one floor at the start
+  bool sees_floor = false;            ///< the patch ahead has looked like one floor
   std::string fault;                  ///< why not
   double free_ahead_m =
       0;           ///< from the body's front, straight ahead, to the first obstacle or far edge
@@ -69,7 +69,6 @@ class FloorMapper {
   std::shared_ptr<const FloorProjection> projection_;
   FloorColour colour_;
   std::optional<FloorParallax> parallax_;
-  bool started_ = false;
   bool sees_floor_ = false;
   std::string fault_;
   int frame_ = 0;

@@ -54,7 +54,7 @@ FloorParallax::FloorParallax(const FloorParallaxOptions& options,
                              std::shared_ptr<const FloorProjection> projection)
     : options_(options), projection_(std::move(projection)) {
   const FloorProjection& p = *projection_;
-  origin_body_ = p.origin_body;
+  origin_look_ = p.origin_look;
   columns_ =
       static_cast<int>(std::min(options_.reach_m, p.cell_columns * p.cell_m) / options_.cell_m);
   rows_ = static_cast<int>(p.cell_rows * p.cell_m / options_.cell_m);
@@ -121,19 +121,19 @@ std::vector<float> FloorParallax::rectify(const cv::Mat& bgr) const {
 std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
                                                        const std::vector<float>& now,
                                                        const Rectified& before,
-                                                       const Pose2& T_odom_body,
+                                                       const Pose2& T_odom_look,
                                                        const std::vector<std::int8_t>& known,
                                                        const std::vector<std::int16_t>& first) {
   const FloorProjection& p = *projection_;
-  const Pose2 T_before_now = before.T_odom_body.inverse() * T_odom_body;
-  const Vec2 foot_before = T_before_now.inverse() * p.foot_body;
-  const Vec2 way = p.foot_body - foot_before;  // driven by the camera, in the body now
+  const Pose2 T_before_now = before.T_odom_look.inverse() * T_odom_look;
+  const Vec2 foot_before = T_before_now.inverse() * p.foot_look;
+  const Vec2 way = p.foot_look - foot_before;  // driven by the camera, in look now
   const double way_m = way.norm();
   const Vec2 slide = T_before_now.rotation() * way / way_m * options_.cell_m;  // a cell along it
 
   // a floor point of now, in cells of the earlier picture; displaced by so many cells along the way
   const auto seen_before = [&](const Vec2& p_before) -> double {
-    const Vec2 at = (p_before - origin_body_) / options_.cell_m - Vec2(0.5, 0.5);
+    const Vec2 at = (p_before - origin_look_) / options_.cell_m - Vec2(0.5, 0.5);
     const double column = std::floor(at.x());
     const double row = std::floor(at.y());
     if (!(column >= 0 && row >= 0 && column + 1 < columns_ && row + 1 < rows_)) {
@@ -208,7 +208,7 @@ std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
           const auto i = static_cast<std::size_t>(s);
           const auto ray = i % static_cast<std::size_t>(p.rays);
           const auto sample_row = i / static_cast<std::size_t>(p.rays);
-          const Vec2 at = origin_body_ + options_.cell_m * Vec2(column + 0.5, row + 0.5);
+          const Vec2 at = origin_look_ + options_.cell_m * Vec2(column + 0.5, row + 0.5);
           const CellNow here{T_before_now * at, now[cell], i};
           if (static_cast<int>(sample_row) < first[ray]) {
             if (known[i] > 0) {
@@ -291,20 +291,20 @@ std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
   return blocks;
 }
 
-std::vector<ColourGaussian> FloorParallax::look(const cv::Mat& bgr, const Pose2& T_odom_body,
+std::vector<ColourGaussian> FloorParallax::look(const cv::Mat& bgr, const Pose2& T_odom_look,
                                                 const std::vector<std::int8_t>& known,
                                                 const std::vector<std::int16_t>& first) {
   if (!past_.empty()) {
-    const Vec2 moved = T_odom_body.position() - past_.back().T_odom_body.position();
+    const Vec2 moved = T_odom_look.position() - past_.back().T_odom_look.position();
     if (moved.norm() < options_.step_m) {
       return {};
     }
   }
-  Rectified now{T_odom_body, rectify(bgr)};
+  Rectified now{T_odom_look, rectify(bgr)};
   const Rectified* before = nullptr;
   double best = 0.5 * options_.baseline_m;  // how far from the wanted baseline it may be
   for (const Rectified& r : past_) {
-    const Pose2 T_then_now = r.T_odom_body.inverse() * T_odom_body;
+    const Pose2 T_then_now = r.T_odom_look.inverse() * T_odom_look;
     const double off = std::abs(T_then_now.position().norm() - options_.baseline_m);
     if (off <= best && std::abs(T_then_now.theta_rad) <= options_.turn_max_rad) {
       best = off;
@@ -313,7 +313,7 @@ std::vector<ColourGaussian> FloorParallax::look(const cv::Mat& bgr, const Pose2&
   }
   std::vector<Block> blocks;
   if (before != nullptr) {
-    blocks = judge(bgr, now.grey, *before, T_odom_body, known, first);
+    blocks = judge(bgr, now.grey, *before, T_odom_look, known, first);
   }
   past_.push_back(std::move(now));
   while (past_.size() > 12) {

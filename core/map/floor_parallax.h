@@ -41,13 +41,13 @@ class FloorParallax {
 
   /// `known`: the scan's smoothed colour ratio; `first`: the first obstacle's row along each ray.
   /// Returns the colours that have proved to be floor.
-  std::vector<ColourGaussian> look(const cv::Mat& bgr, const Pose2& T_odom_body,
+  std::vector<ColourGaussian> look(const cv::Mat& bgr, const Pose2& T_odom_look,
                                    const std::vector<std::int8_t>& known,
                                    const std::vector<std::int16_t>& first);
 
  private:
   struct Rectified {
-    Pose2 T_odom_body;
+    Pose2 T_odom_look;
     std::vector<float> grey;  // negative where nothing is seen
   };
   struct Block {
@@ -67,7 +67,7 @@ class FloorParallax {
   void drop_scattered(std::vector<Block>& blocks) const;
   std::vector<ColourGaussian> weigh(const std::vector<Block>& blocks);
   std::vector<Block> judge(const cv::Mat& bgr, const std::vector<float>& now,
-                           const Rectified& before, const Pose2& T_odom_body,
+                           const Rectified& before, const Pose2& T_odom_look,
                            const std::vector<std::int8_t>& known,
                            const std::vector<std::int16_t>& first);
 
@@ -75,7 +75,7 @@ class FloorParallax {
   std::shared_ptr<const FloorProjection> projection_;
   int columns_ = 0;
   int rows_ = 0;
-  Vec2 origin_body_ = Vec2::Zero();
+  Vec2 origin_look_ = Vec2::Zero();
   std::vector<std::int32_t> pixel_;     // mapped pixels and
   std::vector<std::int32_t> cell_;      // the cell each falls into
   std::vector<std::int32_t> sample_;    // the scan's sample at each cell's centre, -1 outside

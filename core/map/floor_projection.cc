@@ -12,6 +12,7 @@
 #include "core/base/check.h"
 #include "core/base/error.h"
 #include "core/geometry/homography.h"
+#include "core/geometry/pose3.h"
 
 namespace panoptes {
 namespace {
@@ -53,16 +54,16 @@ Mat3 believed_homography(const RigCamera& camera) {
 
 // Where the camera of a homography is: K^-1 H^-1 holds the first two axes of its rotation and its
 // translation up to scale (Zhang 2000).
-Vec3 camera_of(const Mat3& H_body_px, const Intrinsics& k) {
+Vec3 camera_of(const Mat3& H_look_px, const Intrinsics& k) {
   Mat3 K;
   K << k.fx_px, 0, k.cx_px, 0, k.fy_px, k.cy_px, 0, 0, 1;
-  Mat3 G = K.inverse() * H_body_px.inverse();
+  Mat3 G = K.inverse() * H_look_px.inverse();
   G *= 2 / (G.col(0).norm() + G.col(1).norm());
   Mat3 axes;
   axes << G.col(0), G.col(1), G.col(0).cross(G.col(1));
   const Eigen::JacobiSVD<Mat3> svd(axes, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Mat3 R_camera_body = svd.matrixU() * svd.matrixV().transpose();
-  return -(R_camera_body.transpose() * G.col(2));
+  const Mat3 R_camera_look = svd.matrixU() * svd.matrixV().transpose();
+  return -(R_camera_look.transpose() * G.col(2));
 }
 
 double cross(const Vec2& a, const Vec2& b, const Vec2& c) {
@@ -90,8 +91,8 @@ std::vector<Vec2> convex_hull(std::vector<Vec2> points) {  // monotone chain (An
 
 // Which pixels are mapped, and where they lie.
 struct Mapped {
-  Mat3 H_body_px;
-  Mat3 H_px_body;
+  Mat3 H_look_px;
+  Mat3 H_px_look;
   int width = 0;
   int height = 0;
   int top_row = 0;
@@ -99,11 +100,11 @@ struct Mapped {
   double high_x = 0;
 
   // The pixel under a floor point; -1 when it is not mapped.
-  std::int32_t pixel(const Vec2& p_body) const {
-    if (p_body.x() < low_x || p_body.x() > high_x) {
+  std::int32_t pixel(const Vec2& p_look) const {
+    if (p_look.x() < low_x || p_look.x() > high_x) {
       return -1;
     }
-    const std::optional<Vec2> px = transfer(H_px_body, p_body);
+    const std::optional<Vec2> px = transfer(H_px_look, p_look);
     if (!px) {
       return -1;
     }
@@ -127,17 +128,20 @@ FloorProjection project_floor(const RigCamera& camera, const Body& body, double 
   PANOPTES_CHECK(k.fx_px > 0 && k.fy_px > 0 && cell_m > 0, "a floor camera has a focal length");
 
   Mapped mapped;
-  mapped.H_body_px = believed_homography(camera);
-  if (!(std::abs(mapped.H_body_px.determinant()) > 0) || !mapped.H_body_px.allFinite()) {
-    throw ConfigError("floor.H_body_px: is singular; must map pixels to floor points");
+  const double heading_rad = floor_heading_rad(camera.T_body_camera);
+  Mat3 H_look_body = Mat3::Identity();
+  H_look_body.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-heading_rad).toRotationMatrix();
+  mapped.H_look_px = H_look_body * believed_homography(camera);
+  if (!(std::abs(mapped.H_look_px.determinant()) > 0) || !mapped.H_look_px.allFinite()) {
+    throw ConfigError("floor.homography: is singular; must map pixels to floor points");
   }
   // the bottom of the picture is before the horizon, so there the third coordinate is positive
-  const Vec3 bottom = mapped.H_body_px * Vec3(k.cx_px, k.height_px - 1.0, 1);
-  mapped.H_body_px *= (bottom.z() > 0 ? 1 : -1) / mapped.H_body_px.norm();
-  mapped.H_px_body = mapped.H_body_px.inverse();
-  const Vec2 bottom_body = bottom.hnormalized();
-  if ((mapped.H_px_body * bottom_body.homogeneous()).z() < 0) {
-    mapped.H_px_body = -mapped.H_px_body;
+  const Vec3 bottom = mapped.H_look_px * Vec3(k.cx_px, k.height_px - 1.0, 1);
+  mapped.H_look_px *= (bottom.z() > 0 ? 1 : -1) / mapped.H_look_px.norm();
+  mapped.H_px_look = mapped.H_look_px.inverse();
+  const Vec2 bottom_look = bottom.hnormalized();
+  if ((mapped.H_px_look * bottom_look.homogeneous()).z() < 0) {
+    mapped.H_px_look = -mapped.H_px_look;
   }
   mapped.width = k.width_px;
   mapped.height = k.height_px;
@@ -146,10 +150,11 @@ FloorProjection project_floor(const RigCamera& camera, const Body& body, double 
   mapped.high_x = body.radius_m + view.far_m;
 
   FloorProjection out;
-  out.H_body_px = mapped.H_body_px;
+  out.T_body_look = {0, 0, heading_rad};
+  out.H_look_px = mapped.H_look_px;
   out.cell_m = cell_m;
-  const Vec3 c = camera_of(mapped.H_body_px, k);
-  out.foot_body = c.head<2>();
+  const Vec3 c = camera_of(mapped.H_look_px, k);
+  out.foot_look = c.head<2>();
   out.height_m = std::abs(c.z());
 
   // What the picture covers: directions and distances of the mapped pixels from the foot.
@@ -163,11 +168,11 @@ FloorProjection project_floor(const RigCamera& camera, const Body& body, double 
   double x_high = -az_low;
   for (int v = mapped.top_row; v < mapped.height; ++v) {
     for (int u = 0; u < mapped.width; ++u) {
-      const std::optional<Vec2> p = transfer(mapped.H_body_px, Vec2(u, v));
+      const std::optional<Vec2> p = transfer(mapped.H_look_px, Vec2(u, v));
       if (!p || p->x() < mapped.low_x || p->x() > mapped.high_x) {
         continue;
       }
-      const Vec2 d = *p - out.foot_body;
+      const Vec2 d = *p - out.foot_look;
       const double az = std::atan2(d.y(), d.x());
       az_low = std::min(az_low, az);
       az_high = std::max(az_high, az);
@@ -188,21 +193,21 @@ FloorProjection project_floor(const RigCamera& camera, const Body& body, double 
   // One ray a pixel in the middle of the farthest row; samples a pixel apart along the middle ray,
   // but no finer than three quarters of a cell.
   const auto depth_at = [&](const Vec2& p, const Vec2& along) {
-    const Vec3 a = mapped.H_px_body * p.homogeneous();
-    const Vec3 b = mapped.H_px_body * Vec3(along.x(), along.y(), 0);
+    const Vec3 a = mapped.H_px_look * p.homogeneous();
+    const Vec3 b = mapped.H_px_look * Vec3(along.x(), along.y(), 0);
     const Vec2 px_per_m = (b.head<2>() - a.hnormalized() * b.z()) / a.z();
     return 1 / px_per_m.norm();
   };
   const double az_middle = std::clamp(0.0, az_low, az_high);
   const Vec2 middle(std::cos(az_middle), std::sin(az_middle));
-  const Vec2 farthest = out.foot_body + middle * std::min(range_high, mapped.high_x - c.x());
+  const Vec2 farthest = out.foot_look + middle * std::min(range_high, mapped.high_x - c.x());
   const Vec2 sideways(-middle.y(), middle.x());
-  const double az_step = depth_at(farthest, sideways) / (farthest - out.foot_body).norm();
+  const double az_step = depth_at(farthest, sideways) / (farthest - out.foot_look).norm();
   out.rays = static_cast<int>(std::ceil((az_high - az_low) / az_step)) + 1;
   std::vector<double> ranges;
   for (double r = range_low; r <= range_high;) {
     ranges.push_back(r);
-    r += std::max(depth_at(out.foot_body + middle * r, middle), 0.75 * cell_m);
+    r += std::max(depth_at(out.foot_look + middle * r, middle), 0.75 * cell_m);
   }
   out.rows = static_cast<int>(ranges.size());
   PANOPTES_CHECK(out.rays < 32768 && out.rows < 32768, "a picture has few enough pixels");
@@ -219,7 +224,7 @@ FloorProjection project_floor(const RigCamera& camera, const Body& body, double 
       const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(out.rays) +
                             static_cast<std::size_t>(ray);
       const double r = ranges[static_cast<std::size_t>(row)];
-      const Vec2 p = out.foot_body + along * r;
+      const Vec2 p = out.foot_look + along * r;
       out.range_m[i] = static_cast<float>(r);
       out.pixel[i] = mapped.pixel(p);
       if (out.pixel[i] >= 0) {
@@ -233,7 +238,7 @@ FloorProjection project_floor(const RigCamera& camera, const Body& body, double 
 
   const double column_low = std::floor(x_low / cell_m);
   const double row_low = std::floor(y_low / cell_m);
-  out.origin_body = cell_m * Vec2(column_low, row_low);
+  out.origin_look = cell_m * Vec2(column_low, row_low);
   out.cell_columns = static_cast<int>(std::ceil(x_high / cell_m) - column_low);
   out.cell_rows = static_cast<int>(std::ceil(y_high / cell_m) - row_low);
   out.sample.assign(
@@ -244,11 +249,11 @@ FloorProjection project_floor(const RigCamera& camera, const Body& body, double 
     int first = -1;
     int last = -1;
     for (int column = 0; column < out.cell_columns; ++column) {
-      const Vec2 p = out.origin_body + cell_m * Vec2(column + 0.5, r + 0.5);
+      const Vec2 p = out.origin_look + cell_m * Vec2(column + 0.5, r + 0.5);
       if (mapped.pixel(p) < 0) {
         continue;
       }
-      const Vec2 d = p - out.foot_body;
+      const Vec2 d = p - out.foot_look;
       const int ray = static_cast<int>(std::lround((std::atan2(d.y(), d.x()) - az_low) / az_step));
       const double range = d.norm();
       int row =
@@ -272,15 +277,15 @@ FloorProjection project_floor(const RigCamera& camera, const Body& body, double 
     }
     if (first >= 0) {
       for (const int column : {first, last + 1}) {
-        corners.push_back(out.origin_body + cell_m * Vec2(column, r));
-        corners.push_back(out.origin_body + cell_m * Vec2(column, r + 1));
+        corners.push_back(out.origin_look + cell_m * Vec2(column, r));
+        corners.push_back(out.origin_look + cell_m * Vec2(column, r + 1));
       }
     }
   }
   if (corners.empty()) {
     throw ConfigError("floor: no cell of the floor between near_m and far_m lies in the picture");
   }
-  out.outline_body = convex_hull(std::move(corners));
+  out.outline_look = convex_hull(std::move(corners));
   out.front_m = std::isfinite(nearest_ahead) ? nearest_ahead : x_low;
   out.blind_gap_m = out.front_m - body.radius_m;
   return out;

@@ -94,23 +94,24 @@ void KeyframeGrid::reserve(const Vec2& low, const Vec2& high) {
   rows_ = new_rows;
 }
 
-void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body) {
+void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body, int eye) {
   PANOPTES_CHECK(reading.projection != nullptr, "a reading of the floor knows where it lies");
   const FloorProjection& p = *reading.projection;
   PANOPTES_CHECK(reading.evidence.size() == p.sample.size(), "a reading fills its raster");
-  const Pose2 T_last_body = T_keyframe_last_.inverse() * T_keyframe_body;
-  const bool independent = !any_ || T_last_body.position().norm() >= kIndependent_m ||
+  const auto [last, first_look] = T_keyframe_last_.try_emplace(eye, T_keyframe_body);
+  const Pose2 T_last_body = last->second.inverse() * T_keyframe_body;
+  const bool independent = first_look || T_last_body.position().norm() >= kIndependent_m ||
                            std::abs(T_last_body.theta_rad) >= kIndependent_rad;
   if (independent) {
-    any_ = true;
-    T_keyframe_last_ = T_keyframe_body;
+    last->second = T_keyframe_body;
   }
+  const Pose2 T_keyframe_look = T_keyframe_body * p.T_body_look;
 
   std::vector<Vec2> outline;
   Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity());
   Vec2 high = -low;
-  for (const Vec2& corner : p.outline_body) {
-    outline.push_back(T_keyframe_body * corner);
+  for (const Vec2& corner : p.outline_look) {
+    outline.push_back(T_keyframe_look * corner);
     low = low.cwiseMin(outline.back());
     high = high.cwiseMax(outline.back());
   }
@@ -118,14 +119,14 @@ void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body
 
   // For each cell of the grid within the outline, the raster's cell under its centre, in fixed
   // point: no cell is left out or met twice.
-  const Pose2 T_body_keyframe = T_keyframe_body.inverse();
+  const Pose2 T_look_keyframe = T_keyframe_look.inverse();
   const std::int8_t* evidence = reading.evidence.data();
   constexpr int kShift = 16;
   const double scale = cell_m_ / p.cell_m * (1 << kShift);
   const auto step_x =
-      static_cast<std::int32_t>(std::lround(std::cos(T_body_keyframe.theta_rad) * scale));
+      static_cast<std::int32_t>(std::lround(std::cos(T_look_keyframe.theta_rad) * scale));
   const auto step_y =
-      static_cast<std::int32_t>(std::lround(std::sin(T_body_keyframe.theta_rad) * scale));
+      static_cast<std::int32_t>(std::lround(std::sin(T_look_keyframe.theta_rad) * scale));
   const int first_row = std::max(0, static_cast<int>(std::floor(low.y() / cell_m_)) - first_row_);
   const int last_row =
       std::min(rows_ - 1, static_cast<int>(std::floor(high.y() / cell_m_)) - first_row_);
@@ -139,7 +140,7 @@ void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body
     const int end =
         std::min(columns_, static_cast<int>(std::ceil(right / cell_m_)) - first_column_);
     const Vec2 at =
-        (T_body_keyframe * Vec2((first_column_ + begin + 0.5) * cell_m_, y) - p.origin_body) /
+        (T_look_keyframe * Vec2((first_column_ + begin + 0.5) * cell_m_, y) - p.origin_look) /
         p.cell_m * (1 << kShift);
     auto x_fixed = static_cast<std::int32_t>(std::floor(at.x()));
     auto y_fixed = static_cast<std::int32_t>(std::floor(at.y()));

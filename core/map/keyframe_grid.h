@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "core/geometry/pose2.h"
@@ -33,7 +34,8 @@ class KeyframeGrid {
  public:
   explicit KeyframeGrid(double cell_m = 0.01);
 
-  void add(const FloorReading& reading, const Pose2& T_keyframe_body);
+  /// `eye`: which of the robot's floor cameras, counted from 0.
+  void add(const FloorReading& reading, const Pose2& T_keyframe_body, int eye = 0);
 
   /// The disc about `p_keyframe` is free: the body stands there, or it is assumed at the start.
   void add_free_disc(const Vec2& p_keyframe, double radius_m);
@@ -53,8 +55,8 @@ class KeyframeGrid {
   int columns_ = 0;
   int rows_ = 0;
   std::vector<std::int8_t> cells_;
-  bool any_ = false;
-  Pose2 T_keyframe_last_;  // where the last independent reading was taken
+  // Where each eye's last independent reading was taken.
+  std::map<int, Pose2> T_keyframe_last_;
 };
 
 }  // namespace panoptes

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/base/error.h"
+#include "core/geometry/pose3.h"
 
 namespace panoptes {
 namespace {
@@ -13,15 +15,25 @@ namespace {
 // off.
 constexpr Duration kShyAfterBump = std::chrono::seconds(3);
 
-const RigCamera& floor_camera(const Rig& rig) {
-  const std::string name = rig.with_role("floor");
-  if (name.empty()) {
+}  // namespace
+
+std::vector<std::string> floor_cameras(const Rig& rig) {
+  std::vector<std::pair<double, std::string>> found;
+  for (const auto& [name, camera] : rig.cameras) {
+    if (camera.has_role("floor")) {
+      found.emplace_back(std::abs(floor_heading_rad(camera.T_body_camera)), name);
+    }
+  }
+  if (found.empty()) {
     throw ConfigError("rig: no camera has the role floor; free space is mapped with one");
   }
-  return rig.cameras.at(name);
+  std::sort(found.begin(), found.end());
+  std::vector<std::string> names;
+  for (const auto& [heading_rad, name] : found) {
+    names.push_back(name);
+  }
+  return names;
 }
-
-}  // namespace
 
 void bind(Fields& f, MapperOptions& o) {
   f("floor", o.floor);
@@ -40,11 +52,13 @@ void bind(Fields& f, MapperOptions& o) {
 Mapper::Mapper(const MapperOptions& options, const Body& body, const Rig& rig)
     : options_(options),
       body_(body),
-      camera_(rig.with_role("floor")),
-      floor_(options.floor, floor_camera(rig), body),
       open_(options.cell_m),
       local_(options.local_cell_m, options.local_half_width_m, options.local_keyframes),
-      global_(options.plan_cell_m) {}
+      global_(options.plan_cell_m) {
+  for (const std::string& name : floor_cameras(rig)) {
+    eyes_.push_back({name, FloorMapper(options.floor, rig.cameras.at(name), body)});
+  }
+}
 
 double Mapper::start_radius_m() const { return projection().front_m + options_.start_margin_m; }
 
@@ -69,19 +83,30 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
     global_.move(std::span(T_map_keyframes).first(closed_.size()));
   }
   if (global_.waiting() > 0) {
-    constexpr double kFrames_hz = 15;  // how often this is called, about
-    global_.refuse(static_cast<int>(
-        std::ceil(static_cast<double>(closed_.size()) / (options_.refuse_s * kFrames_hz))));
+    const double share = to_seconds(seen.stamp - last_step_) / options_.refuse_s;
+    global_.refuse(
+        static_cast<int>(std::ceil(static_cast<double>(closed_.size()) * std::min(share, 1.0))));
   }
+  last_step_ = seen.stamp;
   if (seen.health.bumper_pressed) {
     bumped_ = true;
     bumped_at_ = seen.stamp;
   } else if (bumped_ && seen.stamp - bumped_at_ > kShyAfterBump) {
     bumped_ = false;
   }
-  if (const auto picture = seen.pictures.find(camera_); picture != seen.pictures.end()) {
-    out.reading = floor_.read(picture->second.bgr, seen.odometry.T_odom_body, !bumped_);
-    open_.add(out.reading, located.T_last_body);
+  for (std::size_t i = 0; i < eyes_.size(); ++i) {
+    const auto picture = seen.pictures.find(eyes_[i].camera);
+    if (picture == seen.pictures.end()) {
+      continue;
+    }
+    FloorReading reading =
+        eyes_[i].floor.read(picture->second.bgr, seen.odometry.T_odom_body, !bumped_);
+    if (reading.sees_floor || i == 0) {
+      open_.add(reading, located.T_last_body, static_cast<int>(i));
+    }
+    if (i == 0) {
+      out.reading = std::move(reading);
+    }
   }
   open_.add_free_disc(located.T_last_body.position(), body_.radius_m);  // the body stands there
   out.local_odom =

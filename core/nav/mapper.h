@@ -34,9 +34,13 @@ struct MapperOptions {
 void bind(Fields& f, MapperOptions& o);
 
 struct Mapped {
-  FloorReading reading;     ///< of this picture; empty without one
+  FloorReading reading;     ///< of the foremost floor camera's picture; empty without one
   OccupancyMap local_odom;  ///< the last keyframes and the open one, about the robot
 };
+
+/// The floor cameras of a rig, the one that looks straightest ahead first. Throws ConfigError when
+/// there is none.
+std::vector<std::string> floor_cameras(const Rig& rig);
 
 /// Free space (thesis 6.3.4): every picture of the floor goes into the open keyframe's grid; the
 /// last few grids make the window that is driven by, all of them the map. Relaxation moves grids,
@@ -60,7 +64,7 @@ class Mapper {
 
   /// The blind ring and a little more, from the middle of the body: assumed free at the start.
   double start_radius_m() const;
-  const FloorProjection& projection() const { return floor_.projection(); }
+  const FloorProjection& projection() const { return eyes_.front().floor.projection(); }
 
   /// Every keyframe's grid where it is now.
   std::vector<PlacedGrid> placed(const std::vector<Pose2>& T_map_keyframes) const;
@@ -68,8 +72,11 @@ class Mapper {
  private:
   MapperOptions options_;
   Body body_;
-  std::string camera_;
-  FloorMapper floor_;
+  struct Eye {
+    std::string camera;
+    FloorMapper floor;
+  };
+  std::vector<Eye> eyes_;  // the floor cameras, the one that looks straightest ahead first
   KeyframeGrid open_;
   int open_keyframe_ = 0;
   LocalMap local_;
@@ -77,6 +84,7 @@ class Mapper {
   std::vector<std::shared_ptr<const GridCrop>> closed_;
   bool bumped_ = false;
   Time bumped_at_;
+  Time last_step_;
 };
 
 }  // namespace panoptes

@@ -11,9 +11,10 @@ namespace {
 // end.
 constexpr int kLooksInVain = 3;
 
-// The floor that the mapped part shows, as a sector about the robot's heading.
+// The floor that the foremost floor camera's mapped part shows, as a sector about the robot's
+// heading; what others see besides is not planned for.
 FloorWedge wedge_of(const FloorProjection& projection, const Rig& rig, const Body& body) {
-  const RigCamera& camera = rig.cameras.at(rig.with_role("floor"));
+  const RigCamera& camera = rig.cameras.at(floor_cameras(rig).front());
   FloorWedge wedge;
   wedge.width_rad = 2 * std::atan(camera.intrinsics.width_px / (2 * camera.intrinsics.fx_px));
   wedge.near_m = projection.front_m;
