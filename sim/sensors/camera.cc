@@ -102,7 +102,7 @@ std::vector<FloorMark> survey_floor(const std::string& name, const RigCamera& tr
     for (int u = kMargin_px; u < lens.width_px - kMargin_px; ++u) {
       const Vec2 px(u, v);
       const std::optional<Vec2> p_body = floor_under(true_camera, px);
-      if (!p_body || !in_mapped_range(*true_camera.floor, body, *p_body)) {
+      if (!p_body || !in_mapped_range(true_camera, body, *p_body)) {
         continue;
       }
       for (std::size_t i = 0; i < places.size(); ++i) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "sim/sensors/floor_pixels.h"
 
+#include <cmath>
+
 namespace panoptes::sim {
 
 int first_mapped_row(const RigCamera& camera) {
@@ -19,9 +21,11 @@ std::optional<Vec2> floor_under(const RigCamera& true_camera, const Vec2& px) {
   return Vec2(p_body.x(), p_body.y());
 }
 
-bool in_mapped_range(const FloorView& view, const Body& body, const Vec2& p_body) {
-  const double ahead_m = p_body.x() - body.radius_m;
-  return ahead_m >= view.near_m && ahead_m <= view.far_m;
+bool in_mapped_range(const RigCamera& true_camera, const Body& body, const Vec2& p_body) {
+  const double heading_rad = floor_heading_rad(true_camera.T_body_camera);
+  const double ahead_m =
+      p_body.dot(Vec2(std::cos(heading_rad), std::sin(heading_rad))) - body.radius_m;
+  return ahead_m >= true_camera.floor->near_m && ahead_m <= true_camera.floor->far_m;
 }
 
 }  // namespace panoptes::sim

@@ -19,7 +19,7 @@ SeenFloor::SeenFloor(const RigCamera& true_camera, const Body& body)
   for (int v = top_px_; v < height_px_; ++v) {
     for (int u = 0; u < width_px_; ++u) {
       const std::optional<Vec2> p_body = floor_under(true_camera, Vec2(u, v));
-      const bool mapped = p_body && in_mapped_range(*true_camera.floor, body, *p_body);
+      const bool mapped = p_body && in_mapped_range(true_camera, body, *p_body);
       x_body_m_.push_back(mapped ? static_cast<float>(p_body->x()) : kNowhere);
       y_body_m_.push_back(mapped ? static_cast<float>(p_body->y()) : kNowhere);
     }

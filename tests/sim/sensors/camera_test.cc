@@ -103,7 +103,7 @@ TEST(SurveyFloor, LaysFourMarksSpreadOverTheMappedPart) {
   const auto marks = survey_floor("floor", camera, body, {0, 0}, Rng(1));
   ASSERT_EQ(marks.size(), 4U);
   for (const FloorMark& mark : marks) {
-    EXPECT_TRUE(in_mapped_range(*camera.floor, body, mark.p_body));
+    EXPECT_TRUE(in_mapped_range(camera, body, mark.p_body));
     const Vec3 p_camera =
         camera.T_body_camera.inverse() * Vec3(mark.p_body.x(), mark.p_body.y(), 0);
     constexpr double kRoundoff_px = 1e-9;
