@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <string>
+#include <utility>
 
 #include <box2d/box2d.h>
 
@@ -54,26 +55,33 @@ Time time_of_step(std::int64_t step) {
                                           DriveWorld::kStepsPerSecond));
 }
 
+double clearance_m(const Obstacles& obstacles, const Things& things,
+                   const std::vector<Pose2>& places, const Body& body, const Vec2& at_scene) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  if (const std::optional<Nearest> nearest = obstacles.nearest(at_scene)) {
+    nearest_m = nearest->distance_m;
+  }
+  for (std::size_t i = 0; i < things.count(); ++i) {
+    nearest_m = std::min(nearest_m, things.nearest_on(i, places[i], at_scene).distance_m);
+  }
+  return std::max(0.0, nearest_m - body.radius_m);
+}
+
 class DriveWorld::Impl {
  public:
-  Impl(const Body& body, const Obstacles& obstacles, const Pose2& T_scene_body)
-      : body_(body), obstacles_(obstacles), pose_(T_scene_body), world_(b2Vec2_zero) {
+  Impl(const Body& body, const Obstacles& obstacles, const Pose2& T_scene_body, Things things)
+      : body_(body),
+        obstacles_(obstacles),
+        things_(std::move(things)),
+        pose_(T_scene_body),
+        world_(b2Vec2_zero) {
     const b2BodyDef at_rest;
-    b2Body* things = world_.CreateBody(&at_rest);
-    const std::vector<Outline>& outlines = obstacles_.outlines();
-    for (std::size_t i = 0; i < outlines.size(); ++i) {
-      const std::vector<Vec2>& corners = outlines[i].corners_scene;
-      // Single edges rather than polygons: any number of corners, and thin slivers, are fine.
-      const std::size_t edges = corners.size() > 2 ? corners.size() : corners.size() - 1;
-      for (std::size_t k = 0; k < edges; ++k) {
-        b2EdgeShape edge;
-        edge.SetTwoSided(units(corners[k]), units(corners[(k + 1) % corners.size()]));
-        b2FixtureDef fixture;
-        fixture.shape = &edge;
-        fixture.friction = kFriction;
-        fixture.userData.pointer = i;
-        things->CreateFixture(&fixture);
-      }
+    b2Body* still = world_.CreateBody(&at_rest);
+    for (std::size_t i = 0; i < obstacles_.outlines().size(); ++i) {
+      add_edges(*still, obstacles_.outlines()[i], i);
+    }
+    for (std::size_t i = 0; i < things_.count(); ++i) {
+      thing_bodies_.push_back(thing_body(i));
     }
     b2BodyDef moving;
     moving.type = b2_dynamicBody;
@@ -103,6 +111,7 @@ class DriveWorld::Impl {
   }
 
   void step() {
+    step_things();
     const Twist2 wanted = time_of_step(steps_) < expires_ ? command_ : Twist2{};
     twist_.v_mps = towards(twist_.v_mps, wanted.v_mps, body_.max_accel_mps2 * kStep_s);
     twist_.w_radps = towards(twist_.w_radps, wanted.w_radps, body_.max_turn_accel_radps2 * kStep_s);
@@ -117,8 +126,7 @@ class DriveWorld::Impl {
     ++steps_;
 
     std::map<std::string, Vec2> touched = touched_objects();
-    touching_ = !touched.empty();
-    if (touching_) {
+    if (!touched.empty()) {
       const Vec2 at = metres(disc_->GetPosition());
       const Vec2 way = at - pose_.position();
       const double middle_rad = pose_.theta_rad + twist_.w_radps * kStep_s / 2;
@@ -136,6 +144,13 @@ class DriveWorld::Impl {
       pose_ = free_pose;
     }
     disc_->SetTransform(units(pose_.position()), 0);
+    for (std::size_t i = 0; i < things_.count(); ++i) {
+      if (things_.stands_against_robot(i)) {
+        touched.emplace(things_.name(i),
+                        things_.nearest_on(i, things_.places()[i], pose_.position()).p_scene);
+      }
+    }
+    touching_ = !touched.empty();
     note(touched, moves);
   }
 
@@ -148,18 +163,79 @@ class DriveWorld::Impl {
   const std::vector<TrueContact>& contacts() const { return contacts_; }
 
   double clearance_m() const {
-    const std::optional<Nearest> nearest = obstacles_.nearest(pose_.position());
-    return nearest ? std::max(0.0, nearest->distance_m - body_.radius_m)
-                   : std::numeric_limits<double>::infinity();
+    return sim::clearance_m(obstacles_, things_, things_.places(), body_, pose_.position());
   }
+  const Things& things() const { return things_; }
 
  private:
+  // Single edges rather than polygons: any number of corners, and thin slivers, are fine.
+  static void add_edges(b2Body& body, const Outline& outline, std::size_t number) {
+    const std::vector<Vec2>& corners = outline.corners_scene;
+    const std::size_t edges = corners.size() > 2 ? corners.size() : corners.size() - 1;
+    for (std::size_t k = 0; k < edges; ++k) {
+      b2EdgeShape edge;
+      edge.SetTwoSided(units(corners[k]), units(corners[(k + 1) % corners.size()]));
+      b2FixtureDef fixture;
+      fixture.shape = &edge;
+      fixture.friction = kFriction;
+      fixture.userData.pointer = number;
+      body.CreateFixture(&fixture);
+    }
+  }
+
+  // Placed anew at every step and never given a velocity, so that it takes speed and gives none.
+  b2Body* thing_body(std::size_t thing) {
+    const Pose2& place = things_.places()[thing];
+    b2BodyDef placed;
+    placed.type = b2_kinematicBody;
+    placed.position = units(place.position());
+    placed.angle = static_cast<float>(place.theta_rad);
+    placed.userData.pointer = 1 + thing;
+    b2Body* body = world_.CreateBody(&placed);
+    for (const Outline& outline : things_.outlines(thing)) {
+      add_edges(*body, outline, 0);
+    }
+    if (things_.radius_m(thing) > 0) {
+      b2CircleShape circle;
+      // The robot's disc is made larger for the skin of edges, which a circle has not.
+      circle.m_radius =
+          static_cast<float>(things_.radius_m(thing) * kUnitsPerMetre) + b2_polygonRadius;
+      b2FixtureDef fixture;
+      fixture.shape = &circle;
+      fixture.friction = kFriction;
+      body->CreateFixture(&fixture);
+    }
+    return body;
+  }
+
+  void step_things() {
+    if (things_.count() == 0) {
+      return;
+    }
+    const std::vector<Pose2> before = things_.places();
+    things_.step(time_of_step(steps_), time_of_step(steps_ + 1),
+                 {pose_.position(), body_.radius_m});
+    for (std::size_t i = 0; i < things_.count(); ++i) {
+      const Pose2& place = things_.places()[i];
+      if (!(place == before[i])) {
+        thing_bodies_[i]->SetTransform(units(place.position()),
+                                       static_cast<float>(place.theta_rad));
+      }
+    }
+  }
+
   std::map<std::string, Vec2> touched_objects() const {
     std::map<std::string, Vec2> touched;
     const auto add = [&](b2Contact* contact) {
-      b2Fixture* thing = contact->GetFixtureA()->GetBody() == disc_ ? contact->GetFixtureB()
+      b2Fixture* other = contact->GetFixtureA()->GetBody() == disc_ ? contact->GetFixtureB()
                                                                     : contact->GetFixtureA();
-      const Outline& outline = obstacles_.outlines()[thing->GetUserData().pointer];
+      if (const std::size_t thing = other->GetBody()->GetUserData().pointer; thing > 0) {
+        touched.emplace(
+            things_.name(thing - 1),
+            things_.nearest_on(thing - 1, things_.places()[thing - 1], pose_.position()).p_scene);
+        return;
+      }
+      const Outline& outline = obstacles_.outlines()[other->GetUserData().pointer];
       touched.emplace(outline.object, nearest_on(outline, pose_.position()).p_scene);
     };
     for (b2Contact* contact : first_touches_.contacts) {
@@ -186,6 +262,7 @@ class DriveWorld::Impl {
 
   Body body_;
   const Obstacles& obstacles_;
+  Things things_;
   Pose2 pose_;
   Twist2 twist_;
   Motion motion_;
@@ -199,10 +276,12 @@ class DriveWorld::Impl {
   FirstTouches first_touches_;  // outlives the world that calls it
   b2World world_;
   b2Body* disc_ = nullptr;
+  std::vector<b2Body*> thing_bodies_;
 };
 
-DriveWorld::DriveWorld(const Body& body, const Obstacles& obstacles, const Pose2& T_scene_body)
-    : impl_(std::make_unique<Impl>(body, obstacles, T_scene_body)) {}
+DriveWorld::DriveWorld(const Body& body, const Obstacles& obstacles, const Pose2& T_scene_body,
+                       Things things)
+    : impl_(std::make_unique<Impl>(body, obstacles, T_scene_body, std::move(things))) {}
 DriveWorld::~DriveWorld() = default;
 
 void DriveWorld::drive(const Twist2& command_body, Time expires) {
@@ -216,6 +295,7 @@ Twist2 DriveWorld::twist_body() const { return impl_->twist(); }
 Motion DriveWorld::last_motion() const { return impl_->motion(); }
 double DriveWorld::path_m() const { return impl_->path_m(); }
 double DriveWorld::clearance_m() const { return impl_->clearance_m(); }
+const Things& DriveWorld::things() const { return impl_->things(); }
 bool DriveWorld::touching() const { return impl_->touching(); }
 const std::vector<TrueContact>& DriveWorld::contacts() const { return impl_->contacts(); }
 

@@ -10,6 +10,7 @@
 #include "core/geometry/body.h"
 #include "core/geometry/pose2.h"
 #include "sim/physics/obstacles.h"
+#include "sim/physics/things.h"
 
 namespace panoptes::sim {
 
@@ -19,15 +20,16 @@ struct Motion {
   double turn_rad = 0;
 };
 
-/// The robot's body among obstacles: a disc with a differential drive that follows the commanded
-/// velocity within its limits of speed and acceleration, and is stopped by what it touches.
-/// Advances by steps of 1/120 s. Where nothing is touched every step is an exact arc; contacts are
-/// Box2D's.
+/// The robot's body among obstacles and things that move: a disc with a differential drive that
+/// follows the commanded velocity within its limits of speed and acceleration, and is stopped by
+/// what it touches. Advances by steps of 1/120 s. Where nothing is touched every step is an exact
+/// arc; contacts are Box2D's.
 class DriveWorld {
  public:
   static constexpr std::int64_t kStepsPerSecond = 120;
 
-  DriveWorld(const Body& body, const Obstacles& obstacles, const Pose2& T_scene_body);
+  DriveWorld(const Body& body, const Obstacles& obstacles, const Pose2& T_scene_body,
+             Things things = {});
   ~DriveWorld();
 
   /// Followed until `expires`; then the robot brakes to a stop.
@@ -41,6 +43,7 @@ class DriveWorld {
   Motion last_motion() const;  ///< of the last step
   double path_m() const;
   double clearance_m() const;
+  const Things& things() const;
   bool touching() const;
   const std::vector<TrueContact>& contacts() const;
 
@@ -48,6 +51,10 @@ class DriveWorld {
   class Impl;  // of Box2D, unknown here
   std::unique_ptr<Impl> impl_;
 };
+
+/// The gap between a body there and whatever is nearest, the things standing at `places`.
+double clearance_m(const Obstacles& obstacles, const Things& things,
+                   const std::vector<Pose2>& places, const Body& body, const Vec2& at_scene);
 
 /// The instant of a step: step / 120 s, rounded to whole nanoseconds.
 Time time_of_step(std::int64_t step);

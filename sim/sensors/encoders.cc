@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/config/geometry_fields.h"
+
 namespace panoptes::sim {
 namespace {
 
@@ -22,6 +24,31 @@ void bind(Fields& f, WheelError& o) {
   f("turn_slip", o.turn_slip, between(0, 0.2));
 }
 
+void bind(Fields& f, Surface& o) {
+  f.needed("at", o.at);
+  f("size_m", o.size_m, positive);
+  f("slip", o.slip, between(-0.5, 0.5));
+  f("noise_factor", o.noise_factor, between(0, 100));
+}
+
+std::array<Grip, 2> grip_under_wheels(const std::vector<Surface>& surfaces, const Body& body,
+                                      const Pose2& T_scene_body) {
+  std::array<Grip, 2> grip;
+  const std::array<Vec2, 2> wheels_body{Vec2(0, body.wheel_base_m / 2),
+                                        Vec2(0, -body.wheel_base_m / 2)};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Vec2 wheel_scene = T_scene_body * wheels_body[i];
+    for (const Surface& surface : surfaces) {
+      const Vec2 off = surface.at.inverse() * wheel_scene;
+      if ((off.array().abs() <= surface.size_m.array() / 2).all()) {
+        grip[i] = {surface.slip, surface.noise_factor};
+        break;
+      }
+    }
+  }
+  return grip;
+}
+
 WheelEncoders::WheelEncoders(const WheelError& options, const Body& believed, const Rng& rng)
     : noise_m_per_sqrt_m_(options.noise_m_per_sqrt_m),
       turn_slip_(options.turn_slip),
@@ -36,19 +63,19 @@ WheelEncoders::WheelEncoders(const WheelError& options, const Body& believed, co
                   1 / (tick_m(believed) * (1 - left_larger))};
 }
 
-void WheelEncoders::roll(double forward_m, double turn_rad) {
+void WheelEncoders::roll(double forward_m, double turn_rad, const std::array<Grip, 2>& grip) {
   const int turning = turn_rad > 0 ? 1 : turn_rad < 0 ? -1 : 0;
   if (turning != turning_ && turning != 0) {
-    slip_ = 1 + slip_rng_.normal(0, turn_slip_);
+    slip_ = slip_rng_.normal(0, turn_slip_);
   }
   turning_ = turning;
-  const double half_m = turn_rad * slip_ * base_m_ / 2;
-  const std::array<double, 2> ways_m{forward_m - half_m, forward_m + half_m};
   for (std::size_t i = 0; i < 2; ++i) {
-    if (ways_m[i] != 0) {
-      const double noise_m =
-          noise_rng_.normal(0, noise_m_per_sqrt_m_ * std::sqrt(std::abs(ways_m[i])));
-      rolled_ticks_[i] += (ways_m[i] + noise_m) * ticks_per_m_[i];
+    const double half_m = turn_rad * (1 + slip_ * grip[i].noise_factor) * base_m_ / 2;
+    const double way_m = (i == 0 ? forward_m - half_m : forward_m + half_m) * (1 + grip[i].slip);
+    if (way_m != 0) {
+      const double noise_m = noise_rng_.normal(
+          0, noise_m_per_sqrt_m_ * grip[i].noise_factor * std::sqrt(std::abs(way_m)));
+      rolled_ticks_[i] += (way_m + noise_m) * ticks_per_m_[i];
     }
   }
 }

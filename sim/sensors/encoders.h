@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "core/base/rng.h"
 #include "core/base/time.h"
@@ -25,6 +27,26 @@ struct WheelError {
 };
 void bind(Fields& f, WheelError& o);
 
+/// A patch of floor on which wheels hold worse (or better) than elsewhere: a rectangle in scene.
+struct Surface {
+  Pose2 at;  ///< of its middle, in scene
+  Vec2 size_m = Vec2::Ones();
+  double slip = 0;  ///< a wheel there rolls farther than it carries the robot, by this share
+  double noise_factor = 1;  ///< times noise_m_per_sqrt_m and turn_slip
+};
+void bind(Fields& f, Surface& o);
+
+/// How a wheel holds on what is under it.
+struct Grip {
+  double slip = 0;
+  double noise_factor = 1;
+};
+
+/// What is under each wheel, left and right, of a body that stands there: the first surface that
+/// has the wheel on it, else plain floor.
+std::array<Grip, 2> grip_under_wheels(const std::vector<Surface>& surfaces, const Body& body,
+                                      const Pose2& T_scene_body);
+
 /// Counts of the two wheels since the start.
 struct Ticks {
   std::int64_t left = 0;
@@ -38,8 +60,9 @@ class WheelEncoders {
  public:
   WheelEncoders(const WheelError& options, const Body& believed, const Rng& rng);
 
-  /// The body moved `forward_m` and turned by `turn_rad` in one step.
-  void roll(double forward_m, double turn_rad);
+  /// The body moved `forward_m` and turned by `turn_rad` in one step, the wheels (left, right) on
+  /// floor that holds them so.
+  void roll(double forward_m, double turn_rad, const std::array<Grip, 2>& grip = {});
   Ticks ticks() const;
 
  private:
@@ -49,7 +72,7 @@ class WheelEncoders {
   std::array<double, 2> ticks_per_m_;     // left, right
   std::array<double, 2> rolled_ticks_{};  // not yet cut to whole ticks
   int turning_ = 0;                       // sign of the turn that is going on
-  double slip_ = 1;
+  double slip_ = 0;                       // of this turn, on plain floor
   Rng noise_rng_;
   Rng slip_rng_;
 };
