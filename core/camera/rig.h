@@ -55,13 +55,31 @@ struct Intrinsics {
   Distortion distortion;
 
   bool is_pinhole() const { return std::holds_alternative<NoDistortion>(distortion); }
-  Vec2 project(const Vec3& p_camera) const;  ///< z must be positive, but for Equidistant
-  Vec3 ray(const Vec2& px) const;            ///< direction with z = 1; what is seen less than 90
-                                             ///< degrees off the axis
+
+  /// z must be positive, but for Equidistant.
+  Vec2 project(const Vec3& p_camera) const;
+
+  /// Direction with z = 1, of a pixel that has one less than 90 degrees off the axis.
+  Vec3 ray(const Vec2& px) const;
+
+  /// Unit vector, also of what lies beside and behind a fisheye. Empty for a pixel so far out that
+  /// the distortion bends back before it: nothing is seen there.
+  std::optional<Vec3> direction(const Vec2& px) const;
+
+  /// Whether a point falls on the picture.
+  bool sees(const Vec3& p_camera) const;
 };
 
 /// A pinhole of this width of view with its centre in the middle of the picture.
 Intrinsics pinhole(int width_px, int height_px, double horizontal_fov_rad);
+
+/// The same for a lens that bends: what is seen from its left edge to its right one, p1 and p2
+/// not counted.
+Intrinsics lens_of_view(int width_px, int height_px, double horizontal_fov_rad,
+                        const Distortion& distortion);
+
+/// Why some pixels have no direction of their own; empty when all have.
+std::string lens_fault(const Intrinsics& lens);
 
 /// A surveyed mark: where it lies on the floor, and where the camera sees it.
 struct FloorMark {
@@ -69,7 +87,9 @@ struct FloorMark {
   Vec2 px = Vec2::Zero();
 };
 
-/// Which part of a floor camera's picture is mapped, and how its pixels fall on the floor.
+/// Which part of a floor camera's picture is mapped, and how its pixels fall on the floor. Pixels
+/// are those of the picture as the camera gives it; only marks can say how a picture that a lens
+/// bends falls on the floor.
 struct FloorView {
   enum class Rows { kAll, kLowerHalf };
   Rows rows = Rows::kAll;
@@ -97,6 +117,9 @@ struct Rig {
   /// The name of the first camera (in order of name) with this role; empty when there is none.
   std::string with_role(std::string_view role) const;
 };
+void bind(Fields& f, NoDistortion& o);
+void bind(Fields& f, BrownConrady& o);
+void bind(Fields& f, Equidistant& o);
 void bind(Fields& f, FloorMark& o);
 void bind(Fields& f, FloorView& o);
 void bind(Fields& f, RigCamera& o);

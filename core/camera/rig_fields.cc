@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cctype>
 #include <numbers>
+#include <optional>
 
 #include "core/camera/rig.h"
 #include "core/config/geometry_fields.h"
@@ -10,17 +11,48 @@ namespace panoptes {
 namespace {
 
 constexpr int kMaxSize_px = 8192;
-constexpr double kMaxFov_rad = deg_to_rad(170);  // beyond it a pinhole's picture is all edge
+// Beyond it a pinhole's picture is all edge; a fisheye's goes on.
+constexpr double kMaxFov_rad = deg_to_rad(170);
+constexpr double kMaxFisheyeFov_rad = deg_to_rad(350);
 
-// size_px with fov_deg, or size_px with intrinsics_px: [fx, fy, cx, cy].
-void bind_intrinsics(Fields& f, Intrinsics& o) {
+// A lens and its sensor as data sheets have them.
+struct LensSheet {
+  double focal_mm = 0;
+  std::optional<Vec2> sensor_mm;   // of the whole picture
+  std::optional<double> pixel_um;  // or of one pixel
+};
+
+void bind(Fields& f, LensSheet& o) {
+  f("focal_mm", o.focal_mm, positive);
+  f.require(f.present("focal_mm"), "focal_mm", "missing; it must be given");
+  f("sensor_mm", o.sensor_mm, positive);
+  f("pixel_um", o.pixel_um, positive);
+  f.require(o.sensor_mm.has_value() != o.pixel_um.has_value(),
+            o.pixel_um ? "pixel_um" : "sensor_mm",
+            o.pixel_um ? "must not be given beside sensor_mm"
+                       : "missing; it must be given (or pixel_um)");
+}
+
+// size_px and one of fov_deg, lens and intrinsics_px: [fx, fy, cx, cy].
+void bind_view(Fields& f, Intrinsics& o) {
   std::vector<int> size{o.width_px, o.height_px};
   f("size_px", size, between(1, kMaxSize_px));
   f.require(size.size() == 2, "size_px", "must be [width, height]");
   size.resize(2, 1);
+  double fov_rad = 0;
+  const bool fisheye = std::holds_alternative<Equidistant>(o.distortion);
+  if (!f.writing()) {
+    f.angle("fov", fov_rad, between(deg_to_rad(1), fisheye ? kMaxFisheyeFov_rad : kMaxFov_rad));
+  }
+  const bool view_given = f.present("fov_deg") || f.present("fov_rad");
+  LensSheet sheet;
+  if (f.present("lens")) {
+    f.require(!view_given, "lens", "must not be given beside the field of view");
+    f("lens", sheet);
+  }
   if (f.writing() || f.present("intrinsics_px")) {
-    f.require(!f.present("fov_deg") && !f.present("fov_rad"), "intrinsics_px",
-              "must not be given beside the field of view");
+    f.require(!view_given, "intrinsics_px", "must not be given beside the field of view");
+    f.require(!f.present("lens"), "intrinsics_px", "must not be given beside lens");
     std::vector<double> numbers{o.fx_px, o.fy_px, o.cx_px, o.cy_px};
     f("intrinsics_px", numbers);
     f.require(numbers.size() == 4, "intrinsics_px", "must be [fx, fy, cx, cy]");
@@ -31,12 +63,37 @@ void bind_intrinsics(Fields& f, Intrinsics& o) {
     }
     return;
   }
-  double fov_rad = 0;
-  f.angle("fov", fov_rad, between(deg_to_rad(1), kMaxFov_rad));
-  const bool given = f.present("fov_deg") || f.present("fov_rad");
-  f.require(given, "fov_deg", "missing; it must be given (or intrinsics_px)");
+  if (f.present("lens")) {
+    const Vec2 pixel_mm = sheet.sensor_mm
+                              ? Vec2(sheet.sensor_mm->x() / size[0], sheet.sensor_mm->y() / size[1])
+                              : Vec2::Constant(sheet.pixel_um.value_or(0) * 1e-3);
+    if (sheet.focal_mm > 0 && pixel_mm.minCoeff() > 0) {
+      o = {size[0],
+           size[1],
+           sheet.focal_mm / pixel_mm.x(),
+           sheet.focal_mm / pixel_mm.y(),
+           (size[0] - 1) / 2.0,
+           (size[1] - 1) / 2.0,
+           o.distortion};
+    }
+    return;
+  }
+  f.require(view_given, "fov_deg", "missing; it must be given (or lens, or intrinsics_px)");
   if (fov_rad > 0) {
-    o = pinhole(size[0], size[1], fov_rad);
+    o = lens_of_view(size[0], size[1], fov_rad, o.distortion);
+  }
+}
+
+void bind_intrinsics(Fields& f, Intrinsics& o) {
+  f.choice("distortion", o.distortion);
+  bind_view(f, o);
+  if (o.fx_px > 0 && o.fy_px > 0) {
+    const bool axis_inside =
+        o.cx_px > 0 && o.cy_px > 0 && o.cx_px < o.width_px - 1 && o.cy_px < o.height_px - 1;
+    f.require(o.is_pinhole() || axis_inside, "intrinsics_px",
+              "must have cx and cy inside the picture where there is a distortion");
+    const std::string fault = axis_inside ? lens_fault(o) : "";
+    f.require(fault.empty(), "distortion", fault);
   }
 }
 
@@ -64,6 +121,23 @@ bool is_name(const std::string& text) {
 
 }  // namespace
 
+void bind(Fields&, NoDistortion&) {}
+
+void bind(Fields& f, BrownConrady& o) {
+  f("k1", o.k1);
+  f("k2", o.k2);
+  f("p1", o.p1);
+  f("p2", o.p2);
+  f("k3", o.k3);
+}
+
+void bind(Fields& f, Equidistant& o) {
+  f("k1", o.k1);
+  f("k2", o.k2);
+  f("k3", o.k3);
+  f("k4", o.k4);
+}
+
 void bind(Fields& f, FloorMark& o) {
   f.needed("p_body_m", o.p_body);
   f.needed("px", o.px);
@@ -89,6 +163,8 @@ void bind(Fields& f, RigCamera& o) {
   f("floor", o.floor);
   f.require(!o.has_role("floor") || o.floor.has_value(), "floor",
             "missing; a camera with the role floor must say which part of its picture is mapped");
+  f.require(o.intrinsics.is_pinhole() || !o.floor || !o.floor->H_body_px, "floor",
+            "must not have a homography where the lens bends straight lines; give marks");
 }
 
 void bind(Fields& f, Rig& o) {

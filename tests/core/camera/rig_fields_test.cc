@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -82,7 +84,8 @@ TEST(RigFields, RefusesWhatNoCameraCanBe) {
                   "rig.yaml:2:18: cameras.a b.size_px: must be [width, height]",
                   "rig.yaml:2:34: cameras.a b.fov_deg: must be from 0.017453292519943295 to "
                   "2.9670597283903604 in radians, got 190",
-                  "rig.yaml:3:6: cameras.c.fov_deg: missing; it must be given (or intrinsics_px)",
+                  "rig.yaml:3:6: cameras.c.fov_deg: missing; it must be given (or lens, or "
+                  "intrinsics_px)",
                   "rig.yaml:3:6: cameras.c.at_m: missing; it must be given",
                   "rig.yaml:3:6: cameras.c.floor: missing; a camera with the role floor must say "
                   "which part of its picture is mapped"));
@@ -95,6 +98,97 @@ TEST(RigFields, RefusesWhatNoCameraCanBe) {
       ElementsAre("rig.yaml:1:71: cameras.a.floor.far_m: must be > near_m, got 1",
                   "rig.yaml:1:81: cameras.a.floor.marks: must be four or more, or none where they "
                   "are surveyed before the run"));
+}
+
+TEST(RigFields, ReadsLensesThatBend) {
+  const auto rig = read_settings_text<Rig>(
+      "cameras:\n"
+      "  a: {fov_deg: 80, at_m: [0, 0, 1], distortion: {kind: brown_conrady, k1: -0.2, k2: 0.03, "
+      "p1: 0.001, p2: -0.002, k3: 0.004}}\n"
+      "  b: {fov_deg: 190, at_m: [0, 0, 1], distortion: {kind: equidistant, k1: 0.01, k4: "
+      "-0.001}}\n"
+      "  c: {fov_deg: 80, at_m: [0, 0, 1], distortion: none}\n",
+      "rig.yaml");
+  const Intrinsics& a = rig.cameras.at("a").intrinsics;
+  EXPECT_EQ(a.distortion, Distortion(BrownConrady{-0.2, 0.03, 0.001, -0.002, 0.004}));
+  const Intrinsics& b = rig.cameras.at("b").intrinsics;
+  EXPECT_EQ(b.distortion, Distortion(Equidistant{0.01, 0, 0, -0.0001}));
+  // 190 degrees from edge to edge
+  const Vec3 left = b.direction({-0.5, 119.5}).value();
+  EXPECT_NEAR(rad_to_deg(std::atan2(-left.x(), left.z())), 95, 1e-9);
+  EXPECT_TRUE(rig.cameras.at("c").intrinsics.is_pinhole());
+  const std::string text = write_settings(rig);
+  const auto back = read_settings_text<Rig>(text, "rig.yaml");
+  EXPECT_EQ(write_settings(back), text);
+  EXPECT_EQ(back.cameras.at("a").intrinsics.distortion, a.distortion);
+  EXPECT_EQ(back.cameras.at("a").intrinsics.fx_px, a.fx_px);
+}
+
+TEST(RigFields, TheViewFollowsFromLensAndSensor) {
+  const auto rig = read_settings_text<Rig>(
+      "cameras:\n"
+      "  a: {size_px: [640, 480], at_m: [0, 0, 1], lens: {focal_mm: 2.8, sensor_mm: [4.8, 3.6]}}\n"
+      "  b: {size_px: [640, 480], at_m: [0, 0, 1], lens: {focal_mm: 2.8, pixel_um: 7.5}}\n",
+      "rig.yaml");
+  for (const char* name : {"a", "b"}) {
+    const Intrinsics& lens = rig.cameras.at(name).intrinsics;
+    constexpr double kRoundoff_px = 1e-9;
+    EXPECT_NEAR(lens.fx_px, 2.8 / 4.8 * 640, kRoundoff_px);
+    EXPECT_NEAR(lens.fy_px, lens.fx_px, kRoundoff_px);  // square pixels
+    EXPECT_EQ(lens.cx_px, 319.5);
+    EXPECT_EQ(lens.cy_px, 239.5);
+  }
+}
+
+TEST(RigFields, OneViewIsGivenOneWay) {
+  EXPECT_THAT(
+      faults(
+          "cameras:\n"
+          "  a: {fov_deg: 80, lens: {focal_mm: 2, pixel_um: 5}, at_m: [0, 0, 1]}\n"
+          "  b: {fov_deg: 80, intrinsics_px: [100, 100, 160, 120], at_m: [0, 0, 1]}\n"
+          "  c: {lens: {focal_mm: 2, pixel_um: 5}, intrinsics_px: [100, 100, 160, 120], at_m: [0, "
+          "0, 1]}\n"
+          "  d: {lens: {focal_mm: 2}, at_m: [0, 0, 1]}\n"
+          "  e: {lens: {focal_mm: -2, pixel_um: 5, sensor_mm: [4, 3]}, at_m: [0, 0, 1]}\n"),
+      ElementsAre(
+          "rig.yaml:2:26: cameras.a.lens: must not be given beside the field of view",
+          "rig.yaml:3:35: cameras.b.intrinsics_px: must not be given beside the field of view",
+          "rig.yaml:4:56: cameras.c.intrinsics_px: must not be given beside lens",
+          "rig.yaml:5:13: cameras.d.lens.sensor_mm: missing; it must be given (or pixel_um)",
+          "rig.yaml:6:24: cameras.e.lens.focal_mm: must be > 0, got -2",
+          "rig.yaml:6:38: cameras.e.lens.pixel_um: must not be given beside sensor_mm, got 5"));
+}
+
+TEST(RigFields, RefusesALensThatBendsBackInsideThePicture) {
+  EXPECT_THAT(
+      faults("cameras:\n"
+             "  a:\n"
+             "    fov_deg: 80\n"
+             "    at_m: [0, 0, 1]\n"
+             "    distortion: {kind: brown_conrady, k1: -0.4}\n"
+             "  b:\n"
+             "    fov_deg: 300\n"
+             "    at_m: [0, 0, 1]\n"
+             "    distortion: {kind: equidistant}\n"
+             "  c:\n"
+             "    intrinsics_px: [100, 100, -4, 120]\n"
+             "    at_m: [0, 0, 1]\n"
+             "    distortion: {kind: equidistant}\n"
+             "  d:\n"
+             "    fov_deg: 80\n"
+             "    at_m: [0, 0, 1]\n"
+             "    distortion: {kind: brown_conrady, k1: -0.1}\n"
+             "    floor: {homography: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\n"),
+      ElementsAre(
+          "rig.yaml:5:17: cameras.a.distortion: bends back inside the picture: what is more than "
+          "42.4 degrees off the axis is drawn nearer to the middle again, and the corners show "
+          "nothing; narrow the field of view or correct the coefficients",
+          "rig.yaml:9:17: cameras.b.distortion: draws nothing in the corners of the picture: they "
+          "lie more than 180 degrees off the axis; narrow the field of view",
+          "rig.yaml:11:20: cameras.c.intrinsics_px: must have cx and cy inside the picture where "
+          "there is a distortion",
+          "rig.yaml:18:12: cameras.d.floor: must not have a homography where the lens bends "
+          "straight lines; give marks"));
 }
 
 }  // namespace
