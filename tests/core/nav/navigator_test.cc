@@ -56,6 +56,22 @@ TEST(Navigator, MovesAndMapsFromAStartThatSeesFloor) {
   }));
 }
 
+TEST(Navigator, MapsTheFloorBehindItWithASecondFloorCamera) {
+  const Vec2 behind_map(-1, 0);
+  const auto floor_behind = [&](test::RoomRobot& robot) {
+    Navigator navigator({}, Body{}, robot.rig(), Rng(7));
+    for (int i = 0; i < 5; ++i) {
+      navigator.step(robot.look(i * kFrame_s, {-1, 0, 0}, {}));
+    }
+    return navigator.map(0.05).at(behind_map);
+  };
+  test::RoomRobot one_eyed(12);
+  EXPECT_EQ(floor_behind(one_eyed), Cell::kUnknown);
+  test::RoomRobot two_eyed(12);
+  two_eyed.look_back_at_the_floor();
+  EXPECT_EQ(floor_behind(two_eyed), Cell::kFree);
+}
+
 TEST(Navigator, StandsStillWhereTheStartShowsNoFloor) {
   test::RoomRobot robot(13);
   Navigator navigator({}, Body{}, robot.rig(), Rng(7));

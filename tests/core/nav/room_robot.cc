@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tests/core/nav/room_robot.h"
 
+#include <numbers>
+
 #include "core/geometry/pose3.h"
 
 namespace panoptes::test {
@@ -27,6 +29,12 @@ RoomRobot::RoomRobot(std::uint64_t seed) : rng_(seed) {
   rig_.cameras["back"] = loop;
   rig_.cameras["floor"] = office_floor_camera();
   rig_.cameras["floor"].roles = {"floor"};
+}
+
+void RoomRobot::look_back_at_the_floor() {
+  RigCamera camera = rig_.cameras.at("floor");
+  camera.T_body_camera = on_floor({0, 0, std::numbers::pi}) * camera.T_body_camera;
+  rig_.cameras["a-floor-behind"] = camera;  // by its name before the other
 }
 
 Observation RoomRobot::look(double at_s, const Pose2& T_scene_body, const Pose2& T_odom_body) {

@@ -18,6 +18,9 @@ class RoomRobot {
 
   const Rig& rig() const { return rig_; }
 
+  /// From now on it has another floor camera, which looks back.
+  void look_back_at_the_floor();
+
  private:
   Rng rng_;
   FloorScene scene_;
