@@ -1,0 +1,410 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/io/dataset.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <opencv2/imgcodecs.hpp>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/base/error.h"
+#include "core/config/geometry_fields.h"
+#include "core/io/dataset_table.h"
+#include "core/io/file.h"
+
+namespace panoptes {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kOdometry = "mav0/odom0/data.csv";
+constexpr std::string_view kCommands = "mav0/cmd0/data.csv";
+constexpr std::string_view kEvents = "mav0/events.csv";
+
+std::string in_folder(const std::string& folder, std::string_view file) {
+  return (fs::path(folder) / file).string();
+}
+
+/// What happened at an observation besides what its row of odometry says.
+struct Event {
+  std::size_t row;
+  Time stamp;
+  std::string kind;
+  std::string subject;
+  std::string value;
+};
+
+/// Reads one table after the other, and what they say of each other.
+class Reader {
+ public:
+  Reader(const std::string& folder, const std::vector<std::string>& cameras,
+         const DatasetText& text)
+      : folder_(folder), text_(text) {
+    dataset_.folder = folder;
+    dataset_.cameras = cameras;
+  }
+
+  Dataset read() {
+    const std::optional<DatasetTable> odometry = table(kOdometry, 6);
+    if (!odometry) {
+      throw ConfigError(folder_ + ": has no " + std::string(kOdometry) +
+                        " (#timestamp [ns], x [m], y [m], theta [rad], v [m/s], w [rad/s]): " +
+                        "a robot's pictures are of no use without its wheels' odometry at each" +
+                        (dataset_.cameras.empty() ? std::string(", and it has no pictures either")
+                                                  : std::string()));
+    }
+    if (dataset_.cameras.empty()) {
+      throw ConfigError(folder_ + ": has no pictures: no mav0/<camera>/data.csv is there");
+    }
+    for (const std::string& camera : dataset_.cameras) {
+      read_camera(camera);
+    }
+    read_events();
+    for (std::size_t row = 0; row < odometry->size(); ++row) {
+      observe(*odometry, row);
+    }
+    if (next_event_ < events_.size() && !dataset_.observations.empty() &&
+        events_[next_event_].stamp <= dataset_.observations.back().stamp) {
+      throw events_table_->fault(events_[next_event_].row,
+                                 "no row of " + std::string(kOdometry) + " has this instant");
+    }
+    look_at_what_is_left();
+    if (dataset_.observations.empty()) {
+      throw ConfigError(in_folder(folder_, kOdometry) + ": holds no observation");
+    }
+    read_commands();
+    read_settings_files();
+    return std::move(dataset_);
+  }
+
+ private:
+  struct Camera {
+    std::optional<DatasetTable> table;
+    std::vector<RecordedPicture> pictures;
+    std::size_t next = 0;
+  };
+
+  std::optional<DatasetTable> table(std::string_view file, std::size_t columns) {
+    const std::optional<std::string> text = text_(std::string(file));
+    if (!text) {
+      return std::nullopt;
+    }
+    DatasetTable read(in_folder(folder_, file), *text, columns);
+    if (read.torn()) {
+      dataset_.remarks.push_back(read.file() +
+                                 ": the last row is torn, for the recording was cut short; it is "
+                                 "left out");
+    }
+    return read;
+  }
+
+  void read_camera(const std::string& name) {
+    const std::string folder = "mav0/" + name;
+    std::optional<DatasetTable> rows = table(folder + "/data.csv", 2);
+    if (!rows) {
+      throw ConfigError(in_folder(folder_, folder) + ": has no data.csv");
+    }
+    Camera& camera = cameras_[name];
+    for (std::size_t row = 0; row < rows->size(); ++row) {
+      const Time stamp = rows->stamp(row, 0);
+      const std::string& file = rows->text(row, 1);
+      if (!camera.pictures.empty() && stamp <= camera.pictures.back().stamp) {
+        throw rows->fault(row, "is not after the row before");
+      }
+      if (file.empty() || file.find('/') != std::string::npos || file == "." || file == "..") {
+        throw rows->fault(row, "must name a file of data/");
+      }
+      camera.pictures.push_back({stamp, folder + "/data/" + file, rows->place(row)});
+    }
+    camera.table = std::move(rows);
+  }
+
+  void read_events() {
+    events_table_ = table(kEvents, 4);
+    if (!events_table_) {
+      return;
+    }
+    const DatasetTable& rows = *events_table_;
+    static constexpr std::array<std::string_view, 7> kKinds = {
+        "deadline", "now", "bumper", "motors", "picture", "missing", "contact"};
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+      const std::string& kind = rows.text(row, 1);
+      if (std::find(kKinds.begin(), kKinds.end(), kind) == kKinds.end()) {
+        throw rows.fault(row,
+                         "no such event; known are deadline, now, bumper, motors, picture, "
+                         "missing and contact");
+      }
+      if (kind != "contact") {  // a matter of the truth
+        events_.push_back({row, rows.stamp(row, 0), kind, rows.text(row, 2), rows.text(row, 3)});
+      }
+    }
+  }
+
+  bool flag(const Event& event) const {
+    if (event.value != "0" && event.value != "1") {
+      throw events_table_->fault(event.row, event.kind + " must be 0 or 1");
+    }
+    return event.value == "1";
+  }
+
+  // Pictures of the observation's own instant are its own, and those that its events name.
+  void observe(const DatasetTable& odometry, std::size_t row) {
+    RecordedObservation seen;
+    seen.stamp = seen.now = odometry.stamp(row, 0);
+    seen.odometry.T_odom_body = {odometry.finite(row, 1), odometry.finite(row, 2),
+                                 odometry.finite(row, 3)};
+    seen.odometry.twist_body = {odometry.finite(row, 4), odometry.finite(row, 5)};
+    bool waited = false;
+    std::map<std::string, Time> named;
+    for (bool first = true; next_event_ < events_.size(); ++next_event_, first = false) {
+      const Event& event = events_[next_event_];
+      if (event.stamp != seen.stamp || (event.kind == "deadline" && !first)) {
+        break;  // the next one's
+      }
+      if (event.kind == "deadline") {
+        waited = true;
+      } else if (event.kind == "now") {
+        seen.now = events_table_->stamp(event.row, 3);
+      } else if (event.kind == "bumper") {
+        health_.bumper_pressed = flag(event);
+      } else if (event.kind == "motors") {
+        health_.motors_enabled = flag(event);
+      } else if (event.kind == "picture") {
+        if (!cameras_.contains(event.subject)) {
+          throw events_table_->fault(event.row, "there is no camera " + event.subject);
+        }
+        named[event.subject] = events_table_->stamp(event.row, 3);
+      }
+    }
+    seen.health = health_;
+    for (auto& [name, camera] : cameras_) {
+      const auto other = named.find(name);
+      const Time stamp = other == named.end() ? seen.stamp : other->second;
+      if (!waited && camera.next < camera.pictures.size() &&
+          camera.pictures[camera.next].stamp == stamp) {
+        seen.pictures.emplace(name, camera.pictures[camera.next++]);
+      } else if (other != named.end()) {
+        throw ConfigError(in_folder(folder_, kEvents) + ": at " +
+                          std::to_string(seen.stamp.time_since_epoch().count()) + " a picture of " +
+                          name + " is named that its data.csv does not have");
+      }
+    }
+    dataset_.observations.push_back(std::move(seen));
+  }
+
+  // Pictures that no observation took: the last frame set may be incomplete, nothing else.
+  void look_at_what_is_left() {
+    std::optional<Time> last_set;
+    for (const RecordedObservation& seen : dataset_.observations) {
+      for (const auto& [name, picture] : seen.pictures) {
+        last_set = std::max(last_set.value_or(picture.stamp), picture.stamp);
+      }
+    }
+    std::size_t left = 0;
+    for (const auto& [name, camera] : cameras_) {
+      if (camera.next == camera.pictures.size()) {
+        continue;
+      }
+      const RecordedPicture& first = camera.pictures[camera.next];
+      if (!last_set || first.stamp <= *last_set) {
+        throw ConfigError(first.mention + ": no row of " + std::string(kOdometry) +
+                          " has this picture's instant; the odometry at each picture is needed");
+      }
+      left += camera.pictures.size() - camera.next;
+    }
+    if (left > 0) {
+      dataset_.remarks.push_back(in_folder(folder_, "mav0") + ": " + std::to_string(left) +
+                                 " pictures of an incomplete frame set at the end are left out");
+    }
+  }
+
+  void read_commands() {
+    const std::optional<DatasetTable> rows = table(kCommands, 4);
+    if (!rows) {
+      return;
+    }
+    for (std::size_t row = 0; row < rows->size(); ++row) {
+      const Time stamp = rows->stamp(row, 0);
+      if (!dataset_.commands.empty() && stamp < dataset_.commands.back().stamp) {
+        throw rows->fault(row, "is before the row before");
+      }
+      dataset_.commands.push_back(
+          {stamp, {rows->finite(row, 1), rows->finite(row, 2)}, Duration(rows->whole(row, 3))});
+    }
+  }
+
+  template <class T>
+  std::optional<T> settings(const char* file) {
+    const std::optional<std::string> text = text_(file);
+    return text ? std::optional<T>(read_settings_text<T>(*text, in_folder(folder_, file)))
+                : std::nullopt;
+  }
+
+  void read_settings_files() {
+    dataset_.info = settings<RecordingInfo>("recording.yaml");
+    dataset_.rig = settings<Rig>("rig.yaml");
+    dataset_.robot = settings<Body>("robot.yaml");
+  }
+
+  std::string folder_;
+  const DatasetText& text_;
+  Dataset dataset_;
+  std::map<std::string, Camera> cameras_;
+  std::optional<DatasetTable> events_table_;
+  std::vector<Event> events_;
+  std::size_t next_event_ = 0;
+  Health health_;
+};
+
+// The folders of mav0 that hold a camera's pictures: not the truth's, nor other sensors'.
+std::vector<std::string> camera_folders(const fs::path& mav) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(mav, error)) {
+    if (fs::is_directory(entry.path() / "data", error)) {
+      names.push_back(entry.path().filename().string());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  std::vector<std::string> cameras;
+  for (const std::string& name : names) {
+    const bool of_truth = std::any_of(names.begin(), names.end(), [&](const std::string& camera) {
+      return name == camera + "_depth" || name == camera + "_labels" || name == camera + "_floor";
+    });
+    if (!of_truth) {
+      cameras.push_back(name);
+    }
+  }
+  return cameras;
+}
+
+ConfigError picture_fault(const Dataset& dataset, const RecordedPicture& picture,
+                          const std::string& what) {
+  return ConfigError(picture.mention + ": " + in_folder(dataset.folder, picture.file) + " " + what);
+}
+
+/// An open file that closes itself.
+class OpenFile {
+ public:
+  explicit OpenFile(const std::string& path) : fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
+  ~OpenFile() {
+    if (fd_ >= 0) {
+      ::close(fd_);
+    }
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  int fd() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+int big_endian(const unsigned char* bytes) {
+  return static_cast<int>((static_cast<unsigned>(bytes[0]) << 24U) |
+                          (static_cast<unsigned>(bytes[1]) << 16U) |
+                          (static_cast<unsigned>(bytes[2]) << 8U) | bytes[3]);
+}
+
+}  // namespace
+
+void bind(Fields& f, RecordingInfo& o) {
+  f.needed("schema", o.schema);
+  f.require(o.schema == kDatasetSchema, "schema",
+            "must be " + std::string(kDatasetSchema) + ", the one this version reads");
+  f("version", o.version);
+  f("mission", o.mission);
+  f("seed", o.seed);
+}
+
+Dataset parse_dataset(const std::string& folder, const std::vector<std::string>& cameras,
+                      const DatasetText& text) {
+  return Reader(folder, cameras, text).read();
+}
+
+Dataset read_dataset(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) {
+    throw ConfigError(folder.string() +
+                      (fs::exists(folder, error) ? ": is not a folder" : ": no such folder"));
+  }
+  const fs::path mav = folder / "mav0";
+  if (!fs::is_directory(mav, error)) {
+    throw ConfigError(folder.string() +
+                      ": is no dataset: it has no folder mav0 (the EuRoC layout, as panoptes "
+                      "record writes it)");
+  }
+  return parse_dataset(folder.string(), camera_folders(mav),
+                       [&](const std::string& file) -> std::optional<std::string> {
+                         std::error_code none;
+                         if (!fs::exists(folder / file, none)) {
+                           return std::nullopt;
+                         }
+                         return read_file(folder / file);
+                       });
+}
+
+void check_pictures(const Dataset& dataset, const Rig& rig) {
+  constexpr std::array<unsigned char, 8> kBegin{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  constexpr std::array<unsigned char, 4> kEnd{'I', 'E', 'N', 'D'};
+  constexpr std::size_t kHead = 24;  // signature, length and name of IHDR, width, height
+  constexpr std::size_t kTail = 8;   // name and checksum of IEND
+  for (const RecordedObservation& seen : dataset.observations) {
+    for (const auto& [name, picture] : seen.pictures) {
+      const OpenFile file(in_folder(dataset.folder, picture.file));
+      if (file.fd() < 0) {
+        throw picture_fault(dataset, picture, errno == ENOENT ? "is not there" : "cannot be read");
+      }
+      struct stat status {};
+      std::array<unsigned char, kHead> head{};
+      std::array<unsigned char, kTail> tail{};
+      const bool whole =
+          ::fstat(file.fd(), &status) == 0 && status.st_size >= static_cast<off_t>(kHead + kTail) &&
+          ::pread(file.fd(), head.data(), kHead, 0) == kHead &&
+          ::pread(file.fd(), tail.data(), kTail, status.st_size - static_cast<off_t>(kTail)) ==
+              kTail;
+      if (!whole || !std::equal(kBegin.begin(), kBegin.end(), head.begin())) {
+        throw picture_fault(dataset, picture, "is not a PNG picture");
+      }
+      if (!std::equal(kEnd.begin(), kEnd.end(), tail.begin())) {
+        throw picture_fault(dataset, picture, "is torn: the end of the PNG picture is missing");
+      }
+      const auto camera = rig.cameras.find(name);
+      const int width = big_endian(head.data() + 16);
+      const int height = big_endian(head.data() + 20);
+      if (camera != rig.cameras.end() && (width != camera->second.intrinsics.width_px ||
+                                          height != camera->second.intrinsics.height_px)) {
+        throw picture_fault(dataset, picture,
+                            "has " + std::to_string(width) + " x " + std::to_string(height) +
+                                " pixels, the rig's " + name + " has " +
+                                std::to_string(camera->second.intrinsics.width_px) + " x " +
+                                std::to_string(camera->second.intrinsics.height_px));
+      }
+    }
+  }
+}
+
+cv::Mat read_picture(const Dataset& dataset, const RecordedPicture& picture) {
+  cv::Mat bgr;
+  try {
+    const std::string bytes = read_file(in_folder(dataset.folder, picture.file));
+    if (!bytes.empty()) {
+      const cv::Mat view(1, static_cast<int>(bytes.size()), CV_8UC1,
+                         const_cast<char*>(bytes.data()));
+      bgr = cv::imdecode(view, cv::IMREAD_COLOR);
+    }
+  } catch (const cv::Exception&) {  // said below
+    bgr.release();
+  }
+  if (bgr.empty()) {
+    throw picture_fault(dataset, picture, "cannot be decoded: it is no whole picture");
+  }
+  return bgr;
+}
+
+}  // namespace panoptes

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include "core/base/time.h"
+#include "core/camera/observation.h"
+#include "core/camera/rig.h"
+#include "core/config/fields.h"
+#include "core/geometry/body.h"
+
+namespace panoptes {
+
+inline constexpr std::string_view kDatasetSchema = "panoptes.dataset/1";
+
+/// recording.yaml of a dataset: what the run was.
+struct RecordingInfo {
+  std::string schema{kDatasetSchema};
+  std::string version;
+  std::string mission;  ///< the mission's name
+  std::uint64_t seed = 1;
+};
+void bind(Fields& f, RecordingInfo& o);
+
+/// A velocity that was asked for.
+struct RecordedCommand {
+  Time stamp;  ///< the platform's clock then
+  Twist2 command_body;
+  Duration valid_for{};
+};
+
+/// A picture of a recorded observation, still in its file.
+struct RecordedPicture {
+  Time stamp;
+  std::string file;     ///< from the dataset's folder
+  std::string mention;  ///< file:line of the row that names it
+};
+
+/// An observation without its pixels.
+struct RecordedObservation {
+  Time stamp;
+  Time now;  ///< the platform's clock when it was handed over
+  std::map<std::string, RecordedPicture> pictures;
+  Odometry odometry;
+  Health health;
+};
+
+/// What a robot perceived and was told, in order, and what it believed of itself where the dataset
+/// says so. Pictures stay in their files.
+struct Dataset {
+  std::string folder;
+  std::vector<std::string> cameras;
+  std::vector<RecordedObservation> observations;
+  std::vector<RecordedCommand> commands;
+  std::optional<RecordingInfo> info;
+  std::optional<Rig> rig;  ///< its floor marks surveyed
+  std::optional<Body> robot;
+  std::vector<std::string> remarks;  ///< what a recording that was cut short lacks, in words
+};
+
+/// The files of a dataset as text, by their names from the dataset's folder; empty where there is
+/// none.
+using DatasetText = std::function<std::optional<std::string>(const std::string& file)>;
+
+/// Reads the tables and settings of a dataset. `folder` is for messages, `cameras` are the names of
+/// its folders of pictures. A recording that was cut short is read to its last complete frame set.
+/// Throws ConfigError with the file and line for what is missing or wrong.
+Dataset parse_dataset(const std::string& folder, const std::vector<std::string>& cameras,
+                      const DatasetText& text);
+
+/// The same from a folder. Throws IoError for files that the machine cannot read.
+Dataset read_dataset(const std::filesystem::path& folder);
+
+/// Looks at the first and last bytes of every picture: throws ConfigError with the place for one
+/// that is missing, torn, or of another size than the camera's in `rig`.
+void check_pictures(const Dataset& dataset, const Rig& rig);
+
+/// One picture, 8-bit BGR. Throws ConfigError with the place for one that cannot be read.
+cv::Mat read_picture(const Dataset& dataset, const RecordedPicture& picture);
+
+}  // namespace panoptes
