@@ -127,6 +127,29 @@ class Mesh:
             self._face([low[i], low[k], high[k], high[i]], [(u, 1), (v, 1), (v, 0), (u, 0)], mat)
             u = v
 
+    def loft(self, low, high, mat, uv=FULL, sides=None, top=None, bottom=None):
+        """A convex part between two horizontal outlines of as many corners, counter-clockwise from above, each corner
+        above its partner so that the sides are flat. The picture runs once around, from the first corner on;
+        `sides(i)` gives side i another (material, uv rectangle), `top` and `bottom` (material, uv) close the ends."""
+        if not self._claim(low + high):
+            raise ValueError(f"{self.name}: a loft shares a corner with another part")
+        n = len(low)
+        for i in range(n):
+            k = (i + 1) % n
+            m, (u0, v0, u1, v1) = sides(i) if sides else (mat, (uv[0] + (uv[2] - uv[0]) * i / n, uv[1],
+                                                                uv[0] + (uv[2] - uv[0]) * (i + 1) / n, uv[3]))
+            self._face([low[i], low[k], high[k], high[i]], [(u0, v1), (u1, v1), (u1, v0), (u0, v0)], m)
+
+        def end(corners, m, rect):
+            (x0, x1), (y0, y1) = ((min(c[j] for c in corners), max(c[j] for c in corners)) for j in (0, 1))
+            u0, v0, u1, v1 = rect
+            self._face(corners, [(u0 + (u1 - u0) * (y1 - c[1]) / (y1 - y0), v0 + (v1 - v0) * (x1 - c[0]) / (x1 - x0))
+                                 for c in corners], m)
+        if top:
+            end(high, *top)
+        if bottom:
+            end(low[::-1], *bottom)
+
     def wall_quads(self, quads):
         """One flat part made of several (corners, uv, material): a wall or floor divided for its textures."""
         corners = [c for q in quads for c in q[0]]
