@@ -10,11 +10,14 @@ import random
 
 from furniture import (CHAIR_DEPTH, DESK_DEPTH, DESK_HEIGHT, DESK_WIDTH, PLATES, SHEETS, SHELF_DEPTH, SHELF_WIDTH,
                        SHELVES, TABLE_LENGTH)
-from room import LAMPS
+from room import LAMPS, WINDOW_OUT
 
 CHAIR_OUT = 0.28      # how far a pushed-in chair stands out in front of its desk
 GAP = 0.04            # between desks that stand back to back: the partition
 SKIRTING = 0.02
+
+CUPBOARD_FRONTS = {"tall": "bcad", "low": "ab", "end": "d"}   # doors of wood, of sheet, lockers, doors of glass
+CUPBOARD_SIDES = {"a": "wood_shelf", "b": "laminate", "c": "plain_steel", "d": "wood_shelf"}
 
 
 class Office:
@@ -93,8 +96,8 @@ class Office:
 
     def cupboard(self, x, y, theta, kind, plate=True):
         k = sum(1 for o in self.objects if o[1].startswith("cupboard")) + 1
-        self.put(f"cupboard-{k:02d}", f"cupboard_{kind}", x, y, theta, front=f"cupboard_{'ab'[k % 2]}",
-                 side=("wood_shelf", "laminate")[k % 2])
+        front = CUPBOARD_FRONTS[kind][k % len(CUPBOARD_FRONTS[kind])]
+        self.put(f"cupboard-{k:02d}", f"cupboard_{kind}", x, y, theta, front=f"cupboard_{front}", side=CUPBOARD_SIDES[front])
         if plate and kind != "low":
             self.plate(*self.beside(x, y, theta, 0.21 - 0.0005, 0.22), theta, 1.42)
             self.sheet(*self.beside(x, y, theta, 0.21 - 0.0005, -0.2), theta, 1.35 + 0.1 * (k % 3))
@@ -160,21 +163,30 @@ def place():
     return o.objects
 
 
-def world_yaml(objects, meshes):
+REACHES_OVER = {"desk": "desk_legs", "chair": "chair_star", "table": "table_legs"}
+
+
+def with_overhangs(objects):
+    """The same places with furniture that reaches over the floor. What hung on the desks' closed ends is left out."""
+    ends = [o for o in objects if o[1].startswith(("plate_", "sheet_")) and o[5] in (0.58, 0.44)]
+    return [(name, REACHES_OVER.get(mesh, mesh), *rest) for name, mesh, *rest in (o for o in objects if o not in ends)]
+
+
+def world_yaml(name, what, objects, meshes):
     lines = [
         "# SPDX-License-Identifier: BSD-3-Clause",
-        "# A 10 m x 10 m office with rows of desks that look alike, aisles down to 0.9 m, and two carpets.",
+        f"# {what}",
         "# Written by assets/generate.py from assets/layout.py: change it there and generate again.",
         "# The origin is the room's inner south-west corner on the floor; x east, y north, z up.",
-        "name: office",
-        "ambient: 0.42                       # share of light that comes from everywhere",
+        f"name: {name}",
+        "ambient: 0.50                       # share of light that comes from everywhere",
         "lights:",
     ]
     for x, y in LAMPS:
-        lines.append(f"  - {{at_m: [{x}, {y}, 2.675], size_m: [1.2, 0.6], normal: [0, 0, -1], power: 1.0}}")
+        lines.append(f"  - {{at_m: [{x}, {y}, 2.675], size_m: [1.2, 0.6], normal: [0, 0, -1], power: 1.2, group: lamps}}")
     for k in range(4):   # windows
         x = 0.55 + 2.42 * k + 0.82
-        lines.append(f"  - {{at_m: [{x:.2f}, 9.96, 1.64], size_m: [1.64, 1.44], normal: [0, -1, 0], power: 0.9}}")
+        lines.append(f"  - {{at_m: [{x:.2f}, {10 - WINDOW_OUT}, 1.64], size_m: [1.64, 1.44], normal: [0, -1, 0], power: 1.1, group: daylight}}")
     lines.append("objects:")
 
     def number(v):

@@ -17,6 +17,7 @@ COLOURS = [BLUE, RED, GREEN, ORANGE, TEAL, PURPLE, YELLOW]
 WORDS = ("ROBOT VISION SLAM MAP POSE GRAPH LOOP CAMERA FLOW GRID PLAN WHEEL LENS ANGLE MODEL FILTER STEREO TRACK "
          "FLOOR SCENE IMAGE DEPTH MOTION PLACE PATH INDEX DATA NOTES REPORT TEST BUDGET TRAVEL ORDERS MANUAL "
          "SURVEY OPTICS CONTROL SENSORS").split()
+SHORT_WORDS = [w for w in WORDS if len(w) < 6]
 
 
 def cell(columns, index, rows=None, pixels=512):
@@ -49,21 +50,33 @@ def carpet(rng, base, fleck, size=512):
     return c
 
 
-def wall(rng):
-    """2.7 m of painted wall: a tinted lower band, two stripes, roller marks, scuffs near the floor."""
-    c = Canvas(512, 512, (229, 226, 216))
+def woodchip(c, rng, x, y, w, h, count):
+    """Painted woodchip paper: chips that catch the light on one side and throw a shadow on the other."""
+    for _ in range(count):
+        i, j = x + rng.randrange(w), y + rng.randrange(h)
+        n, m = rng.choice(((3, 1), (2, 1), (1, 2), (2, 2), (4, 2)))
+        c.rect(i, j, n, m, (255, 255, 255), rng.uniform(0.15, 0.5))
+        c.rect(i + 1, j + m, n, 1, (96, 92, 84), rng.uniform(0.15, 0.45))
+
+
+def wall(rng, paint=(238, 235, 226), lower=(206, 214, 210), stripe=(86, 126, 140)):
+    """2.7 m of wall: woodchip above, two stripes, panelling below, nail holes, scuffs near the floor."""
+    c = Canvas(512, 512, paint)
     px = 512 / 2.7
     top_of_band = int((2.7 - 0.98) * px)
-    c.rect(0, top_of_band, 512, 512, (196, 205, 202))
-    c.rect(0, top_of_band - 9, 512, 8, (86, 126, 140))
-    c.rect(0, top_of_band - 14, 512, 2, (150, 172, 178))
+    woodchip(c, rng, 0, 0, 512, top_of_band, 5200)
+    for k in range(0, 512, 100):   # where one length of paper meets the next
+        c.rect(k + 30, 0, 1, top_of_band, (150, 146, 138), 0.5)
+    c.rect(0, top_of_band, 512, 512, lower)
+    c.rect(0, top_of_band - 9, 512, 8, stripe)
+    c.rect(0, top_of_band - 14, 512, 2, mix(stripe, paint, 0.5))
     for k in range(6):   # panelling: boards with a raised field
         x = k * 512 // 6
-        c.rect(x, top_of_band, 2, 512, (128, 140, 140))
-        c.rect(x + 2, top_of_band, 2, 512, (226, 232, 230))
+        c.rect(x, top_of_band, 2, 512, shade(lower, 0.66))
+        c.rect(x + 2, top_of_band, 2, 512, shade(lower, 1.12))
         fx, fy, fw, fh = x + 16, top_of_band + 18, 56, 134
-        c.rect(fx, fy, fw, fh, shade((196, 205, 202), rng.uniform(0.94, 1.05)))
-        c.frame(fx, fy, fw, fh, 2, (150, 160, 160))
+        c.rect(fx, fy, fw, fh, shade(lower, rng.uniform(0.94, 1.05)))
+        c.frame(fx, fy, fw, fh, 2, shade(lower, 0.76))
         c.bevel(fx + 2, fy + 2, fw - 4, fh - 4, 2, 0.4)
         for sx in (6, 78):
             for sy in (8, 164):
@@ -73,13 +86,35 @@ def wall(rng):
         c.line(x, y, x + rng.randint(-26, 26), y + rng.randint(-4, 4), (120, 120, 116), 1, rng.uniform(0.15, 0.5))
     for _ in range(26):
         c.ellipse(rng.randrange(512), rng.randint(20, 500), rng.uniform(1, 2.6), rng.uniform(1, 2.6), (120, 118, 110), 0.5)
-    for _ in range(22):   # nail holes and the shadows of what hung there
+    for _ in range(22):   # nail holes and what is left where something hung
         x, y = rng.randrange(480), rng.randint(40, 260)
         c.rect(x, y, rng.randint(14, 46), rng.randint(18, 50), (255, 255, 250), 0.10)
         c.rect(x + 8, y - 2, 2, 2, (90, 86, 80))
-    c.add_field(add(smooth_noise(512, 512, 6, 6, rng, 4), smooth_noise(512, 512, 70, 24, rng, 4),
-                    smooth_noise(512, 512, 170, 170, rng, 5)))
+    c.add_field(add(smooth_noise(512, 512, 6, 6, rng, 3), smooth_noise(512, 512, 70, 24, rng, 3),
+                    smooth_noise(512, 512, 170, 170, rng, 4)))
     c.grain(rng, 1.6)
+    return c
+
+
+def plain_wall(rng):
+    """Smooth paint, nothing else."""
+    c = Canvas(128, 128, (222, 220, 212))
+    c.add_field(smooth_noise(128, 128, 3, 3, rng, 1.5))
+    return c
+
+
+def plain_floor(rng):
+    """Grey linoleum without a pattern."""
+    c = Canvas(128, 128, (148, 150, 148))
+    c.add_field(smooth_noise(128, 128, 3, 3, rng, 1.5))
+    c.grain(rng, 1.2)
+    return c
+
+
+def plain(rng, colour):
+    """A painted surface."""
+    c = Canvas(64, 64, colour)
+    c.grain(rng, 1.0)
     return c
 
 
@@ -135,6 +170,42 @@ def laminate(rng):
 
 
 BEECH, LAMINATE = (206, 176, 134), (198, 201, 200)
+
+
+def steel(rng):
+    """The side of a steel cupboard: two pressed panels, rivets, scratches."""
+    base = (164, 176, 182)
+    c = Canvas(256, 256, base)
+    for y in (10, 134):
+        c.rect(14, y, 228, 110, shade(base, 1.03))
+        c.bevel(14, y, 228, 110, 3, 0.4)
+    for k in range(8):
+        for x in (6, 250):
+            c.ellipse(x, 16 + k * 32, 2, 2, shade(base, 0.5))
+    for _ in range(40):
+        x, y = rng.randrange(256), rng.randrange(256)
+        c.line(x, y, x + rng.randint(-16, 16), y + rng.randint(-7, 7), shade(base, rng.choice((0.7, 0.8, 1.2))), 1, 0.7)
+    for _ in range(4):
+        x, y = rng.randint(24, 200), rng.randint(24, 200)
+        c.ellipse(x, y, 12, 12, rng.choice(COLOURS))
+        c.ellipse(x, y, 6, 6, (250, 250, 246))
+    c.add_field(smooth_noise(256, 256, 90, 90, rng, 4))
+    c.grain(rng, 2)
+    return c
+
+
+def skirting(rng):
+    """A metre of skirting board."""
+    c = Canvas(256, 32, (168, 134, 98))
+    c.add_field(add(smooth_noise(256, 32, 3, 16, rng, 12), smooth_noise(256, 32, 40, 16, rng, 7)))
+    c.rect(0, 0, 256, 6, (204, 172, 132), 0.8)
+    c.rect(0, 6, 256, 1, (90, 68, 48))
+    c.rect(0, 27, 256, 5, (84, 64, 46), 0.8)
+    for _ in range(9):
+        x = rng.randrange(240)
+        c.line(x, rng.randint(9, 24), x + rng.randint(6, 22), rng.randint(9, 24), (104, 82, 62), 1, 0.7)
+    c.grain(rng, 2)
+    return c
 
 
 def paper(c, rng, x, y, w, h, kind=None):
@@ -332,6 +403,35 @@ def plastic(rng):
     return c
 
 
+def monitor_back(rng):
+    """The back of a monitor, light grey: a raised middle with vents and plugs, a badge, an inventory label, cables."""
+    c = Canvas(256, 256, (176, 178, 182))
+    c.add_field(smooth_noise(256, 256, 3, 40, rng, 4))
+    c.frame(0, 0, 256, 256, 5, (96, 98, 104))
+    c.bevel(5, 5, 246, 246, 3, 0.5)
+    c.rect(62, 66, 132, 128, (150, 152, 158))
+    c.bevel(62, 66, 132, 128, 4, 0.5)
+    for k in range(8):
+        c.rect(76, 76 + k * 6, 104, 3, (44, 46, 50))
+    c.frame(98, 130, 60, 52, 2, (92, 94, 100))
+    for x in (106, 148):
+        for y in (138, 172):
+            c.ellipse(x, y, 4, 4, (52, 54, 58))
+    c.rect(20, 20, 60, 14, (60, 62, 68))
+    c.text(24, 24, "VISIO", (236, 238, 240), 1)
+    c.rect(176, 18, 58, 34, (246, 246, 240))
+    c.text(180, 22, f"NO {rng.randint(100, 999)}", INK, 1)
+    for k in range(22):
+        c.rect(180 + k * 2, 34, rng.choice((1, 1, 2)), 14, INK)
+    for x, col in ((74, BLUE), (92, (30, 30, 34)), (164, (30, 30, 34)), (178, ORANGE)):
+        c.rect(x - 5, 196, 11, 9, (36, 38, 42))
+        c.polyline([(x, 204), (x + rng.randint(-7, 7), 222), (x + rng.randint(-10, 10), 240), (128, 256)], col, 4)
+    c.ellipse(34, 222, 13, 13, rng.choice(COLOURS))
+    c.ellipse(34, 222, 8, 8, (250, 250, 246))
+    c.grain(rng, 3)
+    return c
+
+
 # --- screens
 
 def screen(rng, kind):
@@ -455,7 +555,7 @@ def cupboard(rng, base, kind):
         c.rect(x + 2, 212, 4, 66, (200, 202, 206))
     paper(c, rng, 60, 60 + rng.randint(0, 40), 100, 140)
     c.rect(320, 70, 120, 44, (246, 246, 240))
-    c.text(328, 78, rng.choice(WORDS)[:6], INK, 3)
+    c.text(328, 78, rng.choice(SHORT_WORDS), INK, 3)
     for _ in range(6):
         sticky(c, rng, rng.choice([rng.randint(20, 190), rng.randint(290, 450)]), rng.randint(240, 380), 40)
     for _ in range(5):
@@ -465,44 +565,138 @@ def cupboard(rng, base, kind):
     return c
 
 
+def lockers(rng):
+    """The front of a steel cupboard: three tall doors with vents, locks, name plates and what sticks to them."""
+    base = (164, 176, 182)
+    c = Canvas(512, 512, shade(base, 0.5))
+    for k in range(3):
+        x, col = 6 + k * 168, (base, (96, 128, 150), base)[k]
+        c.rect(x, 6, 164, 478, col)
+        c.bevel(x, 6, 164, 478, 4, 0.4)
+        for row in (28, 430):
+            for j in range(5):
+                c.rect(x + 46, row + j * 9, 72, 4, shade(col, 0.4))
+                c.rect(x + 46, row + j * 9 + 4, 72, 1, shade(col, 1.3))
+        c.rect(x + 50, 92, 64, 26, (246, 246, 240))
+        c.text_centred(x + 82, 98, rng.choice(SHORT_WORDS), INK, 2)
+        c.rect(x + 138, 226, 14, 50, (70, 72, 78))
+        c.rect(x + 141, 230, 5, 40, (206, 208, 212))
+        c.ellipse(x + 145, 292, 6, 6, (206, 208, 212))
+        c.rect(x + 144, 289, 2, 7, INK)
+        for _ in range(3):
+            kind = rng.randrange(3)
+            at = (x + rng.randint(10, 90), rng.randint(130, 370))
+            if kind == 0:
+                paper(c, rng, *at, 60, 84)
+                c.ellipse(at[0] + 30, at[1] + 4, 6, 6, rng.choice(COLOURS))
+            elif kind == 1:
+                c.ellipse(at[0] + 20, at[1] + 20, 20, 20, rng.choice(COLOURS))
+                c.ellipse(at[0] + 20, at[1] + 20, 9, 9, (250, 250, 246))
+            else:
+                sticky(c, rng, *at, 40)
+        for _ in range(12):   # dents and scratches
+            sx, sy = x + rng.randint(6, 150), rng.randint(300, 470)
+            c.line(sx, sy, sx + rng.randint(-18, 18), sy + rng.randint(-6, 6), shade(col, 0.7), 1, 0.7)
+    c.rect(0, 484, 512, 28, (60, 62, 68))
+    c.add_field(add(smooth_noise(512, 512, 4, 30, rng, 4), smooth_noise(512, 512, 128, 128, rng, 3)))
+    c.grain(rng, 2)
+    return c
+
+
+def glass_cupboard(rng):
+    """Two glass doors before four boards of binders, boxes and a cup that somebody won."""
+    c = Canvas(512, 512, (70, 58, 46))
+    for row in range(4):
+        y0, x = 14 + row * 118, 10
+        c.rect(0, y0 + 104, 512, 10, (150, 116, 78))
+        while x < 496:
+            kind = rng.random()
+            if kind < 0.6:
+                w, h, col = rng.randint(20, 34), rng.randint(84, 98), rng.choice(COLOURS + [INK, (230, 230, 226)])
+                c.rect(x, y0 + 104 - h, w - 2, h, col)
+                c.bevel(x, y0 + 104 - h, w - 2, h, 2, 0.3)
+                c.rect(x + 4, y0 + 116 - h, w - 10, 34, (248, 248, 244))
+                c.lines_of_print(x + 6, y0 + 120 - h, w - 14, 5, rng, INK, 6, 2)
+                c.ellipse(x + w / 2 - 1, y0 + 90, 5, 5, (30, 30, 34))
+            elif kind < 0.95:
+                w, h = rng.randint(44, 90), rng.randint(40, 80)
+                c.rect(x, y0 + 104 - h, w, h, rng.choice([(196, 154, 104), (220, 216, 204), (120, 144, 160)]))
+                c.rect(x + 8, y0 + 112 - h, w * 0.5, 16, (250, 250, 246))
+                c.lines_of_print(x + 10, y0 + 115 - h, w * 0.4, 2, rng, INK, 5, 2)
+            else:
+                w = 40
+                c.ellipse(x + 20, y0 + 60, 16, 20, (214, 180, 80))
+                c.rect(x + 17, y0 + 76, 6, 18, (180, 146, 60))
+                c.rect(x + 8, y0 + 92, 24, 12, INK)
+            x += w + rng.choice((1, 1, 8))
+    for x in (120, 350):   # the sky in the panes
+        c.poly([(x, 10), (x + 46, 10), (x - 60, 480), (x - 106, 480)], (236, 244, 250), 0.22)
+    for x in (0, 254):
+        c.frame(x, 0, 258, 486, 12, (176, 140, 96))
+        c.frame(x + 11, 11, 236, 464, 2, (84, 64, 44))
+    for x in (236, 264):
+        c.rect(x, 216, 8, 60, (206, 208, 212))
+    c.rect(0, 484, 512, 28, (110, 84, 56))
+    c.grain(rng, 2)
+    return c
+
+
 # --- on the walls
 
 def window(rng, kind):
-    """A window 1.6 m by 1.4 m: frame, the view, a blind drawn down a little."""
-    c = Canvas(512, 512, (244, 244, 240))
-    c.gradient(22, 22, 468, 300, (176, 208, 240), (234, 240, 246))
-    for _ in range(14):
-        x, y = rng.randint(20, 480), rng.randint(60, 200)
+    """What is seen through a window of 1.64 m by 1.44 m, a blind drawn down a little. It shines, which draws it 1.26
+    times as bright as it is here."""
+    c = Canvas(512, 512, (168, 180, 190))
+    c.gradient(0, 0, 512, 330, (112, 148, 186), (184, 192, 198))
+    for _ in range(16):
+        x, y = rng.randint(0, 500), rng.randint(60, 200)
         for k in range(6):
-            c.ellipse(x + k * 16 - 40, y + rng.randint(-6, 6), rng.randint(14, 30), rng.randint(6, 14), (252, 252, 252), 0.6)
-    x = 10
-    while x < 500:   # buildings
-        w, h = rng.randint(50, 120), rng.randint(70, 190)
-        col = rng.choice([(186, 150, 124), (206, 200, 188), (160, 168, 176), (196, 176, 148)])
-        c.rect(x, 330 - h, w, h + 60, col)
-        for j in range(int(h / 24)):
-            for i in range(int(w / 18)):
-                c.rect(x + 6 + i * 18, 338 - h + j * 24, 9, 13, rng.choice([(84, 100, 118), (120, 140, 160), (230, 220, 170)]))
-        x += w + rng.randint(-4, 20)
-    for _ in range(36 if kind == 0 else 70):
-        x, y = rng.randint(10, 500), rng.randint(330, 440)
-        g = rng.choice([(74, 118, 62), (96, 140, 74), (58, 98, 56), (120, 152, 84)])
-        for _ in range(5):
-            c.ellipse(x + rng.randint(-16, 16), y + rng.randint(-16, 16), rng.randint(8, 22), rng.randint(8, 20), g, 0.9)
-    c.rect(22, 440, 468, 52, (150, 152, 150))
-    for k in range(6):
-        x = rng.randint(20, 440)
-        c.rect(x, 446, 56, 22, rng.choice(COLOURS))
-        c.rect(x + 10, 436, 34, 14, (70, 84, 98))
+            c.ellipse(x + k * 16 - 40, y + rng.randint(-6, 6), rng.randint(14, 30), rng.randint(6, 14), (198, 200, 200), 0.5)
+    for row in range(2):   # houses, the nearer ones lower and clearer
+        x = -20
+        while x < 512:
+            w, h = rng.randint(50, 110), rng.randint(110, 200) - 60 * row
+            col = mix(rng.choice([(160, 116, 92), (176, 168, 154), (128, 138, 146), (166, 142, 112), (150, 92, 76)]),
+                      (172, 184, 194), 0.4 - 0.4 * row)
+            foot = 340 + 30 * row
+            c.rect(x, foot - h, w, h, col)
+            if rng.random() < 0.5:
+                c.poly([(x - 4, foot - h), (x + w / 2, foot - h - 34), (x + w + 4, foot - h)], shade(col, 0.62))
+                c.rect(x + w * 0.7, foot - h - 34, 8, 24, shade(col, 0.5))
+            c.rect(x, foot - h, 3, h, shade(col, 0.72))
+            for j in range(int(h / 24)):
+                for i in range(int(w / 18)):
+                    pane = rng.choice([(64, 78, 94), (88, 106, 124), (196, 180, 120), (52, 60, 72)])
+                    c.rect(x + 6 + i * 18, foot + 8 - h + j * 24, 9, 13, pane)
+                    c.rect(x + 6 + i * 18, foot + 21 - h + j * 24, 9, 2, shade(col, 1.2))
+            x += w + rng.randint(-4, 16)
+    c.rect(0, 370, 512, 142, (104, 108, 108))          # a street
+    c.rect(0, 366, 512, 12, (150, 148, 142))
+    for k in range(12):
+        c.rect(k * 46 + 6, 424, 26, 4, (196, 196, 188))
+    for k in range(5):
+        x, col = k * 104 + rng.randint(0, 36), rng.choice(COLOURS)
+        c.rect(x, 386, 66, 20, shade(col, 0.8))
+        c.poly([(x + 10, 386), (x + 18, 372), (x + 48, 372), (x + 58, 386)], (58, 70, 82))
+        c.ellipse(x + 14, 406, 7, 7, (30, 30, 34))
+        c.ellipse(x + 52, 406, 7, 7, (30, 30, 34))
+    c.rect(0, 446, 512, 66, (142, 138, 130))           # the pavement on this side
+    for k in range(14):
+        c.rect(k * 38, 446, 1, 66, (104, 102, 96))
+    for _ in range(3 if kind == 0 else 6):             # trees
+        x, y = rng.randint(20, 490), rng.randint(230, 300)
+        c.rect(x - 4, y, 8, 450 - y, (84, 66, 50))
+        for _ in range(60):
+            g = rng.choice([(62, 98, 54), (84, 124, 66), (48, 82, 48), (110, 138, 76)])
+            a, r = rng.uniform(0, 6.3), rng.uniform(0, 50)
+            c.ellipse(x + r * math.cos(a), y - 20 + 0.9 * r * math.sin(a), rng.randint(5, 12), rng.randint(4, 10), g, 0.9)
+    if kind == 1:
+        c.rect(392, 250, 6, 210, (70, 74, 80))
+        c.rect(362, 250, 66, 34, (40, 92, 156))
+        c.text_centred(395, 260, "P 24H", (204, 204, 200), 1)
     for k in range(11 if kind == 0 else 5):   # blind
-        c.rect(22, 22 + k * 14, 468, 9, (236, 232, 220))
-        c.rect(22, 31 + k * 14, 468, 2, (160, 156, 146))
-    c.frame(0, 0, 512, 512, 22, (246, 246, 244))
-    c.frame(18, 18, 476, 476, 4, (170, 172, 174))
-    c.rect(246, 0, 22, 512, (246, 246, 244))
-    c.rect(243, 22, 3, 468, (160, 162, 164))
-    c.rect(268, 22, 3, 468, (160, 162, 164))
-    c.rect(252, 250, 10, 46, (120, 122, 126))
+        c.rect(0, k * 15, 512, 9, (196, 192, 180))
+        c.rect(0, 9 + k * 15, 512, 2, (126, 122, 114))
     c.grain(rng, 2)
     return c
 
@@ -569,6 +763,22 @@ def whiteboard(rng):
     return c
 
 
+def extinguisher(rng):
+    """Half of the way around a fire extinguisher."""
+    c = Canvas(128, 128, (190, 40, 36))
+    c.gradient(0, 0, 128, 128, (202, 48, 42), (168, 32, 30))
+    c.rect(14, 30, 100, 66, (244, 240, 228))
+    c.rect(14, 30, 100, 15, INK)
+    c.text_centred(64, 34, "FIRE", (250, 250, 246), 1)
+    for k, name in enumerate("ABC"):
+        c.frame(20 + k * 32, 50, 26, 22, 2, INK)
+        c.text(28 + k * 32, 54, name, RED, 2)
+    c.lines_of_print(20, 78, 88, 4, rng, INK, 4, 2)
+    c.rect(0, 114, 128, 14, (60, 24, 24))
+    c.grain(rng, 2)
+    return c
+
+
 def pinboard(rng):
     c = Canvas(512, 512, (184, 142, 98))
     c.add_field(smooth_noise(512, 512, 170, 170, rng, 22))
@@ -583,11 +793,132 @@ def pinboard(rng):
     return c
 
 
+def _lighthouse(c, rng, size):
+    c.gradient(0, 40, size, 140, (120, 170, 214), (236, 226, 200))
+    c.rect(0, 180, size, 80, (40, 92, 124))
+    for _ in range(50):
+        c.rect(rng.randint(0, size), rng.randint(184, 250), rng.randint(6, 26), 2, (190, 216, 226))
+    c.poly([(60, 190), (120, 160), (220, 176), (256, 210), (256, 256), (40, 256)], (92, 80, 70))
+    for k in range(6):
+        w = 40 - 3 * k
+        c.rect(150 - w / 2, 160 - 18 * k, w, 18, RED if k % 2 == 0 else (246, 244, 236))
+    c.rect(138, 50, 24, 20, (250, 232, 140))
+    c.poly([(134, 50), (150, 36), (166, 50)], INK)
+    for k in range(7):
+        c.line(150, 60, 20 + 10 * k, 44 + 14 * k, (252, 240, 180), 2, 0.5)
+
+
+def _lines(c, rng, size):
+    c.rect(0, 0, size, size, (246, 244, 236))
+    stops = []
+    for col in COLOURS:
+        x, y = 16, rng.randint(50, 240)
+        points = [(x, y)]
+        while x < 240:
+            x += rng.choice((24, 32, 40))
+            y = min(244, max(52, y + rng.choice((-32, 0, 0, 32))))
+            points.append((x, y))
+        c.polyline(points, col, 6)
+        stops += points[1:-1]
+    for x, y in stops:
+        c.ellipse(x, y, 6, 6, INK)
+        c.ellipse(x, y, 4, 4, (250, 250, 250))
+        if rng.random() < 0.4:
+            c.text(x + 5, y - 12, rng.choice(SHORT_WORDS), INK, 1)
+
+
+def _elements(c, rng, size):
+    c.rect(0, 0, size, size, (30, 34, 46))
+    for j in range(7):
+        for i in range(11):
+            if j < 2 and 1 < i < 7:
+                continue
+            x, y = 6 + i * 22, 48 + j * 28
+            c.rect(x, y, 20, 26, rng.choice(COLOURS))
+            c.text(x + 4, y + 5, rng.choice("HBCNOFKPSVWUYI") + rng.choice("AEIORUN"), (250, 250, 250), 1)
+            c.rect(x + 3, y + 17, rng.randint(6, 14), 2, (250, 250, 250), 0.8)
+
+
+def _herbs(c, rng, size):
+    c.rect(0, 0, size, size, (244, 238, 220))
+    for k in range(6):
+        x, y = 44 + (k % 3) * 84, 130 + (k // 3) * 104
+        green = rng.choice([(70, 110, 58), (96, 134, 70), (52, 92, 70)])
+        c.polyline([(x, y), (x + rng.randint(-8, 8), y - 40), (x + rng.randint(-8, 8), y - 78)], shade(green, 0.7), 3)
+        for j in range(9):
+            side, yy = (-1, 1)[j % 2], y - 8 - j * 8
+            c.poly([(x, yy), (x + side * 12, yy - 10), (x + side * rng.randint(20, 32), yy - 8), (x + side * 12, yy + 3)], green)
+        c.ellipse(x, y - 84, 9, 9, rng.choice([RED, PURPLE, YELLOW, BLUE]))
+        c.ellipse(x, y - 84, 4, 4, (250, 240, 190))
+        c.lines_of_print(x - 24, y + 4, 48, 2, rng, (110, 100, 84), 4, 2)
+
+
+def _night(c, rng, size):
+    c.gradient(0, 0, size, size, (16, 22, 52), (44, 40, 84))
+    stars = [(rng.randint(6, 250), rng.randint(46, 250)) for _ in range(120)]
+    for x, y in stars:
+        c.ellipse(x, y, *rng.choice(((1, 1), (1, 1), (2, 2), (3, 3))), rng.choice([(250, 250, 250), (250, 236, 190), (190, 210, 250)]))
+    for first in stars[:7]:   # constellations: from a star on to near ones
+        near = sorted(stars, key=lambda p: math.hypot(p[0] - first[0], p[1] - first[1]))[:9:2]
+        c.polyline(near, (150, 160, 200), 1)
+    c.ellipse(190, 96, 28, 28, (236, 230, 204))
+    for _ in range(8):
+        c.ellipse(rng.randint(172, 208), rng.randint(78, 114), rng.randint(2, 6), rng.randint(2, 5), (206, 198, 170))
+
+
+def _bicycle(c, rng, size):
+    c.rect(0, 0, size, size, (236, 196, 84))
+    for k in range(14):
+        c.poly([(128, 300), (k * 40 - 140, 30), (k * 40 - 122, 30)], (250, 222, 130))
+    for x in (74, 184):
+        for r, col in ((46, INK), (41, (236, 196, 84))):
+            c.ellipse(x, 186, r, r, col)
+        for k in range(10):
+            a = k * math.pi / 5
+            c.line(x, 186, x + 42 * math.cos(a), 186 + 42 * math.sin(a), INK, 1)
+    for a, b in (((74, 186), (118, 186)), ((118, 186), (166, 128)), ((166, 128), (100, 128)), ((100, 128), (118, 186)),
+                 ((74, 186), (100, 128)), ((184, 186), (162, 110)), ((96, 118), (104, 140))):
+        c.line(*a, *b, RED, 7)
+    c.rect(82, 112, 32, 7, INK)
+    c.line(162, 110, 184, 104, INK, 5)
+
+
+def _words(c, rng, size):
+    c.rect(0, 0, size, size, (40, 44, 56))
+    y = 52
+    for _ in range(6):
+        word, col = rng.choice(WORDS), rng.choice(COLOURS + [(244, 244, 240)])
+        c.text(12, y, word, col, min(4, int(230 / (6 * len(word)))))
+        y += 34
+
+
+def _sails(c, rng, size):
+    c.gradient(0, 0, size, 150, (150, 200, 226), (230, 240, 240))
+    for row in range(8):
+        y = 150 + row * 14
+        col = mix((80, 150, 180), (20, 60, 100), row / 7)
+        c.rect(0, y, size, 20, col)
+        for k in range(9):
+            x = k * 32 + (row % 2) * 16
+            c.poly([(x, y), (x + 16, y - 9), (x + 30, y)], shade(col, 1.15))
+    for x, y, h, col in ((60, 156, 70, RED), (150, 176, 96, (250, 250, 246)), (214, 160, 54, ORANGE)):
+        c.poly([(x - 24, y), (x + 24, y), (x + 16, y + 12), (x - 16, y + 12)], (92, 60, 44))
+        c.poly([(x - 1, y - 4), (x - 1, y - h), (x - 26, y - 4)], col)
+        c.poly([(x + 3, y - 4), (x + 3, y - h), (x + 22, y - 4)], shade(col, 0.86))
+        c.rect(x, y - h, 3, h, INK)
+
+
+NEWER_POSTERS = [_lighthouse, _lines, _elements, _herbs, _night, _bicycle, _words, _sails]
+
+
 def poster(rng, kind, size=256):
     c = Canvas(size, size, (248, 248, 244))
     title = ["FIELD ROBOTICS", "SEE THE WORLD", "CITY MARATHON", "OPTICS LAB", "OPEN DAY", "JAZZ NIGHT", "THE ALPS",
-             "SUMMER SCHOOL"][kind]
-    if kind in (1, 6):
+             "SUMMER SCHOOL", "LIGHTHOUSES", "CITY LINES", "THE ELEMENTS", "WILD HERBS", "NIGHT SKY", "BY BICYCLE",
+             "KEEP LOOKING", "SEA AND WIND"][kind]
+    if kind >= 8:
+        NEWER_POSTERS[kind - 8](c, rng, size)
+    elif kind in (1, 6):
         c.gradient(0, 0, size, 170, (70, 130, 200) if kind == 1 else (240, 190, 130), (230, 236, 240))
         c.poly([(0, 170), (60, 70), (96, 120), (150, 40), (256, 170)], (110, 118, 130))
         c.poly([(128, 70), (150, 40), (176, 72), (160, 66), (146, 80)], (250, 250, 252))
@@ -895,14 +1226,23 @@ TEXTURES = {
     "carpet_blue": lambda r: carpet(r, (112, 126, 146), (164, 178, 196)),
     "carpet_sand": lambda r: carpet(r, (164, 146, 116), (204, 186, 150)),
     "wall": wall,
+    "wall_b": lambda r: wall(r, (240, 230, 206), (192, 176, 148), (150, 96, 62)),
+    "wall_plain": plain_wall,
+    "floor_plain": plain_floor,
+    "skirting": skirting,
     "ceiling": ceiling,
     "window_a": lambda r: window(r, 0),
     "window_b": lambda r: window(r, 1),
+    "window_c": lambda r: window(r, 0),
+    "window_d": lambda r: window(r, 1),
+    "extinguisher": extinguisher,
     "door": door,
     "whiteboard": whiteboard,
     "pinboard": pinboard,
     "posters_a": lambda r: posters(r, 0),
     "posters_b": lambda r: posters(r, 4),
+    "posters_c": lambda r: posters(r, 8),
+    "posters_d": lambda r: posters(r, 12),
     "signs": signs,
     "plates": plates,
     "sheets": sheets,
@@ -922,6 +1262,7 @@ TEXTURES = {
     "screen_5": lambda r: screen(r, 4),
     "screen_6": lambda r: screen(r, 5),
     "plastic": plastic,
+    "monitor_back": monitor_back,
     "chair_blue": lambda r: chair_fabric(r, (66, 92, 140)),
     "chair_red": lambda r: chair_fabric(r, (152, 62, 58)),
     "chair_base": chair_base,
@@ -932,6 +1273,13 @@ TEXTURES = {
     "laminate": laminate,
     "cupboard_a": lambda r: cupboard(r, (200, 172, 132), 0),
     "cupboard_b": lambda r: cupboard(r, (176, 184, 188), 1),
+    "cupboard_c": lockers,
+    "cupboard_d": glass_cupboard,
+    "plain_white": lambda r: plain(r, (214, 214, 210)),
+    "plain_steel": steel,
+    "plain_grey": lambda r: plain(r, (150, 154, 158)),
+    "plain_wood": lambda r: plain(r, (194, 164, 124)),
+    "plain_blue": lambda r: plain(r, (84, 108, 146)),
 }
 
 
