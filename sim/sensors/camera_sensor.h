@@ -16,6 +16,7 @@
 #include "core/config/fields.h"
 #include "core/geometry/pose3.h"
 #include "sim/render/renderer.h"
+#include "sim/sensors/photosites.h"
 
 namespace panoptes::sim {
 
@@ -38,21 +39,6 @@ struct AutoExposure {
 };
 void bind(Fields& f, AutoExposure& o);
 
-struct NoNoise {
-  static constexpr std::string_view kName = "none";
-};
-void bind(Fields& f, NoNoise& o);
-
-/// Photons are counted, and the count is read with an error. Grey 255 at gain 1 are `full_well_e`
-/// electrons, and as grey levels are square roots of light, shot noise alone is everywhere
-/// 127.5 / sqrt(full_well_e / gain) grey levels.
-struct PhotonNoise {
-  static constexpr std::string_view kName = "photons";
-  double full_well_e = 8000;
-  double read_e = 12;  ///< standard deviation
-};
-void bind(Fields& f, PhotonNoise& o);
-
 /// What a camera's sensor does to the light its lens lets through. The defaults are a machine
 /// vision camera in a lit room, its exposure set by hand; the world's own brightness is what an
 /// exposure of `white_ms` at gain 1 shows.
@@ -60,7 +46,7 @@ struct SensorOptions {
   std::variant<FixedExposure, AutoExposure> exposure;
   double white_ms = 4;      ///< so long an exposure at gain 1 draws light 1 white
   double vignetting = 0.2;  ///< share of the light lost in the farthest corner, as cos^4 goes
-  std::variant<PhotonNoise, NoNoise> noise;
+  SensorNoise noise;
   bool motion_blur = true;  ///< the picture is the mean over the exposure
   double row_us = 0;        ///< rows are exposed so long after one another; 0: all at once
   bool bayer = false;       ///< one colour a pixel (RGGB), the others interpolated

@@ -12,7 +12,11 @@ int first_mapped_row(const RigCamera& camera) {
 }
 
 std::optional<Vec2> floor_under(const RigCamera& true_camera, const Vec2& px) {
-  const Vec3 ray_body = true_camera.T_body_camera.rotation * true_camera.intrinsics.ray(px);
+  const std::optional<Vec3> ray_camera = true_camera.intrinsics.direction(px);
+  if (!ray_camera) {
+    return std::nullopt;
+  }
+  const Vec3 ray_body = true_camera.T_body_camera.rotation * *ray_camera;
   const Vec3& eye_body = true_camera.T_body_camera.translation;
   if (ray_body.z() >= 0 || eye_body.z() <= 0) {
     return std::nullopt;

@@ -106,7 +106,7 @@ TEST(RigFields, ReadsLensesThatBend) {
       "  a: {fov_deg: 80, at_m: [0, 0, 1], distortion: {kind: brown_conrady, k1: -0.2, k2: 0.03, "
       "p1: 0.001, p2: -0.002, k3: 0.004}}\n"
       "  b: {fov_deg: 190, at_m: [0, 0, 1], distortion: {kind: equidistant, k1: 0.01, k4: "
-      "-0.001}}\n"
+      "-0.0001}}\n"
       "  c: {fov_deg: 80, at_m: [0, 0, 1], distortion: none}\n",
       "rig.yaml");
   const Intrinsics& a = rig.cameras.at("a").intrinsics;
