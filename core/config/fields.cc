@@ -591,6 +591,8 @@ std::string Fields::where(std::string_view key) const {
   return writing() || child == nullptr ? std::string() : child->place.text();
 }
 
+std::string Fields::file() const { return writing() ? "" : node_->tree->place.file; }
+
 std::string Fields::here() const { return writing() ? "" : node_->tree->place.text(); }
 
 std::optional<Setting> Fields::setting(std::string_view key) {

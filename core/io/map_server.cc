@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/io/map_server.h"
 
+#include <array>
+#include <cmath>
 #include <string>
+#include <utility>
 
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/core/mat.hpp>
 #include <yaml-cpp/yaml.h>
 
 #include "core/base/error.h"
 #include "core/io/digits.h"
 #include "core/io/file.h"
+#include "core/io/picture.h"
 
 namespace panoptes {
 namespace {
@@ -16,6 +20,7 @@ namespace {
 constexpr unsigned char kFree = 254;
 constexpr unsigned char kUnknown = 205;
 constexpr unsigned char kOccupied = 0;
+constexpr int kMostSide_cells = 10'000;
 
 std::filesystem::path with_suffix(std::filesystem::path stem, const char* suffix) {
   stem += suffix;
@@ -52,6 +57,14 @@ class MapYaml {
   T value(const char* key, const T& otherwise) const {
     return root_[key] ? value<T>(key) : otherwise;
   }
+  /// 0 or 1, true or false.
+  bool truth(const char* key) const {
+    const auto word = value<std::string>(key, "0");
+    if (word != "0" && word != "1" && word != "true" && word != "false") {
+      fault(key, "must be 0 or 1, got " + word);
+    }
+    return word == "1" || word == "true";
+  }
   [[noreturn]] void fault(const char* key, const std::string& what) const {
     fault(root_[key].Mark(), key, what);
   }
@@ -67,6 +80,77 @@ class MapYaml {
   std::string file_;
   YAML::Node root_;
 };
+
+double finite(const MapYaml& yaml, const char* key, double value) {
+  if (!std::isfinite(value)) {
+    yaml.fault(key, "must be finite");
+  }
+  return value;
+}
+
+enum class Mode { kTrinary, kScale, kRaw };
+
+Mode mode_of(const MapYaml& yaml) {
+  const auto word = yaml.value<std::string>("mode", "trinary");
+  if (word != "trinary" && word != "scale" && word != "raw") {
+    yaml.fault("mode", "must be trinary, scale or raw, got " + word);
+  }
+  return word == "raw" ? Mode::kRaw : word == "scale" ? Mode::kScale : Mode::kTrinary;
+}
+
+cv::Mat picture_of(const std::filesystem::path& path) {
+  try {
+    return decode_picture(read_file(path), kMostSide_cells, PictureColours::kGrey);
+  } catch (const IoError& error) {
+    const std::string reason = error.what();
+    throw IoError(reason.starts_with(path.string()) ? reason : path.string() + ": " + reason);
+  }
+}
+
+MapServerMap read(const MapYaml& yaml, const std::filesystem::path& yaml_path) {
+  MapServerMap found;
+  OccupancyMap& map = found.map;
+  map.cell_m = yaml.value<double>("resolution");
+  if (!(map.cell_m > 0 && map.cell_m < 10)) {
+    yaml.fault("resolution",
+               "must be > 0 and < 10 metres, got " + yaml.value<std::string>("resolution"));
+  }
+  const auto origin = yaml.value<std::vector<double>>("origin");
+  if (origin.size() < 2 || origin.size() > 3) {
+    yaml.fault("origin", "must be [x, y, yaw]");
+  }
+  map.origin = {finite(yaml, "origin", origin[0]), finite(yaml, "origin", origin[1])};
+  found.yaw_rad = origin.size() == 3 ? finite(yaml, "origin", origin[2]) : 0;
+  const Mode mode = mode_of(yaml);
+  const bool negate = yaml.truth("negate");
+  const auto occupied_above = yaml.value<double>("occupied_thresh");
+  const auto free_below = yaml.value<double>("free_thresh");
+  if (!(free_below >= 0 && free_below <= occupied_above && occupied_above <= 1)) {
+    yaml.fault("free_thresh", "must be from 0 to occupied_thresh, and that at most 1");
+  }
+  const cv::Mat picture = picture_of(yaml_path.parent_path() / yaml.value<std::string>("image"));
+
+  std::array<Cell, 256> cell_of{};
+  for (int grey = 0; grey < 256; ++grey) {
+    const double occupied = mode == Mode::kRaw ? grey / 100.0
+                            : negate           ? grey / 255.0
+                                               : (255 - grey) / 255.0;
+    cell_of[static_cast<std::size_t>(grey)] = mode == Mode::kRaw && grey > 100 ? Cell::kUnknown
+                                              : occupied > occupied_above      ? Cell::kOccupied
+                                              : occupied < free_below          ? Cell::kFree
+                                                                               : Cell::kUnknown;
+  }
+  map.columns = picture.cols;
+  map.rows = picture.rows;
+  map.cells.reserve(picture.total());
+  for (int row = map.rows - 1; row >= 0; --row) {
+    const unsigned char* line = picture.ptr<unsigned char>(row);
+    for (int column = 0; column < map.columns; ++column) {
+      map.cells.push_back(cell_of[line[column]]);
+    }
+  }
+  return found;
+}
 
 }  // namespace
 
@@ -90,59 +174,17 @@ void write_map_server(const std::filesystem::path& stem, const OccupancyMap& map
                  ", 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
 }
 
+MapServerMap read_turned_map_server(const std::filesystem::path& yaml_path) {
+  return read(MapYaml(yaml_path), yaml_path);
+}
+
 OccupancyMap read_map_server(const std::filesystem::path& yaml_path) {
   const MapYaml yaml(yaml_path);
-  OccupancyMap map;
-  map.cell_m = yaml.value<double>("resolution");
-  if (!(map.cell_m > 0 && map.cell_m < 10)) {
-    yaml.fault("resolution",
-               "must be > 0 and < 10 metres, got " + yaml.value<std::string>("resolution"));
-  }
-  const auto origin = yaml.value<std::vector<double>>("origin");
-  if (origin.size() < 2 || origin.size() > 3) {
-    yaml.fault("origin", "must be [x, y, yaw]");
-  }
-  if (origin.size() == 3 && origin[2] != 0) {
+  MapServerMap found = read(yaml, yaml_path);
+  if (found.yaw_rad != 0) {
     yaml.fault("origin", "yaw must be 0; turn the picture instead");
   }
-  map.origin = {origin[0], origin[1]};
-  const auto mode = yaml.value<std::string>("mode", "trinary");
-  if (mode != "trinary" && mode != "scale") {
-    yaml.fault("mode", "must be trinary or scale, got " + mode);
-  }
-  const bool negate = yaml.value<int>("negate", 0) != 0;
-  const auto occupied_above = yaml.value<double>("occupied_thresh");
-  const auto free_below = yaml.value<double>("free_thresh");
-  if (!(free_below >= 0 && free_below <= occupied_above && occupied_above <= 1)) {
-    yaml.fault("free_thresh", "must be from 0 to occupied_thresh, and that at most 1");
-  }
-
-  const std::filesystem::path picture_path =
-      yaml_path.parent_path() / yaml.value<std::string>("image");
-  const std::string bytes = read_file(picture_path);
-  cv::Mat picture;
-  if (!bytes.empty()) {
-    const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8U,
-                          const_cast<char*>(bytes.data()));  // cv::Mat has no read-only view
-    picture = cv::imdecode(encoded, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
-  }
-  if (picture.empty()) {
-    throw IoError(picture_path.string() + ": is not a picture that can be read");
-  }
-  map.columns = picture.cols;
-  map.rows = picture.rows;
-  map.cells.reserve(static_cast<std::size_t>(map.columns) * static_cast<std::size_t>(map.rows));
-  for (int row = 0; row < map.rows; ++row) {
-    const unsigned char* line = picture.ptr<unsigned char>(map.rows - 1 - row);
-    for (int column = 0; column < map.columns; ++column) {
-      const int grey = negate ? 255 - line[column] : line[column];
-      const double occupied = (255 - grey) / 255.0;
-      map.cells.push_back(occupied > occupied_above ? Cell::kOccupied
-                          : occupied < free_below   ? Cell::kFree
-                                                    : Cell::kUnknown);
-    }
-  }
-  return map;
+  return std::move(found.map);
 }
 
 }  // namespace panoptes

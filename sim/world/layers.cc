@@ -183,13 +183,31 @@ bool overlaps(const std::vector<Vec2>& outline, const Vec2& low, const Vec2& hig
 std::vector<Outline> outlines(const World& world, double z_low_m, double z_high_m) {
   PANOPTES_CHECK(z_low_m < z_high_m, "a slice has its top above its bottom");
   std::vector<Outline> found;
-  const auto add = [&found](const std::string& object, std::vector<Vec2> corners) {
-    std::vector<Vec2> hull = convex_hull(std::move(corners));
-    if (hull.size() >= 2) {
-      found.push_back({object, std::move(hull)});
+  for (std::size_t index = 0; index < world.objects.size(); ++index) {
+    const Object& object = world.objects[index];
+    if (object.kind == Object::Kind::kPerson) {
+      continue;
     }
-  };
-  for (const Object& object : world.objects) {
+    const auto add = [&](std::vector<Vec2> corners) {
+      std::vector<Vec2> hull = convex_hull(std::move(corners));
+      if (hull.size() >= 2) {
+        found.push_back({object.name, std::move(hull), index});
+      }
+    };
+    for (const Pillar& pillar : object.pillars) {
+      const double z_m = object.T_scene_object.translation.z();
+      if (z_m + pillar.high_m > z_low_m + kTouch_m && z_m + pillar.low_m < z_high_m - kTouch_m) {
+        std::vector<Vec2> corners;
+        for (const Vec2& p : pillar.corners_object) {
+          corners.emplace_back(
+              (object.T_scene_object * Vec3(p.x(), p.y(), pillar.low_m)).head<2>());
+        }
+        add(std::move(corners));
+      }
+    }
+    if (!object.pillars.empty()) {
+      continue;
+    }
     for (const std::vector<SceneTriangle>& part : connected_parts(object)) {
       const bool whole = is_convex(part);
       std::vector<Vec2> corners;
@@ -197,11 +215,11 @@ std::vector<Outline> outlines(const World& world, double z_low_m, double z_high_
         const std::vector<Vec2> more = slice_corners(triangle, z_low_m, z_high_m);
         corners.insert(corners.end(), more.begin(), more.end());
         if (!whole) {
-          add(object.name, std::move(corners));
+          add(std::move(corners));
           corners.clear();
         }
       }
-      add(object.name, std::move(corners));
+      add(std::move(corners));
     }
   }
   return found;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -17,12 +18,14 @@ inline constexpr double kFloorLayerTop_m = 0.02;
 struct Outline {
   std::string object;
   std::vector<Vec2> corners_scene;
+  std::size_t index = 0;  ///< of the object in World::objects
 };
 
-/// The outlines of everything strictly above z_low and below z_high. A connected part of a mesh
-/// that is convex gives the convex hull of its slice, which is exact; any other part gives one
-/// outline for each of its faces, which bounds it but leaves its inside empty. Parts are told apart
-/// by their corners: faces that share one belong together. In the order of the world's objects and
+/// The outlines of everything strictly above z_low and below z_high, as it stands at time 0;
+/// people, who walk, are left out. A pillar gives its own outline. A connected part of a mesh that
+/// is convex gives the convex hull of its slice, which is exact; any other part gives one outline
+/// for each of its faces, which bounds it but leaves its inside empty. Parts are told apart by
+/// their corners: faces that share one belong together. In the order of the world's objects and
 /// triangles.
 std::vector<Outline> outlines(const World& world, double z_low_m, double z_high_m);
 

@@ -2,266 +2,395 @@
 #include "sim/world/load.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
+#include <iterator>
+#include <limits>
 #include <set>
+#include <tuple>
 #include <utility>
 
-#include <assimp/Importer.hpp>
-#include <assimp/material.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "core/base/check.h"
-#include "core/base/error.h"
 #include "core/config/data_files.h"
 #include "core/config/geometry_fields.h"
+#include "sim/world/boxes.h"
+#include "sim/world/faults.h"
+#include "sim/world/floor_plan.h"
+#include "sim/world/mesh.h"
+#include "sim/world/people.h"
+#include "sim/world/pictures.h"
 
 namespace panoptes::sim {
 namespace {
 
-/// The textures of a world, each kept once.
-class TextureShelf {
- public:
-  explicit TextureShelf(std::vector<Texture>& textures) : textures_(textures) {}
+/// One file that includes another.
+struct Inclusion {
+  std::string file;
+  std::string mention;  ///< of the file it includes
+};
 
-  template <class Read>
-  int find_or_add(const std::string& name, const Read& read) {
-    const auto [entry, is_new] = index_.try_emplace(name, static_cast<int>(textures_.size()));
-    if (is_new) {
-      textures_.push_back({name, read()});
+template <class T>
+void append(std::vector<T>& to, std::vector<T>& from) {
+  to.insert(to.end(), std::make_move_iterator(from.begin()), std::make_move_iterator(from.end()));
+}
+
+std::string identity_of(const std::string& file) {
+  std::error_code error;
+  const std::filesystem::path real = std::filesystem::weakly_canonical(file, error);
+  return error ? file : real.string();
+}
+
+void refuse_ring(const std::string& file, const std::vector<Inclusion>& chain) {
+  const auto first = std::find_if(chain.begin(), chain.end(), [&file](const Inclusion& inclusion) {
+    return identity_of(inclusion.file) == identity_of(file);
+  });
+  if (first == chain.end()) {
+    return;
+  }
+  std::string ring;
+  for (auto at = first; at != chain.end(); ++at) {
+    ring += at->mention + " -> ";
+  }
+  throw ConfigError(fmt::format("{}: include: '{}' includes itself ({}{}); take one of these out",
+                                chain.back().mention, file, ring, file));
+}
+
+void make_generated(WorldSettings& settings) {
+  if (!settings.generate) {
+    return;
+  }
+  WorldSettings made;
+  try {
+    std::visit([&made](const auto& plan) { generate(plan, made); }, *settings.generate);
+  } catch (const ConfigError& error) {
+    throw ConfigError((settings.generate_mention.empty() ? "" : settings.generate_mention + ": ") +
+                      error.what());
+  }
+  settings.generate.reset();
+  const std::string& mention = settings.generate_mention;
+  for (BoxSettings& box : made.boxes) {
+    box.mention = mention;
+    box.picture_mention = mention;
+  }
+  for (ObjectSettings& object : made.objects) {
+    object.mention = mention;
+    object.mesh_mention = mention;
+  }
+  for (EventSettings& event : made.events) {
+    event.mention = mention;
+  }
+  for (PersonSettings& person : made.people) {
+    person.mention = mention;
+    person.mesh_mention = mention;
+    person.path_mention = mention;
+  }
+  // What the user wrote comes after the place it stands in.
+  const auto put_before = [](auto& those, auto& first) {
+    append(first, those);
+    those = std::move(first);
+  };
+  put_before(settings.lights, made.lights);
+  put_before(settings.boxes, made.boxes);
+  put_before(settings.objects, made.objects);
+  put_before(settings.events, made.events);
+  put_before(settings.people, made.people);
+  // Its sky and light where the user says nothing of them.
+  const WorldSettings unsaid;
+  const auto take = [](auto& value, const auto& other, const auto& untouched) {
+    if (value == untouched) {
+      value = other;
     }
-    return entry->second;
+  };
+  take(settings.ambient, made.ambient, unsaid.ambient);
+  take(settings.ambient_group, made.ambient_group, unsaid.ambient_group);
+  take(settings.sky_bgr, made.sky_bgr, unsaid.sky_bgr);
+  if (!settings.sun) {
+    settings.sun = made.sun;
+  }
+}
+
+WorldSettings expanded(WorldSettings settings, std::vector<Inclusion>& chain) {
+  make_generated(settings);
+  for (std::size_t i = 0; i < settings.include.size(); ++i) {
+    chain.push_back(
+        {settings.file, i < settings.include_mentions.size() ? settings.include_mentions[i] : ""});
+    const std::string& written = settings.include[i];
+    const std::string file = written.starts_with("data:") ? resolve_path(written, "") : written;
+    refuse_ring(file, chain);
+    WorldSettings other = expanded(read_settings<WorldSettings>(file), chain);
+    chain.pop_back();
+    append(settings.lights, other.lights);
+    append(settings.boxes, other.boxes);
+    append(settings.objects, other.objects);
+    append(settings.events, other.events);
+    append(settings.people, other.people);
+    if (other.floor_plan && settings.floor_plan) {
+      throw ConfigError(fmt::format("{}: floor_plan: a world has one; the other is in {}",
+                                    other.floor_plan->mention, settings.floor_plan->mention));
+    }
+    if (other.floor_plan) {
+      settings.floor_plan = std::move(other.floor_plan);
+    }
+  }
+  settings.include.clear();
+  settings.include_mentions.clear();
+  return settings;
+}
+
+/// A mesh as read, so that a chair that stands in twenty places is read once, and what is wrong
+/// with it said once.
+using MeshKey = std::tuple<std::string, double, Up, std::map<std::string, std::string>>;
+
+/// The world while it is made, with the place that mentions each of its objects.
+class Builder {
+ public:
+  World make(const WorldSettings& settings) {
+    world_.name = settings.name;
+    world_.ambient = settings.ambient;
+    world_.ambient_group = settings.ambient_group;
+    world_.lights = settings.lights;
+    world_.sun = settings.sun;
+    world_.sky_bgr = {settings.sky_bgr[0], settings.sky_bgr[1], settings.sky_bgr[2]};
+    if (settings.floor_plan) {
+      faults_.collect([&] {
+        for (Object& part : make_floor_plan(*settings.floor_plan, pictures_)) {
+          add(std::move(part), settings.floor_plan->mention);
+        }
+      });
+    }
+    for (const BoxSettings& box : settings.boxes) {
+      add_box(box);
+    }
+    for (const ObjectSettings& object : settings.objects) {
+      add_mesh(object, on_floor(object.at, object.z_m),
+               object.movable ? Object::Kind::kMovable : Object::Kind::kFixed);
+    }
+    for (const PersonSettings& person : settings.people) {
+      add_person(person);
+    }
+    if (world_.objects.empty() && !faults_.any()) {
+      faults_.user(settings.mention,
+                   "the world is empty; give it objects, boxes, a floor_plan, generate or include");
+    }
+    if (world_.textures.size() > kMostTextures) {
+      faults_.machine(settings.mention,
+                      fmt::format("the world has {} pictures and colours; it may have {}: let more "
+                                  "things share them",
+                                  world_.textures.size(), kMostTextures));
+    }
+    for (const EventSettings& event : settings.events) {
+      add_event(event);
+    }
+    const auto earlier = [](const auto& a, const auto& b) { return a.at < b.at; };
+    std::stable_sort(world_.light_events.begin(), world_.light_events.end(), earlier);
+    std::stable_sort(world_.move_events.begin(), world_.move_events.end(), earlier);
+    require_room(settings.mention);
+    if (!faults_.any()) {
+      check_ways(world_, settings.people, mentions_, faults_);
+    }
+    faults_.raise();
+    return std::move(world_);
   }
 
  private:
-  std::vector<Texture>& textures_;
-  std::map<std::string, int> index_;
-};
+  static Pose3 on_floor(const Pose2& at, double z_m) {
+    Pose3 T_scene_object = panoptes::on_floor(at);
+    T_scene_object.translation.z() = z_m;
+    return T_scene_object;
+  }
 
-std::string prefix(const std::string& mention) { return mention.empty() ? "" : mention + ": "; }
-
-void require_readable(const std::string& file, const std::string& mention, const char* what) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored)) {
-    throw IoError(fmt::format("{}{} '{}' does not exist; correct its path or put the file there",
-                              prefix(mention), what, file));
-  }
-}
-
-cv::Mat read_picture(const std::string& file, const std::string& mention) {
-  require_readable(file, mention, "texture");
-  cv::Mat bgr = cv::imread(file, cv::IMREAD_COLOR);
-  if (bgr.empty()) {
-    throw IoError(fmt::format(
-        "{}texture '{}' is not a picture that can be read; save it again as PNG or JPEG",
-        prefix(mention), file));
-  }
-  return bgr;
-}
-
-cv::Mat decode_embedded(const aiTexture& texture, const std::string& mesh,
-                        const std::string& mention) {
-  const auto* bytes = reinterpret_cast<const unsigned char*>(texture.pcData);
-  cv::Mat bgr;
-  if (texture.mHeight == 0) {  // a picture file, mWidth bytes of it
-    bgr = cv::imdecode(std::vector<unsigned char>(bytes, bytes + texture.mWidth), cv::IMREAD_COLOR);
-  } else {
-    const cv::Mat bgra(static_cast<int>(texture.mHeight), static_cast<int>(texture.mWidth), CV_8UC4,
-                       texture.pcData);
-    cv::cvtColor(bgra, bgr, cv::COLOR_BGRA2BGR);
-  }
-  if (bgr.empty()) {
-    throw IoError(fmt::format(
-        "{}mesh '{}' embeds a texture that is not a picture; export it again with PNG textures",
-        prefix(mention), mesh));
-  }
-  return bgr;
-}
-
-/// The picture of a material: what the world file says, else the mesh's own, else its plain colour.
-int texture_of(const aiScene& scene, const aiMaterial& material, const ObjectSettings& settings,
-               TextureShelf& shelf) {
-  const std::string material_name = material.GetName().C_Str();
-  if (const auto own = settings.textures.find(material_name); own != settings.textures.end()) {
-    const auto mention = settings.texture_mentions.find(material_name);
-    return shelf.find_or_add(own->second, [&] {
-      return read_picture(own->second,
-                          mention == settings.texture_mentions.end() ? "" : mention->second);
-    });
-  }
-  aiString path;
-  if (material.GetTexture(aiTextureType_BASE_COLOR, 0, &path) == AI_SUCCESS ||
-      material.GetTexture(aiTextureType_DIFFUSE, 0, &path) == AI_SUCCESS) {
-    if (const aiTexture* embedded = scene.GetEmbeddedTexture(path.C_Str())) {
-      return shelf.find_or_add(settings.mesh + ":" + path.C_Str(), [&] {
-        return decode_embedded(*embedded, settings.mesh, settings.mesh_mention);
-      });
-    }
-    const std::filesystem::path beside = std::filesystem::path(settings.mesh).parent_path();
-    const std::string file = (beside / path.C_Str()).lexically_normal().string();
-    return shelf.find_or_add(
-        file, [&] { return read_picture(file, prefix(settings.mesh_mention) + settings.mesh); });
-  }
-  aiColor4D colour(0.8F, 0.8F, 0.8F, 1);
-  if (material.Get(AI_MATKEY_BASE_COLOR, colour) != AI_SUCCESS) {
-    material.Get(AI_MATKEY_COLOR_DIFFUSE, colour);
-  }
-  // Colours of materials are amounts of light, pictures hold (nearly) their square roots.
-  const auto root = [](float c) {
-    return static_cast<unsigned char>(
-        std::lround(255 * std::sqrt(std::clamp(static_cast<double>(c), 0.0, 1.0))));
-  };
-  const cv::Vec3b bgr(root(colour.b), root(colour.g), root(colour.r));
-  return shelf.find_or_add(fmt::format("colour {},{},{}", bgr[2], bgr[1], bgr[0]),
-                           [&] { return cv::Mat(1, 1, CV_8UC3, cv::Scalar(bgr)); });
-}
-
-void append_triangles(const aiMesh& mesh, int texture, const ObjectSettings& settings,
-                      std::vector<Triangle>& triangles) {
-  const auto corner = [&](unsigned index) {
-    const aiVector3D& p = mesh.mVertices[index];
-    Corner c;
-    c.p_object = Vec3(p.x, -p.z, p.y);
-    if (mesh.HasTextureCoords(0)) {  // assimp's run up from the bottom
-      c.uv = Vec2(mesh.mTextureCoords[0][index].x, 1.0 - mesh.mTextureCoords[0][index].y);
-    }
-    if (!c.p_object.allFinite() || !c.uv.allFinite()) {
-      throw IoError(
-          fmt::format("{}mesh '{}' has a corner that is not a finite number; export it again",
-                      prefix(settings.mesh_mention), settings.mesh));
-    }
-    return c;
-  };
-  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-    const aiFace& face = mesh.mFaces[f];
-    if (face.mNumIndices != 3) {  // points and lines have no surface
-      continue;
-    }
-    Triangle t;
-    t.texture = texture;
-    for (unsigned i = 0; i < 3; ++i) {
-      t.corners[i] = corner(face.mIndices[i]);
-    }
-    const Vec3 a = t.corners[1].p_object - t.corners[0].p_object;
-    const Vec3 b = t.corners[2].p_object - t.corners[0].p_object;
-    if (a.cross(b).norm() > 0) {
-      triangles.push_back(t);
-    }
-  }
-}
-
-/// A mesh as read, so that a chair that stands in twenty places is read once.
-using MeshKey = std::pair<std::string, std::map<std::string, std::string>>;
-
-std::vector<Triangle> read_mesh(const ObjectSettings& settings, TextureShelf& shelf) {
-  require_readable(settings.mesh, settings.mesh_mention, "mesh");
-  Assimp::Importer importer;
-  const aiScene* scene =
-      importer.ReadFile(settings.mesh, aiProcess_Triangulate | aiProcess_PreTransformVertices);
-  if (scene == nullptr) {
-    std::string reason = importer.GetErrorString();
-    std::replace(reason.begin(), reason.end(), '\n', ' ');
-    throw IoError(fmt::format("{}mesh '{}' cannot be read: {}; export it again, as glTF or OBJ",
-                              prefix(settings.mesh_mention), settings.mesh, reason));
-  }
-  std::set<std::string> materials;
-  std::vector<Triangle> triangles;
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
-    const aiMesh& mesh = *scene->mMeshes[m];
-    const aiMaterial& material = *scene->mMaterials[mesh.mMaterialIndex];
-    materials.insert(material.GetName().C_Str());
-    append_triangles(mesh, texture_of(*scene, material, settings, shelf), settings, triangles);
-  }
-  if (triangles.empty()) {
-    throw IoError(fmt::format("{}mesh '{}' has no faces; export it with its surfaces",
-                              prefix(settings.mesh_mention), settings.mesh));
-  }
-  for (const auto& [material, file] : settings.textures) {
-    if (materials.count(material) == 0) {
-      std::string known;
-      for (const std::string& name : materials) {
-        known += (known.empty() ? "" : ", ") + name;
+  void add(Object object, const std::string& mention) {
+    if (!object.name.empty()) {
+      const auto [entry, is_new] = by_name_.try_emplace(object.name, world_.objects.size());
+      if (!is_new) {
+        const std::string& first = mentions_[entry->second];
+        faults_.user(mention, fmt::format("name: '{}' is given twice{}; things need names of "
+                                          "their own",
+                                          object.name, first.empty() ? "" : ", first at " + first));
       }
-      const auto mention = settings.texture_mentions.find(material);
-      throw ConfigError(
-          fmt::format("{}mesh '{}' has no material '{}'; it has {}",
-                      prefix(mention == settings.texture_mentions.end() ? "" : mention->second),
-                      settings.mesh, material, known));
+    }
+    triangles_ += object.triangles.size();
+    if (triangles_ > kMostTriangles && triangles_ - object.triangles.size() <= kMostTriangles) {
+      faults_.machine(mention, fmt::format("'{}' brings the world to {} triangles; it takes {}: "
+                                           "make meshes coarser or use fewer",
+                                           object.name, triangles_, kMostTriangles));
+    }
+    if (triangles_ > kMostTriangles) {
+      object.triangles.clear();  // said; no need to hold more of them
+    }
+    world_.objects.push_back(std::move(object));
+    mentions_.push_back(mention);
+  }
+
+  void add_box(const BoxSettings& settings) {
+    if (!(settings.size_m.minCoeff() > 0)) {
+      faults_.user(settings.mention,
+                   fmt::format("size_m: the box '{}' must be > 0 along each axis", settings.name));
+      return;
+    }
+    Object box = make_box(settings, pictures_);
+    if (box.triangles.empty()) {
+      faults_.user(settings.mention,
+                   fmt::format("faces: the box '{}' has no face left; leave one", settings.name));
+    }
+    add(std::move(box), settings.mention);
+  }
+
+  bool add_mesh(const ObjectSettings& settings, const Pose3& T_scene_object, Object::Kind kind) {
+    const auto [first, is_new] = seen_.try_emplace(
+        MeshKey{settings.mesh, settings.scale, settings.up, settings.textures}, kUnreadable);
+    if (is_new) {
+      faults_.collect([&] {
+        std::vector<Triangle> triangles = read_mesh(settings, pictures_);
+        first->second = world_.objects.size();
+        add({settings.name, T_scene_object, std::move(triangles), kind, {}}, settings.mention);
+      });
+      return first->second != kUnreadable;
+    }
+    if (first->second != kUnreadable) {
+      add({settings.name, T_scene_object, world_.objects[first->second].triangles, kind, {}},
+          settings.mention);
+    } else if (!settings.name.empty()) {  // events on it are no faults
+      add({settings.name, T_scene_object, {}, kind, {}}, settings.mention);
+    }
+    return first->second != kUnreadable;
+  }
+
+  void add_person(const PersonSettings& settings) {
+    PANOPTES_CHECK(settings.path.size() >= 2, "a way has two points or more");
+    const Vec2 ahead = settings.path[1] - settings.path[0];
+    const Pose2 T_scene_person{settings.path[0].x(), settings.path[0].y(),
+                               std::atan2(ahead.y(), ahead.x())};
+    ObjectSettings figure;
+    figure.name = settings.name;
+    figure.mesh = settings.mesh;
+    figure.mention = settings.mention;
+    figure.mesh_mention = settings.mesh_mention;
+    if (add_mesh(figure, on_floor(T_scene_person, 0), Object::Kind::kPerson)) {
+      Person person;
+      person.object = world_.objects.size() - 1;
+      person.path_scene = settings.path;
+      person.speed_mps = settings.speed_mps;
+      person.start = time_at(settings.start_s);
+      person.returns = settings.returns;
+      person.waits_m = settings.waits_m;
+      world_.people.push_back(std::move(person));
     }
   }
-  return triangles;
-}
+
+  void add_event(const EventSettings& settings) {
+    const Time at = time_at(settings.at_s);
+    const Duration over = from_seconds(settings.over_s);
+    if (settings.at_s < 0 || settings.over_s < 0) {
+      faults_.user(settings.mention, "at_s: an event is at 0 s or later, and takes 0 s or more");
+    }
+    if (!settings.lights.empty()) {
+      std::vector<std::string> groups;
+      for (const AreaLight& light : world_.lights) {
+        groups.push_back(light.group);
+      }
+      groups.push_back(world_.ambient_group);
+      groups.push_back(world_.sun ? world_.sun->group : "");
+      std::sort(groups.begin(), groups.end());
+      groups.erase(std::unique(groups.begin(), groups.end()), groups.end());
+      std::erase(groups, "");
+      if (std::find(groups.begin(), groups.end(), settings.lights) == groups.end()) {
+        faults_.user(settings.mention,
+                     fmt::format("lights: no lamp hangs on '{}'; {}", settings.lights,
+                                 hint(settings.lights, groups, "group")));
+        return;
+      }
+      world_.light_events.push_back({at, over, settings.lights, settings.power});
+      return;
+    }
+    const bool turns = settings.move.empty();
+    const std::string& name = turns ? settings.open : settings.move;
+    const char* const key = turns ? "open" : "move";
+    const auto found = by_name_.find(name);
+    if (name.empty() || found == by_name_.end()) {
+      std::vector<std::string> movable;
+      for (const Object& object : world_.objects) {
+        if (object.kind == Object::Kind::kMovable && !object.name.empty()) {
+          movable.push_back(object.name);
+        }
+      }
+      faults_.user(settings.mention, fmt::format("{}: there is no '{}'; {}", key, name,
+                                                 hint(name, movable, "movable")));
+      return;
+    }
+    const Object& object = world_.objects[found->second];
+    if (object.kind != Object::Kind::kMovable) {
+      faults_.user(settings.mention,
+                   fmt::format("{}: '{}' stands for ever; write `movable: true` where it is placed",
+                               key, name));
+      return;
+    }
+    Pose2 T_scene_object = settings.to;
+    if (turns) {
+      const Vec3 ahead = object.T_scene_object.rotation * Vec3::UnitX();
+      T_scene_object = {object.T_scene_object.translation.x(),
+                        object.T_scene_object.translation.y(),
+                        std::atan2(ahead.y(), ahead.x()) + settings.angle_rad};
+    }
+    world_.move_events.push_back({at, over, found->second, T_scene_object});
+  }
+
+  static std::string hint(const std::string& word, const std::vector<std::string>& known,
+                          const char* key) {
+    const std::string near = nearest_word(word, known);
+    if (!near.empty()) {
+      return fmt::format("did you mean '{}'?", near);
+    }
+    return known.empty() ? fmt::format("nothing here has `{}:`", key)
+                         : fmt::format("there are {}", fmt::join(known, ", "));
+  }
+
+  /// So that the map of what is true stays of a size that a computer can hold.
+  void require_room(const std::string& mention) {
+    constexpr double kWidest_m = 1000;
+    Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity());
+    Vec2 high = -low;
+    for (std::size_t i = 0; i < world_.objects.size(); ++i) {
+      const Object& object = world_.objects[i];
+      for (const Triangle& t : object.triangles) {
+        for (const Corner& corner : t.corners) {
+          const Vec2 p = (object.T_scene_object * corner.p_object).head<2>();
+          low = low.cwiseMin(p);
+          high = high.cwiseMax(p);
+        }
+      }
+      if ((high - low).maxCoeff() > kWidest_m) {
+        faults_.user(mentions_[i].empty() ? mention : mentions_[i],
+                     fmt::format("with '{}' the world is {:.0f} m wide; it may be {:.0f}: move it "
+                                 "nearer to the rest",
+                                 object.name, (high - low).maxCoeff(), kWidest_m));
+        return;
+      }
+    }
+  }
+
+  static constexpr std::size_t kUnreadable = static_cast<std::size_t>(-1);
+
+  World world_;
+  Faults faults_;
+  Pictures pictures_{world_.textures, faults_};
+  std::vector<std::string> mentions_;
+  std::map<std::string, std::size_t> by_name_;
+  std::map<MeshKey, std::size_t> seen_;
+  std::size_t triangles_ = 0;
+};
 
 }  // namespace
 
-struct TexturePaths {  // by material
-  std::map<std::string, std::string> file;
-  std::map<std::string, std::string> mention;
-};
-void bind(Fields& f, TexturePaths& o) {
-  for (auto& [material, file] : o.file) {
-    f.path(material, file);
-    o.mention[material] = f.where(material);
-  }
+WorldSettings expanded(const WorldSettings& settings) {
+  std::vector<Inclusion> chain;
+  return expanded(settings, chain);
 }
 
-void bind(Fields& f, AreaLight& o) {
-  f.needed("at_m", o.at_m);
-  f("size_m", o.size_m, positive);
-  f("normal", o.normal);
-  f.require(o.normal.norm() > 0, "normal", "must not be zero: it is where the light shines to");
-  f("power", o.power, not_negative);
-}
-
-void bind(Fields& f, ObjectSettings& o) {
-  f("name", o.name);
-  f.path("mesh", o.mesh);
-  o.mesh_mention = f.where("mesh");
-  f("at", o.at);
-  f("z_m", o.z_m);
-  TexturePaths textures{o.textures, {}};
-  if (f.present("textures")) {
-    f("textures", textures.file);  // first which materials are named, then their files
-  }
-  if (!textures.file.empty()) {
-    f("textures", textures);
-  }
-  o.textures = textures.file;
-  o.texture_mentions = textures.mention;
-}
-
-void bind(Fields& f, WorldSettings& o) {
-  f("name", o.name);
-  f("ambient", o.ambient, not_negative);
-  f("lights", o.lights);
-  f.needed("objects", o.objects);
-}
-
-World make_world(const WorldSettings& settings) {
-  World world;
-  world.name = settings.name;
-  world.ambient = settings.ambient;
-  world.lights = settings.lights;
-  TextureShelf shelf(world.textures);
-  std::map<MeshKey, std::size_t> seen;
-  for (const ObjectSettings& object : settings.objects) {
-    const auto [first, is_new] =
-        seen.try_emplace({object.mesh, object.textures}, world.objects.size());
-    Pose3 T_scene_object = on_floor(object.at);
-    T_scene_object.translation.z() = object.z_m;
-    std::vector<Triangle> triangles =
-        is_new ? read_mesh(object, shelf) : world.objects[first->second].triangles;
-    world.objects.push_back({object.name, T_scene_object, std::move(triangles),
-                             object.movable ? Object::Kind::kMovable : Object::Kind::kFixed});
-  }
-  return world;
-}
+World make_world(const WorldSettings& settings) { return Builder().make(expanded(settings)); }
 
 World load_world(const std::string& file) { return make_world(read_settings<WorldSettings>(file)); }
 

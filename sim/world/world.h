@@ -36,6 +36,13 @@ struct Texture {
   cv::Mat bgr;
 };
 
+/// An upright convex pillar.
+struct Pillar {
+  std::vector<Vec2> corners_object;  ///< counter-clockwise, at least three
+  double low_m = 0;                  ///< in its object's frame
+  double high_m = 1;
+};
+
 /// A rigid thing that stands in the world.
 struct Object {
   enum class Kind {
@@ -47,6 +54,8 @@ struct Object {
   Pose3 T_scene_object;  ///< at time 0
   std::vector<Triangle> triangles;
   Kind kind = Kind::kFixed;
+  std::vector<Pillar> pillars{};  ///< what it fills, where its triangles do not show it (faces that
+                                  ///< nobody sees are left out); empty: what they enclose
 };
 
 /// A shining rectangle. With power 1 it lights a surface that faces it from 1 m straight below its

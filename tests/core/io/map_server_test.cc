@@ -84,13 +84,14 @@ TEST_F(MapServer, SaysWhereTheYamlIsWrong) {
   EXPECT_EQ(message(good + "resolution: fine\n"), path + ":5:13: resolution: has the wrong type");
   EXPECT_EQ(message(good + "resolution: -1\n"),
             path + ":5:13: resolution: must be > 0 and < 10 metres, got -1");
-  EXPECT_EQ(message(good + "resolution: 0.1\nmode: raw\n"),
-            path + ":6:7: mode: must be trinary or scale, got raw");
+  EXPECT_EQ(message(good + "resolution: 0.1\nmode: row\n"),
+            path + ":6:7: mode: must be trinary, scale or raw, got row");
   EXPECT_EQ(message(good + "resolution: 0.1\n"),
             (folder_ / "a.pgm").string() + ": cannot be opened: No such file or directory");
   write_file(folder_ / "a.pgm", "no picture");
   EXPECT_EQ(message(good + "resolution: 0.1\n"),
-            (folder_ / "a.pgm").string() + ": is not a picture that can be read");
+            (folder_ / "a.pgm").string() +
+                ": is not a picture that can be read; save it again as PNG or JPEG");
 }
 
 }  // namespace

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include <opencv2/core/mat.hpp>
+
+namespace panoptes {
+
+struct PictureSize {
+  int width_px = 0;
+  int height_px = 0;
+};
+
+/// The size of a PNG, JPEG, BMP or PNM (PGM, PPM) file, from its header alone; empty for anything
+/// else.
+std::optional<PictureSize> picture_size(std::string_view bytes);
+
+enum class PictureColours { kBgr, kGrey };
+
+/// The pixels of such a file, 8 bits a channel. Its size is looked at before anything is decoded,
+/// and its frame is checked before a decoder sees it, so that nothing is written to the terminal.
+/// Throws IoError for what is none, is cut short or damaged, or is wider or higher than
+/// `most_side_px`; the message says what is wrong and what to do, and the caller of which file.
+cv::Mat decode_picture(std::string_view bytes, int most_side_px, PictureColours colours);
+
+}  // namespace panoptes

@@ -1,0 +1,337 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "sim/world/mesh.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include <assimp/Importer.hpp>
+#include <assimp/material.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+
+#include "core/base/error.h"
+#include "core/config/data_files.h"
+
+namespace panoptes::sim {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A mesh with as many triangles as may be, in the wordiest format (an STL of text, 260 bytes each),
+// with room for embedded pictures; beyond it reading alone would take minutes.
+constexpr std::uintmax_t kMostFile_bytes = 256U << 20U;
+constexpr double kSmallest_m = 1e-3;  // smaller than the finest detail of a picture
+constexpr double kLargest_m = 1e3;    // the map of what is true has cells of a centimetre
+
+/// What all faults of one mesh begin with.
+class Complaint {
+ public:
+  Complaint(const ObjectSettings& settings, std::string file)
+      : mention_(settings.mesh_mention.empty() ? "" : settings.mesh_mention + ": "),
+        file_(std::move(file)) {}
+
+  [[noreturn]] void raise(const std::string& what) const {
+    throw IoError(fmt::format("{}mesh '{}' {}", mention_, file_, what));
+  }
+  [[noreturn]] void raise_many(std::uint64_t triangles) const {
+    raise(
+        fmt::format("has {} triangles; a world takes {} in all: make it coarser (Blender: "
+                    "Decimate), or cut it up",
+                    triangles, kMostTriangles));
+  }
+
+ private:
+  std::string mention_;
+  std::string file_;
+};
+
+std::string format_of(const std::string& file) {
+  std::string suffix = fs::path(file).extension().string();
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return suffix;
+}
+
+/// Lines of an OBJ that begin a face, as triangles.
+std::uint64_t count_obj(std::ifstream& stream) {
+  std::uint64_t triangles = 0;
+  std::string line;
+  while (triangles <= kMostTriangles && std::getline(stream, line)) {
+    if (line.size() > 1 && line[0] == 'f' && (line[1] == ' ' || line[1] == '\t')) {
+      std::uint64_t corners = 0;
+      for (std::size_t i = 1; i < line.size(); ++i) {
+        const bool is_space = std::isspace(static_cast<unsigned char>(line[i])) != 0;
+        const bool after_space = std::isspace(static_cast<unsigned char>(line[i - 1])) != 0;
+        corners += after_space && !is_space ? 1 : 0;
+      }
+      triangles += corners > 2 ? corners - 2 : 0;
+    }
+  }
+  return triangles;
+}
+
+/// What the header of a PLY says; its faces may have more corners than three.
+std::uint64_t count_ply(std::ifstream& stream) {
+  constexpr int kMostHeaderLines = 1000;
+  constexpr std::string_view kFaces = "element face ";
+  std::string line;
+  for (int i = 0; i < kMostHeaderLines && std::getline(stream, line); ++i) {
+    std::uint64_t count = 0;
+    if (line.starts_with(kFaces)) {
+      std::from_chars(line.data() + kFaces.size(), line.data() + line.size(), count);
+      return count;
+    }
+    if (line.starts_with("end_header")) {
+      break;
+    }
+  }
+  return 0;
+}
+
+/// What the header of a binary STL says, where the file is as long as that.
+std::uint64_t count_stl(std::ifstream& stream, std::uintmax_t size_bytes) {
+  std::array<char, 84> header{};
+  stream.read(header.data(), static_cast<std::streamsize>(header.size()));
+  std::uint64_t count = 0;
+  for (std::size_t i = 4; i-- > 0 && stream;) {
+    count = count << 8U | static_cast<unsigned char>(header[80 + i]);
+  }
+  return 84 + 50 * count == size_bytes ? count : 0;
+}
+
+/// Triangles as far as they can be told without reading the mesh; 0 where they cannot.
+std::uint64_t count_before_reading(const std::string& file, std::uintmax_t size_bytes) {
+  const std::string format = format_of(file);
+  std::ifstream stream(file, std::ios::binary);
+  return format == ".obj"   ? count_obj(stream)
+         : format == ".ply" ? count_ply(stream)
+         : format == ".stl" ? count_stl(stream, size_bytes)
+                            : 0;
+}
+
+/// Triangles that the scene makes: a mesh that stands in two places counts twice.
+std::uint64_t count_placed(const aiScene& scene, const aiNode& node) {
+  std::uint64_t triangles = 0;
+  for (unsigned m = 0; m < node.mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene.mMeshes[node.mMeshes[m]];
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      triangles += mesh.mFaces[f].mNumIndices > 2 ? mesh.mFaces[f].mNumIndices - 2 : 0;
+    }
+  }
+  for (unsigned c = 0; c < node.mNumChildren; ++c) {
+    triangles += count_placed(scene, *node.mChildren[c]);
+    if (triangles > (std::uint64_t{1} << 62U)) {
+      break;
+    }
+  }
+  return triangles;
+}
+
+void require_sound(const aiScene& scene, const Complaint& complaint) {
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene.mMeshes[m];
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+      const aiVector3D& p = mesh.mVertices[v];
+      const aiVector3D uv = mesh.HasTextureCoords(0) ? mesh.mTextureCoords[0][v] : aiVector3D();
+      if (!Vec3(p.x, p.y, p.z).allFinite() || !Vec2(uv.x, uv.y).allFinite()) {
+        complaint.raise("has a corner that is not a finite number; export it again");
+      }
+    }
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      if (std::any_of(face.mIndices, face.mIndices + face.mNumIndices,
+                      [&mesh](unsigned i) { return i >= mesh.mNumVertices; })) {
+        complaint.raise("has a face with a corner that is not there; export it again");
+      }
+    }
+    if (mesh.mMaterialIndex >= scene.mNumMaterials) {
+      complaint.raise("has a surface with a material that is not there; export it again");
+    }
+  }
+}
+
+Up up_of(const ObjectSettings& settings, const std::string& file) {
+  const std::string format = format_of(file);
+  if (settings.up == Up::kUsual) {
+    return format == ".ply" || format == ".stl" || format == ".off" ? Up::kZ : Up::kY;
+  }
+  if (format == ".gltf" || format == ".glb" || format == ".dae") {
+    throw ConfigError(fmt::format(
+        "{}{}: up: a {} file says itself which axis is up; leave `up` out", settings.mesh_mention,
+        settings.mention.empty() ? "" : ": " + settings.name, format.substr(1)));
+  }
+  return settings.up;
+}
+
+/// The picture of a material: what the world file says, else the mesh's own, else its plain colour.
+int texture_of(const aiScene& scene, const aiMaterial& material, const ObjectSettings& settings,
+               const std::string& mesh_file, Pictures& pictures) {
+  const std::string material_name = material.GetName().C_Str();
+  if (const auto own = settings.textures.find(material_name); own != settings.textures.end()) {
+    const auto mention = settings.texture_mentions.find(material_name);
+    return pictures.from_file(own->second, mention == settings.texture_mentions.end()
+                                               ? settings.mesh_mention
+                                               : mention->second);
+  }
+  const std::string mention =
+      (settings.mesh_mention.empty() ? "" : settings.mesh_mention + ": ") + mesh_file;
+  aiString path;
+  if (material.GetTexture(aiTextureType_BASE_COLOR, 0, &path) == AI_SUCCESS ||
+      material.GetTexture(aiTextureType_DIFFUSE, 0, &path) == AI_SUCCESS) {
+    if (const aiTexture* embedded = scene.GetEmbeddedTexture(path.C_Str())) {
+      const std::string name = mesh_file + ":" + path.C_Str();
+      const auto* bytes = reinterpret_cast<const char*>(embedded->pcData);
+      if (embedded->mHeight == 0) {  // a picture file, mWidth bytes of it
+        return pictures.from_bytes(name, std::string(bytes, embedded->mWidth), mention);
+      }
+      const cv::Mat bgra(static_cast<int>(embedded->mHeight), static_cast<int>(embedded->mWidth),
+                         CV_8UC4, embedded->pcData);
+      cv::Mat bgr;
+      cv::cvtColor(bgra, bgr, cv::COLOR_BGRA2BGR);
+      return pictures.from_pixels(name, bgr);
+    }
+    std::string written = path.C_Str();
+    std::replace(written.begin(), written.end(), '\\', '/');  // written on another system
+    return pictures.from_file((fs::path(mesh_file).parent_path() / written).lexically_normal(),
+                              mention);
+  }
+  aiColor4D colour(0.8F, 0.8F, 0.8F, 1);
+  if (material.Get(AI_MATKEY_BASE_COLOR, colour) != AI_SUCCESS) {
+    material.Get(AI_MATKEY_COLOR_DIFFUSE, colour);
+  }
+  return pictures.plain(colour.r, colour.g, colour.b);
+}
+
+void append_triangles(const aiMesh& mesh, int texture, double scale, Up up,
+                      std::vector<Triangle>& triangles) {
+  const auto corner = [&](unsigned index) {
+    const aiVector3D& p = mesh.mVertices[index];
+    Corner c;
+    c.p_object = scale * (up == Up::kY ? Vec3(p.x, -p.z, p.y) : Vec3(p.x, p.y, p.z));
+    if (mesh.HasTextureCoords(0)) {  // assimp's run up from the bottom
+      c.uv = Vec2(mesh.mTextureCoords[0][index].x, 1.0 - mesh.mTextureCoords[0][index].y);
+    }
+    return c;
+  };
+  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+    const aiFace& face = mesh.mFaces[f];
+    if (face.mNumIndices != 3) {  // points and lines have no surface
+      continue;
+    }
+    Triangle t;
+    t.texture = texture;
+    for (unsigned i = 0; i < 3; ++i) {
+      t.corners[i] = corner(face.mIndices[i]);
+    }
+    const Vec3 a = t.corners[1].p_object - t.corners[0].p_object;
+    const Vec3 b = t.corners[2].p_object - t.corners[0].p_object;
+    if (a.cross(b).norm() > 0) {
+      triangles.push_back(t);
+    }
+  }
+}
+
+void require_sensible_size(const std::vector<Triangle>& triangles, const Complaint& complaint) {
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity());
+  Vec3 high = -low;
+  for (const Triangle& t : triangles) {
+    for (const Corner& corner : t.corners) {
+      low = low.cwiseMin(corner.p_object);
+      high = high.cwiseMax(corner.p_object);
+    }
+  }
+  const double size_m = (high - low).maxCoeff();
+  if (!(size_m >= kSmallest_m && size_m <= kLargest_m)) {
+    complaint.raise(fmt::format(
+        "is {:.3g} m big; things here are from 1 mm to 1 km: give its `scale` (0.001 for "
+        "millimetres)",
+        size_m));
+  }
+}
+
+void require_known_materials(const ObjectSettings& settings, const std::string& file,
+                             const std::set<std::string>& materials) {
+  for (const auto& [material, picture] : settings.textures) {
+    if (materials.count(material) == 0) {
+      const auto mention = settings.texture_mentions.find(material);
+      throw ConfigError(
+          fmt::format("{}mesh '{}' has no material '{}'; it has {}",
+                      mention == settings.texture_mentions.end() ? "" : mention->second + ": ",
+                      file, material, fmt::join(materials, ", ")));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictures) {
+  const std::string file =
+      settings.mesh.starts_with("data:") ? resolve_path(settings.mesh, "") : settings.mesh;
+  const Complaint complaint(settings, file);
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) {
+    complaint.raise("does not exist; correct its path or put the file there");
+  }
+  const std::uintmax_t size_bytes = fs::file_size(file, ignored);
+  if (size_bytes > kMostFile_bytes) {
+    complaint.raise(
+        fmt::format("is {} MB large; it may be {}: make it coarser, and its pictures "
+                    "smaller",
+                    size_bytes >> 20U, kMostFile_bytes >> 20U));
+  }
+  const Up up = up_of(settings, file);
+  if (const std::uint64_t count = count_before_reading(file, size_bytes); count > kMostTriangles) {
+    complaint.raise_many(count);
+  }
+  Assimp::Importer importer;
+  const aiScene* scene = importer.ReadFile(file, 0);
+  if (scene == nullptr) {
+    std::string reason = importer.GetErrorString();
+    std::replace(reason.begin(), reason.end(), '\n', ' ');
+    complaint.raise(fmt::format("cannot be read: {}; export it again, as glTF or OBJ", reason));
+  }
+  if (scene->mRootNode == nullptr || scene->mNumMeshes == 0) {
+    complaint.raise("has no faces; export it with its surfaces");
+  }
+  require_sound(*scene, complaint);
+  if (const std::uint64_t count = count_placed(*scene, *scene->mRootNode); count > kMostTriangles) {
+    complaint.raise_many(count);
+  }
+  scene = importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_PreTransformVertices |
+                                       aiProcess_TransformUVCoords);
+  if (scene == nullptr) {
+    complaint.raise("cannot be cut into triangles; export it again, as glTF or OBJ");
+  }
+  require_sound(*scene, complaint);
+  std::set<std::string> materials;
+  std::vector<Triangle> triangles;
+  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene->mMeshes[m];
+    const aiMaterial& material = *scene->mMaterials[mesh.mMaterialIndex];
+    materials.insert(material.GetName().C_Str());
+    append_triangles(mesh, texture_of(*scene, material, settings, file, pictures), settings.scale,
+                     up, triangles);
+  }
+  if (triangles.empty()) {
+    complaint.raise("has no faces; export it with its surfaces");
+  }
+  require_sensible_size(triangles, complaint);
+  require_known_materials(settings, file, materials);
+  return triangles;
+}
+
+}  // namespace panoptes::sim

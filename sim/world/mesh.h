@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "sim/world/load.h"
+#include "sim/world/pictures.h"
+
+namespace panoptes::sim {
+
+/// The triangles of an object's mesh in its own frame, z up, metres. Throws IoError, with the place
+/// that mentions it, for one that cannot be read, has no faces, has corners that are not finite,
+/// has more triangles than kMostTriangles (looked for before it is read as far as its format lets)
+/// or is of no sensible size; ConfigError for settings that do not go with it.
+std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictures);
+
+}  // namespace panoptes::sim

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <array>
+
+#include "core/config/geometry_fields.h"
+#include "sim/world/boxes.h"
+#include "sim/world/load.h"
+
+namespace panoptes::sim {
+namespace {
+
+// Beyond what a run can last; far below what a Time can hold.
+constexpr double kLongest_s = 1e9;
+
+/// What a fault about a thing as a whole points at.
+std::string mention_of(const Fields& f) { return f.present("name") ? f.where("name") : f.here(); }
+
+}  // namespace
+
+void bind(Fields& f, AreaLight& o) {
+  f.needed("at_m", o.at_m);
+  f("size_m", o.size_m, positive);
+  f("normal", o.normal);
+  f.require(o.normal.norm() > 0, "normal", "must not be zero: it is where the light shines to");
+  f("power", o.power, not_negative);
+  f("group", o.group);
+}
+
+void bind(Fields& f, Sun& o) {
+  f.needed("from", o.from);
+  f.require(o.from.norm() > 0, "from", "must not be zero: it is the direction to the sun");
+  f("power", o.power, not_negative);
+  f("group", o.group);
+}
+
+void bind(Fields& f, ObjectSettings& o) {
+  f("name", o.name);
+  o.mention = mention_of(f);
+  f.require(f.present("mesh"), "mesh", "missing; it must be given");
+  f.path("mesh", o.mesh);
+  o.mesh_mention = f.where("mesh");
+  f("scale", o.scale, positive);
+  f.word("up", o.up, {{"usual", Up::kUsual}, {"y", Up::kY}, {"z", Up::kZ}});
+  f("at", o.at);
+  f("z_m", o.z_m);
+  f("movable", o.movable);
+  f.paths("textures", o.textures, o.texture_mentions);
+}
+
+void bind(Fields& f, BoxSettings& o) {
+  f("name", o.name);
+  o.mention = mention_of(f);
+  f.require(f.present("size_m"), "size_m", "missing; it must be given");
+  f("size_m", o.size_m, positive);
+  f("at", o.at);
+  f("hinge_m", o.hinge_m);
+  f("z_m", o.z_m);
+  f("movable", o.movable);
+  f.path("picture", o.picture);
+  o.picture_mention = f.where("picture");
+  f.paths("faces", o.faces, o.face_mentions);
+  for (const auto& [face, picture] : o.faces) {
+    f.require(std::find(kFaceNames.begin(), kFaceNames.end(), face) != kFaceNames.end(), "faces",
+              "must name front, back, left, right, top or bottom, got " + face);
+  }
+  f("picture_m", o.picture_m, not_negative);
+  f.require((o.picture_m.x() > 0) == (o.picture_m.y() > 0), "picture_m",
+            "must be > 0 both ways, or [0, 0] for once over each face");
+}
+
+void bind(Fields& f, EventSettings& o) {
+  o.mention = f.here();
+  f.needed("at_s", o.at_s);
+  f.require(o.at_s >= 0 && o.at_s <= kLongest_s, "at_s", "must be from 0 to 1e9");
+  f("over_s", o.over_s, between(0, kLongest_s));
+  const auto one_of = [&f](const char* key, std::string& value) {
+    if (!f.writing() || !value.empty()) {
+      f(key, value);
+    }
+    return value.empty() ? 0 : 1;
+  };
+  const int said = one_of("lights", o.lights) + one_of("move", o.move) + one_of("open", o.open);
+  f.require(said == 1, "lights", "exactly one of lights, move and open must be given");
+  if (!f.writing() || !o.lights.empty()) {
+    f("power", o.power, not_negative);
+  }
+  if (!f.writing() || !o.move.empty()) {
+    f("to", o.to);
+  }
+  if (!f.writing() || !o.open.empty()) {
+    f.angle("angle", o.angle_rad);
+  }
+  f.require(!f.present("power") || !o.lights.empty(), "power", "goes with lights alone");
+  f.require(!f.present("to") || !o.move.empty(), "to", "goes with move alone");
+  f.require(o.move.empty() || f.present("to"), "to", "missing; it is where the thing goes");
+}
+
+void bind(Fields& f, PersonSettings& o) {
+  f("name", o.name);
+  o.mention = mention_of(f);
+  f.path("mesh", o.mesh);
+  o.mesh_mention = f.present("mesh") ? f.where("mesh") : o.mention;
+  f.needed("path", o.path);
+  o.path_mention = f.where("path");
+  f.require(o.path.size() >= 2, "path", "must be a list of two points or more");
+  f("speed_mps", o.speed_mps, between(0.01, 10));
+  f("start_s", o.start_s, between(0, kLongest_s));
+  f("returns", o.returns);
+  f("waits_m", o.waits_m, not_negative);
+}
+
+void bind(Fields& f, FloorPlanSettings& o) {
+  f.require(f.present("map"), "map", "missing; it must name the yaml of a map");
+  f.path("map", o.map);
+  o.mention = f.where("map");
+  f("height_m", o.height_m, between(0.1, 100));
+  f.path("wall", o.wall);
+  o.wall_mention = f.where("wall");
+  f.path("floor", o.floor);
+  o.floor_mention = f.where("floor");
+  f.path("ceiling", o.ceiling);
+  o.ceiling_mention = f.where("ceiling");
+  f("has_ceiling", o.has_ceiling);
+}
+
+void bind(Fields& f, WorldSettings& o) {
+  if (!f.writing()) {
+    o.file = f.file();
+    o.mention = f.here();
+  }
+  f("name", o.name);
+  f("ambient", o.ambient, not_negative);
+  f("ambient_group", o.ambient_group);
+  f("lights", o.lights);
+  f("sun", o.sun);
+  f("sky_bgr", o.sky_bgr, between(0, 1));
+  f.paths("include", o.include, o.include_mentions);
+  f.choice("generate", o.generate);
+  o.generate_mention = f.where("generate");
+  f("floor_plan", o.floor_plan);
+  f("boxes", o.boxes);
+  f("objects", o.objects);
+  f("events", o.events);
+  f("people", o.people);
+}
+
+}  // namespace panoptes::sim
