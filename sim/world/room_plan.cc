@@ -22,7 +22,7 @@ constexpr double kSkirtingDepth_m = 0.015;
 const Hanging kWindow{"office/window", {1.64, 1.44}};
 const Hanging kDoor{"office/door", {1.02, 2.12}};
 constexpr double kWindowMiddle_m = 1.64;
-constexpr double kWindowDepth_m = 0.04;
+constexpr double kWindowDepth_m = 0.004;  // the pane before its wall
 constexpr double kLampDepth_m = 0.025;
 
 std::string data_file(const std::string& name, const char* ending) {
@@ -182,19 +182,21 @@ bool WallFace::is_clear(const Rectangle& what) const {
 
 void WallFace::take(const Rectangle& what) { taken_.push_back(what); }
 
-bool hang(WorldSettings& into, WallFace& face, const Hanging& what, double s_m, double z_m) {
+bool hang(WorldSettings& into, WallFace& face, const Hanging& what, double s_m, double z_m,
+          const std::map<std::string, std::string>& textures) {
   const Vec2 middle(s_m, z_m);
   const Rectangle room{middle - what.size_m / 2, middle + what.size_m / 2};
   if (!face.is_clear(room.grown(kHangingGap_m))) {
     return false;
   }
   face.take(room);
-  put(into, what.mesh, face.at(s_m), z_m);
+  put(into, what.mesh, face.at(s_m), z_m, textures);
   return true;
 }
 
-bool put_window(WorldSettings& into, WallFace& face, double s_m, double power) {
-  if (!hang(into, face, kWindow, s_m, kWindowMiddle_m)) {
+bool put_window(WorldSettings& into, WallFace& face, double s_m, double power,
+                const std::string& view) {
+  if (!hang(into, face, kWindow, s_m, kWindowMiddle_m, {{"view", view}})) {
     return false;
   }
   const Pose2 at = face.at(s_m);
@@ -209,14 +211,14 @@ bool put_window(WorldSettings& into, WallFace& face, double s_m, double power) {
   return true;
 }
 
-bool put_door(WorldSettings& into, WallFace& face, double s_m) {
+bool put_door(WorldSettings& into, WallFace& face, double s_m, const std::string& leaf) {
   const Rectangle room{{s_m - kDoor.size_m.x() / 2, 0},
                        {s_m + kDoor.size_m.x() / 2, kDoor.size_m.y()}};
   if (!face.is_clear(room)) {
     return false;
   }
   face.take(room);
-  put(into, kDoor.mesh, face.at(s_m), kDoor.size_m.y() / 2);
+  put(into, kDoor.mesh, face.at(s_m), kDoor.size_m.y() / 2, {{"door", leaf}});
   return true;
 }
 

@@ -63,7 +63,7 @@ struct WallSettings {
   std::string right = "office/wall";
   double thickness_m = kWallThickness_m;
   double height_m = kRoomHeight_m;
-  std::vector<Opening> openings;  ///< in order, apart from each other
+  std::vector<Opening> openings = {};  ///< in order, apart from each other
 };
 void put_wall(WorldSettings& into, const WallSettings& wall);
 
@@ -105,13 +105,16 @@ struct Hanging {
 };
 
 /// Hangs it with its middle at (s, z) if there is room for it with 3 cm about it.
-bool hang(WorldSettings& into, WallFace& face, const Hanging& what, double s_m, double z_m);
+bool hang(WorldSettings& into, WallFace& face, const Hanging& what, double s_m, double z_m,
+          const std::map<std::string, std::string>& textures = {});
 
 /// A window with its light, in the group `daylight`, its middle at s; returns false without room.
-bool put_window(WorldSettings& into, WallFace& face, double s_m, double power = 0.9);
+bool put_window(WorldSettings& into, WallFace& face, double s_m, double power = 1.1,
+                const std::string& view = "office/window_a");
 
 /// A closed door in its frame; returns false without room.
-bool put_door(WorldSettings& into, WallFace& face, double s_m);
+bool put_door(WorldSettings& into, WallFace& face, double s_m,
+              const std::string& leaf = "office/door");
 
 /// Skirting boards where the wall is clear down to the floor.
 void put_skirting(WorldSettings& into, const WallFace& face);
