@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <optional>
 
 #include "core/base/time.h"
@@ -31,6 +32,20 @@ class Robot {
   /// The truth up to now, where the platform knows it: simulated robots and recordings that hold
   /// it. For evaluation and the recorder alone.
   virtual std::optional<Truth> truth() const = 0;
+
+  /// What is new in it after so many poses and contacts, and without the layers that stay as they
+  /// are (`floor`, `body`): for a recorder that asks at every frame set.
+  virtual std::optional<Truth> truth_since(std::size_t poses, std::size_t contacts) const {
+    std::optional<Truth> news = truth();
+    if (news) {
+      news->poses.erase(news->poses.begin(), news->poses.begin() + static_cast<long>(poses));
+      news->contacts.erase(news->contacts.begin(),
+                           news->contacts.begin() + static_cast<long>(contacts));
+      news->floor = {};
+      news->body = {};
+    }
+    return news;
+  }
 
  protected:
   Robot() = default;

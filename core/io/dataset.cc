@@ -30,6 +30,18 @@ std::string in_folder(const std::string& folder, std::string_view file) {
   return (fs::path(folder) / file).string();
 }
 
+template <class T>
+std::optional<T> settings(const std::string& folder, const DatasetText& text, const char* file) {
+  const std::optional<std::string> found = text(file);
+  return found ? std::optional<T>(read_settings_text<T>(*found, in_folder(folder, file)))
+               : std::nullopt;
+}
+
+RecordedBeliefs beliefs(const std::string& folder, const DatasetText& text) {
+  return {settings<RecordingInfo>(folder, text, "recording.yaml"),
+          settings<Rig>(folder, text, "rig.yaml"), settings<Body>(folder, text, "robot.yaml")};
+}
+
 /// What happened at an observation besides what its row of odometry says.
 struct Event {
   std::size_t row;
@@ -78,7 +90,7 @@ class Reader {
       throw ConfigError(in_folder(folder_, kOdometry) + ": holds no observation");
     }
     read_commands();
-    read_settings_files();
+    dataset_.believed = beliefs(folder_, text_);
     return std::move(dataset_);
   }
 
@@ -238,19 +250,6 @@ class Reader {
     }
   }
 
-  template <class T>
-  std::optional<T> settings(const char* file) {
-    const std::optional<std::string> text = text_(file);
-    return text ? std::optional<T>(read_settings_text<T>(*text, in_folder(folder_, file)))
-                : std::nullopt;
-  }
-
-  void read_settings_files() {
-    dataset_.info = settings<RecordingInfo>("recording.yaml");
-    dataset_.rig = settings<Rig>("rig.yaml");
-    dataset_.robot = settings<Body>("robot.yaml");
-  }
-
   std::string folder_;
   const DatasetText& text_;
   Dataset dataset_;
@@ -260,6 +259,23 @@ class Reader {
   std::size_t next_event_ = 0;
   Health health_;
 };
+
+DatasetText text_of(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) {
+    throw ConfigError(folder.string() +
+                      (fs::exists(folder, error) ? ": is not a folder" : ": no such folder"));
+  }
+  if (!fs::is_directory(folder / "mav0", error)) {
+    throw ConfigError(folder.string() +
+                      ": is no dataset: it has no folder mav0 (the EuRoC layout, as panoptes "
+                      "record writes it)");
+  }
+  return [folder](const std::string& file) -> std::optional<std::string> {
+    std::error_code none;
+    return fs::exists(folder / file, none) ? std::optional(read_file(folder / file)) : std::nullopt;
+  };
+}
 
 // The folders of mav0 that hold a camera's pictures: not the truth's, nor other sensors'.
 std::vector<std::string> camera_folders(const fs::path& mav) {
@@ -328,25 +344,12 @@ Dataset parse_dataset(const std::string& folder, const std::vector<std::string>&
 }
 
 Dataset read_dataset(const fs::path& folder) {
-  std::error_code error;
-  if (!fs::is_directory(folder, error)) {
-    throw ConfigError(folder.string() +
-                      (fs::exists(folder, error) ? ": is not a folder" : ": no such folder"));
-  }
-  const fs::path mav = folder / "mav0";
-  if (!fs::is_directory(mav, error)) {
-    throw ConfigError(folder.string() +
-                      ": is no dataset: it has no folder mav0 (the EuRoC layout, as panoptes "
-                      "record writes it)");
-  }
-  return parse_dataset(folder.string(), camera_folders(mav),
-                       [&](const std::string& file) -> std::optional<std::string> {
-                         std::error_code none;
-                         if (!fs::exists(folder / file, none)) {
-                           return std::nullopt;
-                         }
-                         return read_file(folder / file);
-                       });
+  const DatasetText text = text_of(folder);
+  return parse_dataset(folder.string(), camera_folders(folder / "mav0"), text);
+}
+
+RecordedBeliefs read_beliefs(const fs::path& folder) {
+  return beliefs(folder.string(), text_of(folder));
 }
 
 void check_pictures(const Dataset& dataset, const Rig& rig) {

@@ -54,16 +54,20 @@ struct RecordedObservation {
   Health health;
 };
 
-/// What a robot perceived and was told, in order, and what it believed of itself where the dataset
-/// says so. Pictures stay in their files.
+/// What the robot believed when it was recorded, where the dataset says so.
+struct RecordedBeliefs {
+  std::optional<RecordingInfo> info;  ///< recording.yaml
+  std::optional<Rig> rig;             ///< rig.yaml, its floor marks surveyed
+  std::optional<Body> robot;          ///< robot.yaml
+};
+
+/// What a robot perceived and was told, in order. Pictures stay in their files.
 struct Dataset {
   std::string folder;
   std::vector<std::string> cameras;
   std::vector<RecordedObservation> observations;
   std::vector<RecordedCommand> commands;
-  std::optional<RecordingInfo> info;
-  std::optional<Rig> rig;  ///< its floor marks surveyed
-  std::optional<Body> robot;
+  RecordedBeliefs believed;
   std::vector<std::string> remarks;  ///< what a recording that was cut short lacks, in words
 };
 
@@ -79,6 +83,9 @@ Dataset parse_dataset(const std::string& folder, const std::vector<std::string>&
 
 /// The same from a folder. Throws IoError for files that the machine cannot read.
 Dataset read_dataset(const std::filesystem::path& folder);
+
+/// Its settings alone.
+RecordedBeliefs read_beliefs(const std::filesystem::path& folder);
 
 /// Looks at the first and last bytes of every picture: throws ConfigError with the place for one
 /// that is missing, torn, or of another size than the camera's in `rig`.

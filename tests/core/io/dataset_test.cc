@@ -154,9 +154,9 @@ TEST_F(DatasetTest, GivesBackEveryBit) {
   EXPECT_TRUE(same_bits(dataset.commands[3].command_body.v_mps, 0.1 / 3));
   EXPECT_EQ(dataset.commands[9].stamp, recorded_[9].second);
   EXPECT_EQ(dataset.commands[9].valid_for, Duration(400'000'000));
-  EXPECT_EQ(dataset.info->seed, 7U);
-  EXPECT_EQ(dataset.robot->radius_m, 0.3);
-  EXPECT_EQ(write_settings(*dataset.rig), write_settings(two_cameras()));
+  EXPECT_EQ(dataset.believed.info->seed, 7U);
+  EXPECT_EQ(dataset.believed.robot->radius_m, 0.3);
+  EXPECT_EQ(write_settings(*dataset.believed.rig), write_settings(two_cameras()));
 }
 
 TEST_F(DatasetTest, IsLaidOutAsEurocIs) {
@@ -295,7 +295,7 @@ TEST(DatasetText, IsReadWithoutAnyFile) {
   ASSERT_EQ(dataset.observations.size(), 2U);
   EXPECT_THAT(dataset.observations[0].pictures, IsEmpty());
   EXPECT_EQ(dataset.observations[1].pictures.at("cam").file, "mav0/cam/data/five.png");
-  EXPECT_FALSE(dataset.rig.has_value());
+  EXPECT_FALSE(dataset.believed.rig.has_value());
 }
 
 }  // namespace

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/base/time.h"
+#include "core/camera/rig.h"
+#include "core/eval/truth.h"
+#include "core/geometry/body.h"
+#include "core/io/dataset.h"
+#include "hw/robot.h"
+
+namespace panoptes::hw {
+
+/// What the pictures of the last frame set truly show, where the platform knows it.
+using TruePictures = std::function<std::map<std::string, TruePicture>()>;
+
+/// Any robot, and all that it perceives and is told kept in a dataset (core/io/dataset_writer.h,
+/// hw/replay/truth_files.h). A thread of its own packs the pictures and writes; when it falls
+/// behind by a few frame sets, observe() waits for it. True pictures go to mav0/<camera>_depth (16
+/// bit, millimetres, 0 where nothing is), <camera>_labels (16 bit, 1 + the number of the thing) and
+/// <camera>_floor (255 on the floor).
+class RecordingRobot final : public Robot {
+ public:
+  /// `folder` is claimed; `rig` is what the robot believes, its floor marks surveyed.
+  RecordingRobot(std::unique_ptr<Robot> robot, std::filesystem::path folder,
+                 const RecordingInfo& info, const Rig& rig, const Body& body,
+                 TruePictures true_pictures = {});
+  ~RecordingRobot() override;
+
+  /// Besides what the robot throws: IoError, with the place and until when the recording is whole,
+  /// when something of it could not be written.
+  Observation observe(Time deadline) override;
+  void drive(const Twist2& command_body, Duration valid_for) override;
+  void stop() override;
+  Time now() const override;
+  std::optional<Truth> truth() const override;
+
+  /// Waits until all is written. Throws as observe() does.
+  void finish();
+
+ private:
+  class Writer;
+
+  std::unique_ptr<Robot> robot_;
+  TruePictures true_pictures_;
+  std::unique_ptr<Writer> writer_;
+};
+
+}  // namespace panoptes::hw

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hw/replay/truth_files.h"
+
+#include <gmock/gmock.h>
+
+#include "core/base/error.h"
+#include "core/io/file.h"
+#include "tests/hw/replay/scripted_robot.h"
+#include "tests/support/scratch.h"
+
+namespace panoptes::hw {
+namespace {
+
+namespace fs = std::filesystem;
+
+class TruthFiles : public ScratchTest {
+ protected:
+  void SetUp() override {
+    ScratchTest::SetUp();
+    ScriptedRobot robot(9);
+    TruthWriter writer(folder_, *robot.truth());
+    for (int i = 0; i < 9; ++i) {
+      const Observation seen = robot.observe({});
+      writer.add(seen.stamp, *robot.truth_since(writer.poses(), writer.contacts()));
+      truths_.push_back(*robot.truth());
+    }
+  }
+
+  std::string fault() const {
+    try {
+      RecordedTruth::read(folder_);
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "none";
+  }
+
+  std::vector<Truth> truths_;
+};
+
+TEST_F(TruthFiles, GiveBackTheTruthOfEveryObservationBitForBit) {
+  const auto read = RecordedTruth::read(folder_);
+  ASSERT_TRUE(read);
+  ASSERT_EQ(read->observations(), truths_.size());
+  for (std::size_t i = 0; i < truths_.size(); ++i) {
+    SCOPED_TRACE(i);
+    expect_same(read->after(i + 1), truths_[i]);
+  }
+  EXPECT_TRUE(read->after(0).poses.empty());
+}
+
+TEST_F(TruthFiles, MayBeMissing) {
+  fs::remove_all(folder_ / "mav0/truth0");
+  EXPECT_FALSE(RecordedTruth::read(folder_));
+}
+
+TEST_F(TruthFiles, FaultsAreToldWithTheirPlace) {
+  const fs::path truth = folder_ / "mav0/truth0";
+  const std::string seen = read_file(truth / "seen.csv");
+  write_file(truth / "seen.csv", seen.substr(0, seen.find('\n') + 1) + "0,3,5,2\n");
+  EXPECT_EQ(fault(), (truth / "seen.csv").string() +
+                         ":2: lies outside of the layer that layers.yaml describes");
+  write_file(truth / "seen.csv", seen.substr(0, seen.find('\n') + 1));
+  EXPECT_THAT(fault(), testing::HasSubstr("data.csv:2: must count rows of seen.csv, of which there "
+                                          "are 0, and never fewer than before"));
+  write_file(truth / "seen.csv", seen);
+  EXPECT_EQ(fault(), "none");
+  write_file(truth / "body.png", "x");
+  EXPECT_EQ(fault(), (truth / "body.png").string() +
+                         ": must be a picture of 30 x 20 pixels, as layers.yaml says");
+  fs::remove(truth / "body.png");
+  EXPECT_EQ(fault(), (truth / "body.png").string() + ": is not there");
+}
+
+}  // namespace
+}  // namespace panoptes::hw
