@@ -170,9 +170,9 @@ Up up_of(const ObjectSettings& settings, const std::string& file) {
     return format == ".ply" || format == ".stl" || format == ".off" ? Up::kZ : Up::kY;
   }
   if (format == ".gltf" || format == ".glb" || format == ".dae") {
-    throw ConfigError(fmt::format(
-        "{}{}: up: a {} file says itself which axis is up; leave `up` out", settings.mesh_mention,
-        settings.mention.empty() ? "" : ": " + settings.name, format.substr(1)));
+    throw ConfigError(fmt::format("{}up: a {} file says itself which axis is up; leave `up` out",
+                                  settings.mesh_mention.empty() ? "" : settings.mesh_mention + ": ",
+                                  format.substr(1)));
   }
   return settings.up;
 }
@@ -216,17 +216,29 @@ int texture_of(const aiScene& scene, const aiMaterial& material, const ObjectSet
   return pictures.plain(colour.r, colour.g, colour.b);
 }
 
-void append_triangles(const aiMesh& mesh, int texture, double scale, Up up,
+/// How the lengths and axes of a mesh become ours.
+struct Conversion {
+  double scale = 1;
+  Up up = Up::kY;
+};
+
+void append_triangles(const aiMesh& mesh, const aiMatrix4x4& transform, int texture,
+                      const Conversion& conversion, const Complaint& complaint,
                       std::vector<Triangle>& triangles) {
   const auto corner = [&](unsigned index) {
-    const aiVector3D& p = mesh.mVertices[index];
+    const aiVector3D p = transform * mesh.mVertices[index];
     Corner c;
-    c.p_object = scale * (up == Up::kY ? Vec3(p.x, -p.z, p.y) : Vec3(p.x, p.y, p.z));
+    c.p_object =
+        conversion.scale * (conversion.up == Up::kY ? Vec3(p.x, -p.z, p.y) : Vec3(p.x, p.y, p.z));
     if (mesh.HasTextureCoords(0)) {  // assimp's run up from the bottom
       c.uv = Vec2(mesh.mTextureCoords[0][index].x, 1.0 - mesh.mTextureCoords[0][index].y);
     }
+    if (!c.p_object.allFinite() || !c.uv.allFinite()) {
+      complaint.raise("has a corner that is not a finite number; export it again");
+    }
     return c;
   };
+  const bool mirrored = transform.Determinant() < 0;  // its faces stay turned outwards
   for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
     const aiFace& face = mesh.mFaces[f];
     if (face.mNumIndices != 3) {  // points and lines have no surface
@@ -235,7 +247,7 @@ void append_triangles(const aiMesh& mesh, int texture, double scale, Up up,
     Triangle t;
     t.texture = texture;
     for (unsigned i = 0; i < 3; ++i) {
-      t.corners[i] = corner(face.mIndices[i]);
+      t.corners[i] = corner(face.mIndices[mirrored ? 2 - i : i]);
     }
     const Vec3 a = t.corners[1].p_object - t.corners[0].p_object;
     const Vec3 b = t.corners[2].p_object - t.corners[0].p_object;
@@ -243,6 +255,35 @@ void append_triangles(const aiMesh& mesh, int texture, double scale, Up up,
       triangles.push_back(t);
     }
   }
+}
+
+/// A node's meshes and those of its children, where its transforms put them.
+void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& T_root_parent,
+                 const std::vector<int>& textures, const Conversion& conversion,
+                 const Complaint& complaint, std::vector<Triangle>& triangles) {
+  const aiMatrix4x4 T_root_node = T_root_parent * node.mTransformation;
+  for (unsigned m = 0; m < node.mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene.mMeshes[node.mMeshes[m]];
+    append_triangles(mesh, T_root_node, textures[mesh.mMaterialIndex], conversion, complaint,
+                     triangles);
+  }
+  for (unsigned c = 0; c < node.mNumChildren; ++c) {
+    append_node(scene, *node.mChildren[c], T_root_node, textures, conversion, complaint, triangles);
+  }
+}
+
+/// The pictures of the materials that surfaces have; for the others -1.
+std::vector<int> textures_of(const aiScene& scene, const ObjectSettings& settings,
+                             const std::string& file, Pictures& pictures) {
+  std::vector<int> textures(scene.mNumMaterials, -1);
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    int& texture = textures[scene.mMeshes[m]->mMaterialIndex];
+    if (texture < 0) {
+      texture = texture_of(scene, *scene.mMaterials[scene.mMeshes[m]->mMaterialIndex], settings,
+                           file, pictures);
+    }
+  }
+  return textures;
 }
 
 void require_sensible_size(const std::vector<Triangle>& triangles, const Complaint& complaint) {
@@ -264,7 +305,11 @@ void require_sensible_size(const std::vector<Triangle>& triangles, const Complai
 }
 
 void require_known_materials(const ObjectSettings& settings, const std::string& file,
-                             const std::set<std::string>& materials) {
+                             const aiScene& scene) {
+  std::set<std::string> materials;
+  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
+    materials.insert(scene.mMaterials[scene.mMeshes[m]->mMaterialIndex]->GetName().C_Str());
+  }
   for (const auto& [material, picture] : settings.textures) {
     if (materials.count(material) == 0) {
       const auto mention = settings.texture_mentions.find(material);
@@ -311,26 +356,20 @@ std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictur
   if (const std::uint64_t count = count_placed(*scene, *scene->mRootNode); count > kMostTriangles) {
     complaint.raise_many(count);
   }
-  scene = importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_PreTransformVertices |
-                                       aiProcess_TransformUVCoords);
+  scene = importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_TransformUVCoords);
   if (scene == nullptr) {
     complaint.raise("cannot be cut into triangles; export it again, as glTF or OBJ");
   }
   require_sound(*scene, complaint);
-  std::set<std::string> materials;
+  require_known_materials(settings, file, *scene);
   std::vector<Triangle> triangles;
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
-    const aiMesh& mesh = *scene->mMeshes[m];
-    const aiMaterial& material = *scene->mMaterials[mesh.mMaterialIndex];
-    materials.insert(material.GetName().C_Str());
-    append_triangles(mesh, texture_of(*scene, material, settings, file, pictures), settings.scale,
-                     up, triangles);
-  }
+  append_node(*scene, *scene->mRootNode, aiMatrix4x4(),
+              textures_of(*scene, settings, file, pictures), {settings.scale, up}, complaint,
+              triangles);
   if (triangles.empty()) {
     complaint.raise("has no faces; export it with its surfaces");
   }
   require_sensible_size(triangles, complaint);
-  require_known_materials(settings, file, materials);
   return triangles;
 }
 
