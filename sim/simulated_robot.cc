@@ -2,9 +2,11 @@
 #include "sim/simulated_robot.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
+#include <variant>
 
 #include <fmt/format.h>
 
@@ -71,26 +73,48 @@ Pose2 drawn_start(const Obstacles& obstacles, const Body& body, Rng rng) {
                   clear_m));
 }
 
-Pose2 start_pose(const SimulatedOptions& options, const Obstacles& obstacles, const Body& body,
-                 const Rng& rng) {
-  if (!options.start) {
-    return drawn_start(obstacles, body, rng.fork("start"));
+Pose2 start_pose(const SimulatedOptions& options, const Obstacles& obstacles, const Things& things,
+                 const Body& body, const Rng& rng) {
+  std::vector<Outline> all = obstacles.outlines();
+  for (Outline& outline : things.outlines_now()) {
+    all.push_back(std::move(outline));
   }
-  refuse_bad_start(*options.start, options.start_mention, obstacles, body);
+  const Obstacles at_start(std::move(all));
+  if (!options.start) {
+    return drawn_start(at_start, body, rng.fork("start"));
+  }
+  refuse_bad_start(*options.start, options.start_mention, at_start, body);
   return *options.start;
 }
 
-double frame_rate_hz(const Rig& rig) {
-  constexpr double kDefault_hz = 15;  // of a robot without cameras
-  return rig.cameras.empty() ? kDefault_hz : rig.cameras.begin()->second.rate_hz;
+TriggerOptions fitting_trigger(const SimulatedOptions& options, const Rig& rig) {
+  const std::string fault = rig_fault(options, rig);
+  if (!fault.empty()) {
+    throw ConfigError("platform." + fault);
+  }
+  return options.trigger;
 }
 
-std::int64_t steps_per_frame(const Rig& rig) {
-  const std::string fault = rate_fault(rig);
-  if (!fault.empty()) {
-    throw ConfigError("rig." + fault);
-  }
-  return static_cast<std::int64_t>(DriveWorld::kStepsPerSecond / frame_rate_hz(rig));
+/// How long before and after its stamp a picture sees.
+Duration reach_of(const SensorOptions& options, const Intrinsics& lens) {
+  const auto* automatic = std::get_if<AutoExposure>(&options.exposure);
+  const double exposure_ms = automatic != nullptr
+                                 ? automatic->most_ms
+                                 : std::get<FixedExposure>(options.exposure).exposure_ms;
+  const double rows_s = 1e-6 * options.row_us * (lens.height_px - 1);
+  return from_seconds((options.motion_blur ? 1e-3 * exposure_ms : 0) / 2 + rows_s / 2);
+}
+
+World without_people(World world) {
+  std::erase_if(world.objects,
+                [](const Object& object) { return object.kind == Object::Kind::kPerson; });
+  return world;
+}
+
+World without_things(World world) {
+  std::erase_if(world.objects,
+                [](const Object& object) { return object.kind != Object::Kind::kFixed; });
+  return world;
 }
 
 Rig surveyed(Rig believed, const Rig& true_rig, const Body& body, const Rng& rng) {
@@ -114,25 +138,25 @@ TruthLayer nothing_seen(const TruthLayer& like) {
 
 }  // namespace
 
-std::string rate_fault(const Rig& rig) {
-  const double rate_hz = frame_rate_hz(rig);
+std::string rig_fault(const SimulatedOptions& options, const Rig& rig) {
+  std::vector<std::string> known;
   for (const auto& [name, camera] : rig.cameras) {
-    if (camera.rate_hz != rate_hz) {
-      return fmt::format(
-          "cameras.{}.rate_hz: is {}, but {} has {}; the simulated cameras are synchronous and "
-          "must "
-          "have one rate",
-          name, camera.rate_hz, rig.cameras.begin()->first, rate_hz);
+    known.push_back(name);
+  }
+  for (const auto& [name, sensor] : options.sensors) {
+    if (!rig.cameras.contains(name)) {
+      const std::string near = nearest_word(name, known);
+      return "sensors." + name + ": the rig has no camera " + name +
+             (near.empty() ? "; name one of the rig's" : "; did you mean " + near + "?");
     }
   }
-  const double steps = static_cast<double>(DriveWorld::kStepsPerSecond) / rate_hz;
-  if (!(steps >= 1) || steps != std::floor(steps)) {
-    return fmt::format(
-        "cameras.{}.rate_hz: is {}; the simulated cameras' must go into {} Hz without remainder "
-        "(10, 12, 15, 20, 24, 30, 60, ...)",
-        rig.cameras.begin()->first, rate_hz, DriveWorld::kStepsPerSecond);
-  }
-  return {};
+  const std::string fault = trigger_fault(options.trigger, rig);
+  return fault.empty() ? fault : "trigger." + fault;
+}
+
+void bind(Fields& f, TruthOptions& o) {
+  f("depth", o.depth);
+  f("labels", o.labels);
 }
 
 void bind(Fields& f, SimulatedOptions& o) {
@@ -142,14 +166,30 @@ void bind(Fields& f, SimulatedOptions& o) {
   o.start_mention = f.where("start");
   f("mounting_error", o.mounting_error);
   f("wheel_error", o.wheel_error);
-  f("image_noise", o.image_noise);
+  f("surfaces", o.surfaces);
+  f.choice("attitude", o.attitude);
+  f("sensor", o.sensor);
+  f.over("sensors", o.sensors, o.sensor);
+  f("trigger", o.trigger);
+  f("truth", o.truth);
+}
+
+Surroundings bare_surroundings(const World& world, const Body& body) {
+  Surroundings around;
+  around.outlines = outlines(without_things(world), kFloorLayerTop_m, body.height_m);
+  around.things = Things(world, kFloorLayerTop_m, body.height_m);
+  for (const Object& object : world.objects) {
+    around.object_names.push_back(object.name);
+  }
+  around.draw = [](const View&, const Ask&, const Moment&) { return Drawn(); };
+  return around;
 }
 
 Surroundings surroundings(const World& world, const Body& body, const RendererOptions& options) {
-  Surroundings around;
-  around.outlines = outlines(world, kFloorLayerTop_m, body.height_m);
-  around.floor = occupancy(world, 0, kFloorLayerTop_m, kTruthCell_m);
-  around.body = occupancy(world, kFloorLayerTop_m, body.height_m, kTruthCell_m);
+  Surroundings around = bare_surroundings(world, body);
+  const World lasting = without_people(world);
+  around.floor = occupancy(lasting, 0, kFloorLayerTop_m, kTruthCell_m);
+  around.body = occupancy(lasting, kFloorLayerTop_m, body.height_m, kTruthCell_m);
   const auto renderer = std::make_shared<Renderer>(world, options);
   around.draw = [renderer](const View& view, const Ask& ask, const Moment& moment) {
     return renderer->draw(view, ask, moment);
@@ -162,26 +202,38 @@ SimulatedRobot::SimulatedRobot(const SimulatedOptions& options, Surroundings sur
     : surroundings_(std::move(surroundings)),
       body_(body),
       true_rig_(mounted(options.mounting_error, believed, rng.fork("mounting"))),
+      truth_options_(options.truth),
       obstacles_(std::move(surroundings_.outlines)),
-      drive_world_(body, obstacles_, start_pose(options, obstacles_, body, rng)),
+      drive_world_(body, obstacles_,
+                   start_pose(options, obstacles_, surroundings_.things, body, rng),
+                   std::move(surroundings_.things)),
       encoders_(options.wheel_error, body, rng.fork("wheels")),
       dead_reckoning_(body),
-      pixel_noise_(options.image_noise, rng.fork("pixels")),
-      steps_per_frame_(steps_per_frame(believed)),
+      surfaces_(options.surfaces),
+      attitude_(options.attitude, body),
+      trigger_(fitting_trigger(options, believed), believed, rng.fork("trigger")),
+      latency_(from_seconds(options.trigger.latency_s)),
       seen_(nothing_seen(surroundings_.floor)) {
   rig_ = surveyed(believed, true_rig_, body, rng.fork("survey"));
   for (const auto& [name, camera] : true_rig_.cameras) {
-    if (camera.floor) {
-      floor_cameras_.emplace(name, SeenFloor(camera, body));
+    const auto own = options.sensors.find(name);
+    const SensorOptions& sensor = own == options.sensors.end() ? options.sensor : own->second;
+    Camera made{name, camera, CameraSensor(name, camera.intrinsics, sensor, rng.fork("pixels")),
+                reach_of(sensor, camera.intrinsics), std::nullopt};
+    if (camera.floor && attitude_.level()) {
+      made.floor.emplace(camera, body);
     }
+    cameras_.emplace(name, std::move(made));
   }
+  record({});
 }
 
 void SimulatedRobot::follow(const Route& route) { follower_.emplace(route, body_); }
 
 void SimulatedRobot::drive(const Twist2& command_body, Duration valid_for) {
   if (!follower_) {
-    drive_world_.drive(command_body, now_ + valid_for);
+    // What the last exposures lasted is driven already.
+    drive_world_.drive(command_body, std::max(now_, drive_world_.now()) + valid_for);
   }
 }
 
@@ -195,44 +247,157 @@ void SimulatedRobot::step() {
     drive_world_.drive(follower_->command(drive_world_.T_scene_body()), Time::max());
   }
   const Time before = drive_world_.now();
+  const double before_mps = drive_world_.twist_body().v_mps;
+  const std::array<Grip, 2> grip = grip_under_wheels(surfaces_, body_, drive_world_.T_scene_body());
   drive_world_.step();
   const Motion rolled = drive_world_.last_motion();
-  encoders_.roll(rolled.forward_m, rolled.turn_rad);
+  encoders_.roll(rolled.forward_m, rolled.turn_rad, grip);
   dead_reckoning_.add(encoders_.ticks(), drive_world_.now() - before);
+  constexpr double kStep_s = 1.0 / DriveWorld::kStepsPerSecond;
+  attitude_.step((drive_world_.twist_body().v_mps - before_mps) / kStep_s, kStep_s);
+  record(rolled);
 }
 
-void SimulatedRobot::look(std::int64_t frame, Observation& seen) {
-  const Pose2 T_scene_body = drive_world_.T_scene_body();
-  for (const auto& [name, camera] : true_rig_.cameras) {
-    const auto floor_camera = floor_cameras_.find(name);
-    const bool with_label = floor_camera != floor_cameras_.end();
-    const View view{camera.intrinsics, on_floor(T_scene_body) * camera.T_body_camera};
-    Drawn drawn = surroundings_.draw(view, {.floor_label = with_label}, {});
-    if (with_label) {
-      floor_camera->second.mark(drawn.floor_label, T_scene_body, seen_);
-    }
-    pixel_noise_.add(drawn.bgr, name, frame);
-    seen.pictures.emplace(name, Picture{seen.stamp, drawn.bgr});
+void SimulatedRobot::record(const Motion& motion) {
+  records_.push_back({drive_world_.now(), drive_world_.T_scene_body(), drive_world_.twist_body(),
+                      motion, drive_world_.touching(), dead_reckoning_.odometry(),
+                      attitude_.lean_rad(), drive_world_.things().places()});
+}
+
+// Of an instant before or after all that is recorded, the first or the last of it.
+SimulatedRobot::Record SimulatedRobot::at(Time t) const {
+  const auto after = std::lower_bound(records_.begin(), records_.end(), t,
+                                      [](const Record& one, Time when) { return one.end < when; });
+  if (after == records_.end()) {
+    return records_.back();
   }
-  poses_.push_back(
-      {seen.stamp, T_scene_body, drive_world_.twist_body(), drive_world_.clearance_m()});
+  if (after->end == t || after == records_.begin()) {
+    return *after;
+  }
+  const Record& before = *(after - 1);
+  const double share = to_seconds(t - before.end) / to_seconds(after->end - before.end);
+  Record then = *after;
+  then.end = t;
+  then.T_scene_body = after->touched
+                          ? between(before.T_scene_body, after->T_scene_body, share)
+                          : before.T_scene_body *
+                                exp_twist({after->motion.forward_m, after->motion.turn_rad}, share);
+  then.odometry.T_odom_body =
+      between(before.odometry.T_odom_body, after->odometry.T_odom_body, share);
+  then.lean_rad = before.lean_rad + share * (after->lean_rad - before.lean_rad);
+  for (std::size_t i = 0; i < then.places.size(); ++i) {
+    then.places[i] = between(before.places[i], after->places[i], share);
+  }
+  return then;
+}
+
+Pose3 SimulatedRobot::T_level_body(Time t, const Record& then) const {
+  return attitude_.T_level_body(attitude_.tilt(t, then.lean_rad));
+}
+
+void SimulatedRobot::keep_truth(const Camera& camera, Time stamp, const Pose3& T_scene_camera,
+                                const Taken& taken) {
+  TruePicture truth{stamp, T_scene_camera, taken.depth_m, taken.instance, taken.floor_label, {}};
+  std::vector<int> count(surroundings_.object_names.size() + 1);
+  for (int v = 0; v < taken.instance.rows; ++v) {
+    const auto* row = taken.instance.ptr<std::uint16_t>(v);
+    for (int u = 0; u < taken.instance.cols; ++u) {
+      ++count[row[u]];
+    }
+  }
+  for (std::size_t i = 1; i < count.size(); ++i) {
+    if (count[i] > 0) {
+      truth.object_px[surroundings_.object_names[i - 1]] += count[i];
+    }
+  }
+  true_pictures_[camera.name] = std::move(truth);
+}
+
+Picture SimulatedRobot::take(Camera& camera, const DuePicture& due) {
+  const Record then = at(due.stamp);
+  const Moment moment = drive_world_.things().moment(due.stamp, then.places);
+  const Pose3 T_level = T_level_body(due.stamp, then);
+  const auto T_scene_camera_at = [&](Duration dt) {
+    const Time t = due.stamp + dt;
+    const Record state = at(t);
+    const Pose3 T_scene_level = on_floor(state.T_scene_body);
+    return attitude_.level() ? T_scene_level * camera.rig.T_body_camera
+                             : T_scene_level * T_level_body(t, state) * camera.rig.T_body_camera;
+  };
+  const bool maps_floor = camera.rig.floor.has_value();
+  const Taken taken = camera.sensor.take(
+      [&](const View& view, const Ask& ask) { return surroundings_.draw(view, ask, moment); },
+      T_scene_camera_at, due.number,
+      {.floor_label = maps_floor || truth_options_.labels,
+       .depth = truth_options_.depth,
+       .instance = truth_options_.labels});
+  if (camera.floor) {
+    camera.floor->mark(taken.floor_label, then.T_scene_body, seen_);
+  } else if (maps_floor) {
+    RigCamera tilted = camera.rig;
+    tilted.T_body_camera = T_level * camera.rig.T_body_camera;
+    SeenFloor(tilted, body_).mark(taken.floor_label, then.T_scene_body, seen_);
+  }
+  if (truth_options_.depth || truth_options_.labels) {
+    keep_truth(camera, due.stamp, T_scene_camera_at(Duration(0)), taken);
+  }
+  return {due.stamp, taken.bgr};
+}
+
+Duration SimulatedRobot::reach(const FrameSet& set) const {
+  Duration longest{};
+  for (const auto& [name, due] : set.pictures) {
+    longest = std::max(longest, due.stamp + cameras_.at(name).reach - set.stamp);
+  }
+  return longest;
+}
+
+void SimulatedRobot::look(const FrameSet& set, Observation& seen) {
+  true_pictures_.clear();
+  for (const auto& [name, due] : set.pictures) {
+    seen.pictures.emplace(name, take(cameras_.at(name), due));
+  }
+  const Record then = at(set.stamp);
+  const Tilt tilt = attitude_.tilt(set.stamp, then.lean_rad);
+  poses_.push_back({set.stamp, then.T_scene_body, then.twist_body,
+                    clearance_m(obstacles_, drive_world_.things(), then.places, body_,
+                                then.T_scene_body.position()),
+                    tilt.pitch_rad, tilt.roll_rad, tilt.heave_m});
+  seen.odometry = then.odometry;
+}
+
+void SimulatedRobot::forget(Time before) {
+  while (records_.size() > 1 && records_[1].end <= before) {
+    records_.pop_front();
+  }
 }
 
 Observation SimulatedRobot::observe(Time deadline) {
-  const std::int64_t frame_step = next_frame_ * steps_per_frame_;
-  const bool frame_in_time = time_of_step(frame_step) <= std::max(deadline, now_);
-  while (drive_world_.steps() < frame_step &&
-         time_of_step(drive_world_.steps() + 1) <= std::max(deadline, now_)) {
-    step();
-  }
+  const Time until = std::max(deadline, now_);
+  const FrameSet& set = trigger_.next();
   Observation seen;
-  seen.stamp = frame_in_time ? time_of_step(frame_step) : std::max(deadline, now_);
-  now_ = seen.stamp;
-  if (frame_in_time) {
-    look(next_frame_, seen);
-    ++next_frame_;
+  if (const Time due = set.stamp + latency_; due <= until) {
+    const Time needed = std::max(due, set.stamp + reach(set));
+    while (drive_world_.now() < needed) {
+      step();
+    }
+    now_ = due;
+    seen.stamp = set.stamp;
+    look(set, seen);
+    Duration longest_reach{};
+    for (const auto& [name, camera] : cameras_) {
+      longest_reach = std::max(longest_reach, camera.reach);
+    }
+    forget(set.stamp - longest_reach);
+    trigger_.advance();
+  } else {
+    while (time_of_step(drive_world_.steps() + 1) <= until) {
+      step();
+    }
+    now_ = until;
+    seen.stamp = now_;
+    seen.odometry = at(now_).odometry;
   }
-  seen.odometry = dead_reckoning_.odometry();
   seen.health.bumper_pressed = drive_world_.touching();
   return seen;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -18,15 +19,26 @@
 #include "hw/robot.h"
 #include "sim/physics/drive_world.h"
 #include "sim/physics/obstacles.h"
+#include "sim/physics/things.h"
 #include "sim/render/renderer.h"
 #include "sim/route.h"
+#include "sim/sensors/attitude.h"
 #include "sim/sensors/camera.h"
+#include "sim/sensors/camera_sensor.h"
 #include "sim/sensors/encoders.h"
 #include "sim/sensors/seen.h"
+#include "sim/sensors/trigger.h"
 #include "sim/world/load.h"
 #include "sim/world/world.h"
 
 namespace panoptes::sim {
+
+/// What is kept of every picture for those who evaluate.
+struct TruthOptions {
+  bool depth = false;
+  bool labels = false;  ///< instance, floor, and how many pixels show each object
+};
+void bind(Fields& f, TruthOptions& o);
 
 struct SimulatedOptions {
   static constexpr std::string_view kName = "simulated";
@@ -37,17 +49,25 @@ struct SimulatedOptions {
   std::string start_mention;   ///< file:line:column of what the user wrote
   MountingError mounting_error;
   WheelError wheel_error;
-  ImageNoise image_noise;
+  std::vector<Surface> surfaces;  ///< of the floor, the first that lies under a wheel counts
+  AttitudeOptions attitude;
+  SensorOptions sensor;                          ///< of every camera
+  std::map<std::string, SensorOptions> sensors;  ///< of one camera, what it has besides `sensor`
+  TriggerOptions trigger;
+  TruthOptions truth;
 };
 void bind(Fields& f, SimulatedOptions& o);
 
-/// Why the simulated cameras cannot run at the rates of the rig; empty when they can.
-std::string rate_fault(const Rig& rig);
+/// What the options say of cameras that the rig has not, as "<key>: <what is wrong; what to do>";
+/// empty when there is nothing to say.
+std::string rig_fault(const SimulatedOptions& options, const Rig& rig);
 
 /// What stands around the robot, as its body, its cameras and the truth meet it.
 struct Surroundings {
-  std::vector<Outline> outlines;  ///< of the body layer
-  TruthLayer floor;               ///< see Truth
+  std::vector<Outline> outlines;  ///< of the body layer, without things that move
+  Things things;
+  std::vector<std::string> object_names;  ///< in the world's order
+  TruthLayer floor;                       ///< see Truth
   TruthLayer body;
   /// Every picture is a new one.
   std::function<Drawn(const View&, const Ask&, const Moment&)> draw;
@@ -56,13 +76,19 @@ struct Surroundings {
 Surroundings surroundings(const World& world, const Body& body,
                           const RendererOptions& options = {});
 
-/// A robot that exists in numbers alone. Its time moves in observe(), by steps of 1/120 s; the
-/// frame sets come at the rate of the rig's cameras, the first at time 0. Everything it draws by
-/// chance comes from `rng`.
+/// The same where nothing is drawn and no truth is asked for: enough to say whether a robot can
+/// start.
+Surroundings bare_surroundings(const World& world, const Body& body);
+
+/// A robot that exists in numbers alone. Its time moves in observe(), by steps of 1/120 s, between
+/// which it drives exact arcs; the frame sets come as its trigger says. Everything that a set holds
+/// is of the instants of its pictures, its odometry of the set's stamp; now() is when it is
+/// delivered. What a set's exposures last beyond that is driven before it can be answered, less
+/// than a step as a rule. Everything it draws by chance comes from `rng`.
 class SimulatedRobot final : public hw::Robot {
  public:
   /// Throws ConfigError for a start inside or touching something, for a world with no room for a
-  /// start, and for a rig whose cameras differ in rate.
+  /// start, and for options that speak of cameras the rig has not.
   SimulatedRobot(const SimulatedOptions& options, Surroundings surroundings, const Body& body,
                  const Rig& believed, const Rng& rng);
 
@@ -80,26 +106,62 @@ class SimulatedRobot final : public hw::Robot {
   Time now() const override { return now_; }
   std::optional<Truth> truth() const override;
 
+  /// What the pictures of the last set truly show, by the cameras' names; empty unless the options
+  /// ask for truth.
+  const std::map<std::string, TruePicture>& true_pictures() const { return true_pictures_; }
+
  private:
+  /// The end of one step, and how the body came to it.
+  struct Record {
+    Time end;
+    Pose2 T_scene_body;
+    Twist2 twist_body;
+    Motion motion;  // in this step
+    bool touched = false;
+    Odometry odometry;
+    double lean_rad = 0;
+    std::vector<Pose2> places;  // of the things
+  };
+  /// A camera as it truly is.
+  struct Camera {
+    std::string name;
+    RigCamera rig;
+    CameraSensor sensor;
+    Duration reach{};                // its pictures see so long before and after their stamps
+    std::optional<SeenFloor> floor;  // of a floor camera, on a body that stays level
+  };
+
   void step();
-  void look(std::int64_t frame, Observation& seen);
+  void record(const Motion& motion);
+  Record at(Time t) const;
+  Pose3 T_level_body(Time t, const Record& then) const;
+  Duration reach(const FrameSet& set) const;
+  void look(const FrameSet& set, Observation& seen);
+  Picture take(Camera& camera, const DuePicture& due);
+  void keep_truth(const Camera& camera, Time stamp, const Pose3& T_scene_camera,
+                  const Taken& taken);
+  void forget(Time before);
 
   Surroundings surroundings_;
   Body body_;
   Rig rig_;
   Rig true_rig_;
+  TruthOptions truth_options_;
   Obstacles obstacles_;
   DriveWorld drive_world_;
   WheelEncoders encoders_;
   DeadReckoning dead_reckoning_;
-  PixelNoise pixel_noise_;
-  std::map<std::string, SeenFloor> floor_cameras_;
+  std::vector<Surface> surfaces_;
+  Attitude attitude_;
+  Trigger trigger_;
+  Duration latency_;
+  std::map<std::string, Camera> cameras_;  // by name
   std::optional<RouteFollower> follower_;
-  std::int64_t steps_per_frame_;
-  std::int64_t next_frame_ = 0;
   Time now_{};
+  std::deque<Record> records_;  // what the next sets may still need
   std::vector<TruePose> poses_;
   TruthLayer seen_;
+  std::map<std::string, TruePicture> true_pictures_;
 };
 
 /// The simulated robot that a mission's `platform:` describes, its world loaded and its renderer

@@ -48,9 +48,9 @@ void bind(Fields& f, ExploreMission& o) {
   f.file_or_inline("robot", o.robot);
   f.require(f.writing() || f.present("platform"), "platform", "missing; it must be given");
   f.choice("platform", o.platform);
-  if (std::holds_alternative<sim::SimulatedOptions>(o.platform)) {
-    const std::string fault = sim::rate_fault(o.rig);
-    f.require(fault.empty(), "rig", fault);
+  if (const auto* simulated = std::get_if<sim::SimulatedOptions>(&o.platform)) {
+    const std::string fault = sim::rig_fault(*simulated, o.rig);
+    f.require(fault.empty(), "platform", fault);
   }
   f("seed", o.seed);
   f("until", o.until);

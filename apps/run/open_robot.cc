@@ -4,7 +4,6 @@
 #include <utility>
 #include <variant>
 
-#include "sim/world/layers.h"
 #include "sim/world/load.h"
 
 namespace panoptes {
@@ -26,11 +25,9 @@ OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& missi
 }
 
 void check(const sim::SimulatedOptions& options, const ExploreMission& mission, const Rng& rng) {
-  const sim::World world = sim::make_world(options.world);
-  sim::Surroundings around;
-  around.outlines = sim::outlines(world, sim::kFloorLayerTop_m, mission.robot.height_m);
-  around.draw = [](const sim::View&, const sim::Ask&, const sim::Moment&) { return sim::Drawn(); };
-  const sim::SimulatedRobot robot(options, std::move(around), mission.robot, mission.rig, rng);
+  const sim::SimulatedRobot robot(
+      options, sim::bare_surroundings(sim::make_world(options.world), mission.robot), mission.robot,
+      mission.rig, rng);
 }
 
 Rng platform_rng(const ExploreMission& mission) { return Rng(mission.seed).fork("robot"); }

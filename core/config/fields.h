@@ -89,6 +89,10 @@ class Fields {
     (*this)(key, value);
   }
 
+  /// A map whose entries begin as `common` rather than as T's own defaults.
+  template <class T>
+  void over(std::string_view key, std::map<std::string, T>& values, const T& common);
+
   /// An angle held in radians, written in the file as `<stem>_deg` or `<stem>_rad`.
   void angle(std::string_view stem, double& value_rad, const Rule& rule_rad = {});
 
@@ -280,6 +284,24 @@ template <class T>
 void Fields::operator()(std::string_view key, T& value, const Rule& rule) {
   if (std::optional<Setting> found = setting(key)) {
     fields_detail::bind_setting(std::move(*found), value, rule);
+  }
+}
+
+template <class T>
+void Fields::over(std::string_view key, std::map<std::string, T>& values, const T& common) {
+  std::optional<Setting> found = setting(key);
+  if (!found) {
+    return;
+  }
+  const std::vector<std::string> names = found->begin_mapping();
+  if (!found->writing()) {
+    values.clear();
+    for (const std::string& name : names) {
+      values.emplace(name, common);
+    }
+  }
+  for (auto& [name, inner] : values) {
+    fields_detail::bind_setting(found->entry(name), inner, Rule());
   }
 }
 

@@ -75,7 +75,7 @@ double power_at(const std::vector<LightEvent>& events, Time at) {
     const double share = event.over.count() > 0
                              ? std::min(1.0, to_seconds(until - event.at) / to_seconds(event.over))
                              : 1.0;
-    power += share * (event.power - power);
+    power = share < 1 ? power + share * (event.power - power) : event.power;
   }
   return power;
 }

@@ -57,15 +57,15 @@ TEST(Mission, RefusesARigWithoutTheCameraARoleNeeds) {
                             "loop_front, loop_back and floor"));
 }
 
-TEST(Mission, RefusesRatesThatTheSimulatedCamerasCannotHave) {
-  const std::string rig = kScenes + "rigs/front-back-floor.yaml";
-  const std::vector<std::string> lines = faults({"rig.cameras.front.rate_hz=30"});
-  ASSERT_EQ(lines.size(), 1U);
-  EXPECT_THAT(lines[0], testing::StartsWith(rig + ":"));
-  EXPECT_THAT(lines[0],
-              testing::EndsWith(
-                  ": rig: cameras.front.rate_hz: is 30, but back has 15; the simulated cameras are "
-                  "synchronous and must have one rate"));
+TEST(Mission, RefusesSettingsOfCamerasThatTheRigHasNot) {
+  EXPECT_THAT(faults({"platform.trigger.groups.usb.cameras=[front, flor]"}),
+              testing::ElementsAre(testing::EndsWith(
+                  ": platform: trigger.groups.usb.cameras: the rig has no camera flor; did you "
+                  "mean floor?")));
+  EXPECT_THAT(faults({"platform.sensors.sideways.bayer=true"}),
+              testing::ElementsAre(testing::EndsWith(
+                  ": platform: sensors.sideways: the rig has no camera sideways; name one of the "
+                  "rig's")));
 }
 
 TEST(Mission, RefusesRequirementsThatNobodyCanCheck) {

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -93,16 +95,33 @@ TEST(SimulatedOptions, AreReadWithAllTheirErrors) {
       "mounting_error: {sigma_deg: 1, sigma_m: 0.005}\n"
       "wheel_error: {noise_m_per_sqrt_m: 0.01, diameter_difference: 0, base_error: 0, turn_slip: "
       "0}\n"
-      "image_noise: {sigma_grey: 0}\n");
+      "surfaces: [{at: {x_m: 1, y_m: 2}, size_m: [2, 1], slip: 0.02}]\n"
+      "attitude: balancing\n"
+      "sensor: {vignetting: 0.1, noise: none}\n"
+      "sensors: {front: {bayer: true}}\n"
+      "trigger: {latency_s: 0.03, groups: {usb: {cameras: [front], offset_s: 0.01}}}\n"
+      "truth: {depth: true}\n");
   EXPECT_FALSE(options.world.objects.empty());
   EXPECT_EQ(options.start->theta_rad, deg_to_rad(90));
   EXPECT_EQ(options.mounting_error.sigma_deg, 1);
   EXPECT_EQ(options.wheel_error.noise_m_per_sqrt_m, 0.01);
-  EXPECT_EQ(options.image_noise.sigma_grey, 0);
-  EXPECT_EQ(refusal([&] { read("image_noise: {sigma_gray: 1}\nwheel_error: {turn_slip: -1}\n"); }),
-            name + ":1:1: world: missing; it must name the world's file\n" + name +
-                ":1:15: image_noise.sigma_gray: unknown key; did you mean sigma_grey?\n" + name +
-                ":2:26: wheel_error.turn_slip: must be from 0 to 0.2, got -1");
+  ASSERT_THAT(options.surfaces, SizeIs(1));
+  EXPECT_EQ(options.surfaces[0].slip, 0.02);
+  EXPECT_TRUE(std::holds_alternative<BalancingAttitude>(options.attitude));
+  EXPECT_EQ(options.sensor.vignetting, 0.1);
+  EXPECT_FALSE(options.sensor.bayer);
+  EXPECT_EQ(options.sensors.at("front").vignetting, 0.1) << "over the common ones";
+  EXPECT_TRUE(std::holds_alternative<NoNoise>(options.sensors.at("front").noise));
+  EXPECT_TRUE(options.sensors.at("front").bayer);
+  EXPECT_EQ(options.trigger.latency_s, 0.03);
+  EXPECT_EQ(options.trigger.groups.at("usb").offset_s, 0.01);
+  EXPECT_TRUE(options.truth.depth);
+  EXPECT_FALSE(options.truth.labels);
+  EXPECT_EQ(
+      refusal([&] { read("sensors: {front: {vignettin: 1}}\nwheel_error: {turn_slip: -1}\n"); }),
+      name + ":1:1: world: missing; it must name the world's file\n" + name +
+          ":1:19: sensors.front.vignettin: unknown key; did you mean vignetting?\n" + name +
+          ":2:26: wheel_error.turn_slip: must be from 0 to 0.2, got -1");
 }
 
 TEST(SimulatedRobot, DeliversFrameSetsOnTheRigsGridFromTimeZero) {
@@ -260,17 +279,282 @@ TEST(SimulatedRobot, RefusesAWorldWithoutRoomForAStart) {
       "start; give a start");
 }
 
-TEST(SimulatedRobot, RefusesRatesThatItCannotKeep) {
-  Rig uneven = two_cameras();
-  uneven.cameras["front"].rate_hz = 30;
-  EXPECT_EQ(refusal([&] { SimulatedRobot(starting_at(1, 1), room(), Body{}, uneven, Rng(1)); }),
-            "rig.cameras.front.rate_hz: is 30, but floor has 15; the simulated cameras are "
-            "synchronous and must have one rate");
-  Rig odd = two_cameras();
-  odd.cameras["front"].rate_hz = odd.cameras["floor"].rate_hz = 25;
-  EXPECT_EQ(refusal([&] { SimulatedRobot(starting_at(1, 1), room(), Body{}, odd, Rng(1)); }),
-            "rig.cameras.floor.rate_hz: is 25; the simulated cameras' must go into 120 Hz without "
-            "remainder (10, 12, 15, 20, 24, 30, 60, ...)");
+TEST(SimulatedRobot, RefusesSettingsOfCamerasThatTheRigHasNot) {
+  SimulatedOptions options = starting_at(1, 1);
+  options.sensors["flor"] = {};
+  EXPECT_EQ(refusal([&] { robot_with(options); }),
+            "platform.sensors.flor: the rig has no camera flor; did you mean floor?");
+  options = starting_at(1, 1);
+  options.trigger.groups["usb"].cameras = {"left"};
+  EXPECT_EQ(refusal([&] { robot_with(options); }),
+            "platform.trigger.groups.usb.cameras: the rig has no camera left; name one of the "
+            "rig's");
+}
+
+// Where each picture was drawn from, in order, by a robot that reaches any speed at once.
+struct Shot {
+  Pose3 T_scene_camera;
+  Moment moment;
+};
+
+TEST(SimulatedRobot, PicturesBetweenItsStepsLieOnTheExactArc) {
+  std::vector<Shot> shots;
+  Surroundings around = room();
+  around.draw = [&, inner = around.draw](const View& view, const Ask& ask, const Moment& moment) {
+    shots.push_back({view.T_scene_camera, moment});
+    return inner(view, ask, moment);
+  };
+  Body quick;
+  quick.max_accel_mps2 = quick.max_turn_accel_radps2 = 1e6;
+  Rig rig;
+  rig.cameras["front"] = two_cameras().cameras.at("front");
+  rig.cameras["front"].rate_hz = 29.97;
+  SimulatedOptions options = starting_at(1, 4);
+  options.sensor.motion_blur = false;
+  SimulatedRobot robot(options, around, quick, rig, Rng(1));
+  robot.observe(time_at(1));
+  const Twist2 twist{0.4, 0.5};
+  std::vector<Time> stamps{Time()};
+  while (robot.now() < time_at(3)) {
+    robot.drive(twist, std::chrono::seconds(1));
+    stamps.push_back(robot.observe(time_at(3)).stamp);
+  }
+  constexpr double kRoundoff = 1e-9;  // of stamps, cut to nanoseconds
+  ASSERT_GE(shots.size(), 80U);
+  for (std::size_t k = 2; k + 1 < shots.size(); ++k) {
+    const Pose3 T_before_camera = shots[k - 1].T_scene_camera.inverse() * shots[k].T_scene_camera;
+    const Pose3& T_body_camera = rig.cameras["front"].T_body_camera;
+    const Pose3 expected = T_body_camera.inverse() *
+                           on_floor(exp_twist(twist, to_seconds(stamps[k] - stamps[k - 1]))) *
+                           T_body_camera;
+    EXPECT_NEAR((T_before_camera.translation - expected.translation).norm(), 0, kRoundoff);
+    EXPECT_NEAR(T_before_camera.rotation.angularDistance(expected.rotation), 0, kRoundoff);
+  }
+}
+
+TEST(SimulatedRobot, KeepsCamerasOfDifferentRatesAndSizesInOneRig) {
+  Rig rig = two_cameras();
+  rig.cameras["front"].rate_hz = 25;
+  rig.cameras["floor"].rate_hz = 10;
+  rig.cameras["floor"].intrinsics = pinhole(48, 32, deg_to_rad(80));
+  SimulatedRobot robot(starting_at(1, 1), room(), Body{}, rig, Rng(1));
+  std::vector<std::size_t> with_floor;
+  for (std::size_t k = 0; k < 50; ++k) {
+    const Observation seen = robot.observe(robot.now() + std::chrono::seconds(1));
+    EXPECT_EQ(seen.stamp, time_at(0.04 * static_cast<double>(k)));
+    ASSERT_EQ(seen.pictures.count("front"), 1U);
+    if (const auto floor = seen.pictures.find("floor"); floor != seen.pictures.end()) {
+      with_floor.push_back(k);
+      EXPECT_EQ(floor->second.bgr.cols, 48);
+      EXPECT_LE(floor->second.stamp, seen.stamp);
+      EXPECT_GT(floor->second.stamp, seen.stamp - from_seconds(0.04));
+    }
+  }
+  EXPECT_THAT(with_floor, SizeIs(20));
+}
+
+TEST(SimulatedRobot, DeliversSetsLaterThanTheyAreTaken) {
+  SimulatedOptions options = starting_at(1, 1);
+  options.trigger.latency_s = 0.1;  // more than a period
+  SimulatedRobot late = robot_with(options);
+  SimulatedRobot prompt = robot_with(starting_at(1, 1));
+  for (int k = 0; k < 30; ++k) {
+    const Observation seen = late.observe(late.now() + std::chrono::seconds(1));
+    const Observation same = prompt.observe(prompt.now() + std::chrono::seconds(1));
+    EXPECT_EQ(seen.stamp, same.stamp);
+    EXPECT_EQ(late.now(), seen.stamp + std::chrono::milliseconds(100));
+    EXPECT_THAT(seen.pictures, SizeIs(2));
+    EXPECT_EQ(seen.pictures.at("front").stamp, seen.stamp);
+    if (k == 10) {
+      late.drive({0.5, 0}, std::chrono::seconds(9));
+      prompt.drive({0.5, 0}, std::chrono::seconds(9));
+    }
+  }
+  // The same command came 0.1 s later to the one: its stamps show it less far.
+  const double behind_m =
+      prompt.truth()->poses.back().T_scene_body.x_m - late.truth()->poses.back().T_scene_body.x_m;
+  EXPECT_NEAR(behind_m, 0.05, 0.05 / 12);  // at full speed, but for the step it begins at
+}
+
+TEST(SimulatedRobot, OdometryIsOfTheStampNotOfTheDelivery) {
+  SimulatedOptions options = starting_at(1, 1);
+  options.trigger.latency_s = 0.1;
+  options.wheel_error = {0, 0, 0, 0};
+  SimulatedRobot robot = robot_with(options);
+  robot.observe(time_at(1));
+  robot.drive({0.5, 0}, std::chrono::seconds(9));
+  Observation seen;
+  for (int k = 0; k < 30; ++k) {
+    seen = robot.observe(robot.now() + std::chrono::seconds(1));
+  }
+  const double way_m = robot.truth()->poses.back().T_scene_body.x_m - 1;
+  constexpr double kTick_m = 0.00123;
+  EXPECT_NEAR(seen.odometry.T_odom_body.x_m, way_m, kTick_m);
+  EXPECT_GT(way_m, 0.4);
+}
+
+TEST(SimulatedRobot, SaysByNameWhichCamerasAreMissing) {
+  SimulatedOptions options = starting_at(1, 1);
+  options.trigger.groups["loose"] = {{"floor"}, 0, 0, 0, 0.3};
+  SimulatedRobot robot = robot_with(options);
+  int with_floor = 0;
+  for (int k = 0; k < 60; ++k) {
+    const Observation seen = robot.observe(robot.now() + std::chrono::seconds(1));
+    EXPECT_EQ(seen.pictures.count("front"), 1U);
+    with_floor += seen.pictures.count("floor") > 0 ? 1 : 0;
+  }
+  EXPECT_NEAR(with_floor, 42, 3 * std::sqrt(60 * 0.3 * 0.7));
+}
+
+TEST(SimulatedRobot, AnotherCameraChangesNothingForTheRest) {
+  const auto last = [](const Rig& rig) {
+    SimulatedRobot robot(starting_at(1, 1), room(), Body{}, rig, Rng(3));
+    robot.follow({{{5, 1}}, 0.5});
+    Observation seen;
+    while (robot.now() < time_at(2)) {
+      seen = robot.observe(time_at(2));
+    }
+    return seen;
+  };
+  Rig more = two_cameras();
+  more.cameras["extra"] = more.cameras["front"];
+  const Observation without = last(two_cameras());
+  const Observation with = last(more);
+  EXPECT_EQ(cv::norm(without.pictures.at("front").bgr, with.pictures.at("front").bgr, cv::NORM_INF),
+            0);
+  EXPECT_TRUE(without.odometry.T_odom_body == with.odometry.T_odom_body);
+  EXPECT_NE(cv::norm(with.pictures.at("extra").bgr, with.pictures.at("front").bgr, cv::NORM_INF), 0)
+      << "each has its own noise";
+}
+
+TEST(SimulatedRobot, TiltsItsCamerasAndNotItsWay) {
+  std::vector<Shot> shots;
+  Surroundings around = room();
+  around.draw = [&, inner = around.draw](const View& view, const Ask& ask, const Moment& moment) {
+    shots.push_back({view.T_scene_camera, moment});
+    return inner(view, ask, moment);
+  };
+  Rig rig;
+  rig.cameras["front"] = two_cameras().cameras.at("front");
+  WavesAttitude waves;
+  waves.pitch = {{0.1, 1, 0}};
+  SimulatedOptions options = starting_at(1, 1);
+  options.attitude = waves;
+  options.sensor.motion_blur = false;
+  SimulatedRobot robot(options, around, Body{}, rig, Rng(1));
+  for (int k = 0; k < 15; ++k) {
+    robot.observe(robot.now() + std::chrono::seconds(1));
+  }
+  const Truth truth = *robot.truth();
+  for (std::size_t k = 0; k < truth.poses.size(); ++k) {
+    const double pitch_rad = 0.1 * std::sin(2 * std::numbers::pi * static_cast<double>(k) / 15);
+    EXPECT_NEAR(truth.poses[k].pitch_rad, pitch_rad, 1e-8);  // of stamps, cut to nanoseconds
+    EXPECT_TRUE((truth.poses[k].T_scene_body == Pose2{1, 1, 0}));
+    const Vec3 axis_scene = shots[k].T_scene_camera.rotation * Vec3::UnitZ();
+    EXPECT_NEAR(std::asin(-axis_scene.z()), pitch_rad, 1e-8);
+  }
+}
+
+TEST(SimulatedRobot, ATiltedFloorCameraMarksTheFloorItSees) {
+  SimulatedOptions options = starting_at(1, 1);
+  WavesAttitude waves;
+  waves.pitch = {{deg_to_rad(-8), 0, std::numbers::pi / 2}};  // nose up, for ever
+  options.attitude = waves;
+  SimulatedRobot robot = robot_with(options);
+  robot.observe(Time());
+  EXPECT_FALSE(robot.truth()->seen.at({1 + 0.25 + 0.22, 1})) << "below the picture now";
+  EXPECT_TRUE(robot.truth()->seen.at({1 + 0.25 + 0.6, 1}));
+  SimulatedRobot level = robot_with(starting_at(1, 1));
+  level.observe(Time());
+  EXPECT_TRUE(level.truth()->seen.at({1 + 0.25 + 0.22, 1}));
+}
+
+TEST(SimulatedRobot, KeepsTheTruthOfEveryPictureWhereItIsAsked) {
+  Surroundings around = room();
+  around.object_names = {"floor", "desk"};
+  around.draw = [inner = around.draw](const View& view, const Ask& ask, const Moment& moment) {
+    Drawn drawn = inner(view, ask, moment);
+    if (ask.instance) {
+      drawn.instance = cv::Mat(drawn.bgr.size(), CV_16UC1, cv::Scalar(1));
+      drawn.instance.rowRange(0, 10).setTo(2);
+      drawn.instance.row(0).setTo(0);
+    }
+    if (ask.depth) {
+      drawn.depth_m = cv::Mat(drawn.bgr.size(), CV_32FC1, cv::Scalar(2.5));
+    }
+    return drawn;
+  };
+  SimulatedOptions options = starting_at(1, 1);
+  SimulatedRobot unasked(options, around, Body{}, two_cameras(), Rng(1));
+  const Observation plain = unasked.observe(Time());
+  EXPECT_THAT(unasked.true_pictures(), IsEmpty());
+  options.truth = {true, true};
+  SimulatedRobot robot(options, around, Body{}, two_cameras(), Rng(1));
+  const Observation seen = robot.observe(Time());
+  ASSERT_THAT(robot.true_pictures(), SizeIs(2));
+  const TruePicture& truth = robot.true_pictures().at("front");
+  EXPECT_EQ(truth.stamp, seen.pictures.at("front").stamp);
+  EXPECT_EQ(truth.depth_m.at<float>(5, 5), 2.5F);
+  EXPECT_EQ(truth.floor_label.at<std::uint8_t>(47, 5), 255);
+  EXPECT_EQ(truth.object_px.at("desk"), 9 * 64);
+  EXPECT_EQ(truth.object_px.at("floor"), 38 * 64);
+  EXPECT_NEAR((truth.T_scene_camera.translation - Vec3(1.02, 1, 0.78)).norm(), 0, 1e-12);
+  EXPECT_EQ(cv::norm(plain.pictures.at("front").bgr, seen.pictures.at("front").bgr, cv::NORM_INF),
+            0);
+  robot.observe(Time());
+  EXPECT_THAT(robot.true_pictures(), SizeIs(2)) << "of the last set, until the next";
+}
+
+TEST(SimulatedRobot, MeetsAndSeesPeopleWhereTheyAre) {
+  World world;
+  world.objects.resize(1);
+  world.objects[0].name = "walker";
+  world.objects[0].kind = Object::Kind::kPerson;
+  Person person;
+  person.path_scene = {{5, 1}, {1, 1}};
+  person.waits_m = 0;
+  world.people = {person};
+  world.light_events = {{time_at(1), from_seconds(1), "lamps", 0.5}};
+  std::vector<Shot> shots;
+  Surroundings around = room();
+  around.things = Things(world, 0.02, 0.8);
+  around.draw = [&, inner = around.draw](const View& view, const Ask& ask, const Moment& moment) {
+    shots.push_back({view.T_scene_camera, moment});
+    return inner(view, ask, moment);
+  };
+  SimulatedOptions options = starting_at(1, 1);
+  options.sensor.motion_blur = false;
+  SimulatedRobot robot(options, around, Body{}, two_cameras(), Rng(1));
+  Observation seen;
+  while (robot.now() < time_at(5)) {
+    seen = robot.observe(time_at(5));
+  }
+  EXPECT_TRUE(seen.health.bumper_pressed);
+  const Truth truth = *robot.truth();
+  EXPECT_NEAR(truth.poses.back().clearance_m, 0, 1e-6);
+  EXPECT_NEAR(truth.poses.front().clearance_m, 0.75, 1e-9) << "the wall is nearer at first";
+  ASSERT_THAT(truth.contacts, SizeIs(1));
+  EXPECT_FALSE(truth.contacts[0].while_moving);
+  // Two pictures a set, at 15 sets a second, the walker 1 m/s.
+  EXPECT_NEAR(shots[2 * 15].moment.T_scene_object.at(0).translation.x(), 4, 1e-6);
+  EXPECT_TRUE(shots[2 * 15 - 1].moment.power.empty());
+  EXPECT_NEAR(shots[2 * 30].moment.power.at("lamps"), 0.5, 1e-9);
+}
+
+TEST(SimulatedRobot, DrawsNoStartBesideThingsThatMove) {
+  World world;
+  world.objects.resize(1);
+  world.objects[0].name = "walker";
+  world.objects[0].kind = Object::Kind::kPerson;
+  Person person;
+  person.path_scene = {{1, 1}, {1, 2}};
+  world.people = {person};
+  Surroundings around = room();
+  around.things = Things(world, 0.02, 0.8);
+  EXPECT_EQ(refusal([&] {
+              SimulatedRobot(starting_at(1.5, 1), around, Body{}, two_cameras(), Rng(1));
+            }).substr(0, 67),
+            "platform.start: x_m: 1.500, y_m: 1.000 is 0.250 m from walker, but ");
 }
 
 TEST(SimulatedRobot, FollowsARouteWhateverItIsTold) {

@@ -141,6 +141,44 @@ TEST(WheelEncoders, RepeatFromTheSameSeedOnly) {
   EXPECT_NE(ticks(4).left, ticks(5).left);
 }
 
+TEST(WheelEncoders, SlipWhereTheFloorIsSlippery) {
+  const Body body;
+  const Surface wet{{2, 0, deg_to_rad(90)}, {4, 1}, 0.05, 3};  // x from 1.5 to 2.5, y from -2 to 2
+  const auto grip = [&](const Pose2& at) { return grip_under_wheels({wet}, body, at); };
+  EXPECT_EQ(grip({1.4, 1.9, 0})[0].slip, 0);
+  EXPECT_EQ(grip({1.6, 1.9, 0})[0].slip, 0) << "the left wheel stands beyond its edge";
+  EXPECT_EQ(grip({1.6, 1.9, 0})[1].slip, 0.05);
+  EXPECT_EQ(grip({1.6, 0, 0})[0].noise_factor, 3);
+  EXPECT_EQ(grip({1.4, 0, deg_to_rad(90)})[1].slip, 0.05) << "the right wheel stands on it";
+  EXPECT_EQ(grip({1.4, 0, deg_to_rad(90)})[0].slip, 0);
+
+  WheelEncoders encoders(kPerfect, body, Rng(1));
+  encoders.roll(100, 0, grip({1.6, 0, 0}));
+  EXPECT_NEAR(static_cast<double>(encoders.ticks().left) * tick_m(body), 105, tick_m(body));
+  encoders.roll(0, 100, grip({1.6, 1.9, 0}));
+  const double half_m = 100 * body.wheel_base_m / 2;
+  EXPECT_NEAR(static_cast<double>(encoders.ticks().left) * tick_m(body), 105 - half_m,
+              2 * tick_m(body));
+  EXPECT_NEAR(static_cast<double>(encoders.ticks().right) * tick_m(body), 105 + 1.05 * half_m,
+              2 * tick_m(body));
+}
+
+TEST(WheelEncoders, RoughFloorAddsToNoiseAndSlip) {
+  const Body body;
+  const std::array<Grip, 2> rough{Grip{0, 4}, Grip{0, 4}};
+  for (const WheelError& error : {WheelError{0.003, 0, 0, 0}, WheelError{0, 0, 0, 0.005}}) {
+    WheelEncoders plain(error, body, Rng(5));
+    WheelEncoders off(error, body, Rng(5));
+    plain.roll(0, 50);
+    off.roll(0, 50, rough);
+    const double way_m = 50 * body.wheel_base_m / 2;
+    const double plain_m = static_cast<double>(plain.ticks().right) * tick_m(body) - way_m;
+    const double off_m = static_cast<double>(off.ticks().right) * tick_m(body) - way_m;
+    EXPECT_NEAR(off_m, 4 * plain_m, 5 * tick_m(body));
+    EXPECT_GT(std::abs(off_m), 5 * tick_m(body));
+  }
+}
+
 TEST(DeadReckoning, SaysTheVelocityOfTheLastEightSteps) {
   const Body body;
   WheelEncoders encoders(kPerfect, body, Rng(1));
