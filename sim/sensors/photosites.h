@@ -57,9 +57,8 @@ class Photosites {
   double headroom_;
   SensorNoise noise_;
   Rng rng_;
-  std::vector<std::uint16_t> light_;  // that falls on each value, in 1/kOne of what was drawn;
-                                      // empty where all of it does
-  std::vector<std::int8_t> bank_;     // normal, in 1/kSigma of the standard deviation
+  std::vector<std::uint16_t> light_;  // that falls on each value, in 1/16384 of what was drawn
+  std::vector<std::int16_t> bank_;    // normal, in 1/1024 of the standard deviation
 };
 
 }  // namespace panoptes::sim
