@@ -206,7 +206,7 @@ SimulatedRobot::SimulatedRobot(const SimulatedOptions& options, Surroundings sur
       obstacles_(std::move(surroundings_.outlines)),
       drive_world_(body, obstacles_,
                    start_pose(options, obstacles_, surroundings_.things, body, rng),
-                   std::move(surroundings_.things)),
+                   surroundings_.things),
       encoders_(options.wheel_error, body, rng.fork("wheels")),
       dead_reckoning_(body),
       surfaces_(options.surfaces),
