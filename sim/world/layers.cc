@@ -20,6 +20,10 @@ namespace {
 constexpr double kSame_m = 1e-4;
 // Strictly above or below a height: a part that ends on it, as the floor does, is not in the slice.
 constexpr double kTouch_m = 1e-9;
+// A cell that is reached into by less stays free: meshes are read in single precision.
+constexpr double kSliver_m = 1e-6;
+// What a face bounds lies behind it: of two cells whose common edge it runs along, in the hinder.
+constexpr double kBehind_m = 3 * kSliver_m;
 
 using SceneTriangle = std::array<Vec3, 3>;
 
@@ -171,7 +175,7 @@ bool overlaps(const std::vector<Vec2>& outline, const Vec2& low, const Vec2& hig
     const Vec2 outwards(along.y(), -along.x());
     const Vec2 nearest(outwards.x() > 0 ? low.x() : high.x(),
                        outwards.y() > 0 ? low.y() : high.y());
-    if (outwards.dot(nearest - a) >= (n == 2 ? kTouch_m : -kTouch_m)) {
+    if (outwards.dot(nearest - a) >= (n == 2 ? 0 : -kSliver_m)) {
       return false;
     }
   }
@@ -215,6 +219,12 @@ std::vector<Outline> outlines(const World& world, double z_low_m, double z_high_
         const std::vector<Vec2> more = slice_corners(triangle, z_low_m, z_high_m);
         corners.insert(corners.end(), more.begin(), more.end());
         if (!whole) {
+          const Vec3 normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
+          if (const Vec2 ahead = normal.head<2>(); ahead.norm() > 0) {
+            for (Vec2& corner : corners) {
+              corner -= kBehind_m * ahead.normalized();
+            }
+          }
           add(std::move(corners));
           corners.clear();
         }
@@ -260,7 +270,7 @@ TruthLayer occupancy(const World& world, double z_low_m, double z_high_m, double
       to = to.cwiseMax(corner);
     }
     // A sheet along an edge between two cells belongs to both.
-    const double margin = outline.corners_scene.size() == 2 ? kTouch_m : -kTouch_m;
+    const double margin = outline.corners_scene.size() == 2 ? 0 : -kSliver_m;
     const auto column_of = [&](double x) { return cell_of(x) - first_column; };
     const auto row_of = [&](double y) { return cell_of(y) - first_row; };
     for (int row = row_of(from.y() - margin); row <= row_of(to.y() + margin); ++row) {

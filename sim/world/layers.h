@@ -29,8 +29,8 @@ struct Outline {
 /// triangles.
 std::vector<Outline> outlines(const World& world, double z_low_m, double z_high_m);
 
-/// The cells that the slice between z_low and z_high touches: those whose square shares an area or
-/// an edge longer than a nanometre with an outline, so that what is not set is free all over.
+/// The cells that the slice between z_low and z_high reaches into by more than a micrometre (meshes
+/// are read in single precision), so that what is not set is free all over.
 /// Covers everything in the world and one cell more on each side. Outside of closed walls cells are
 /// not set, but there is no way to them.
 TruthLayer occupancy(const World& world, double z_low_m, double z_high_m, double cell_m);

@@ -97,8 +97,9 @@ TEST(Outlines, APartThatIsNotConvexIsTakenFaceByFace) {
   }
   const TruthLayer layer = occupancy(world, 0.02, kMast_m, 0.1);
   EXPECT_FALSE(layer.at({2, 1.5}));
-  EXPECT_TRUE(layer.at({0.01, 1.5}));
-  EXPECT_TRUE(layer.at({2, 2.99}));
+  EXPECT_FALSE(layer.at({0.01, 1.5}));
+  EXPECT_TRUE(layer.at({-0.01, 1.5}));  // what a wall bounds lies behind it
+  EXPECT_TRUE(layer.at({2, 3.01}));
 }
 
 TEST(Occupancy, ABoxOnCellEdgesFillsExactlyItsCells) {
