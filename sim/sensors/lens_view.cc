@@ -18,16 +18,14 @@ namespace {
 // picture is drawn a little coarser where that does not do. It keeps a lens below 1.5 times the
 // time of a plain picture.
 constexpr double kMostPixels = 1.25;
-// What one more face costs besides its pixels, in parts of the picture's pixels.
-constexpr double kFaceCost = 0.1;
+// What one more face costs besides its pixels: as much as so many of them.
+constexpr double kFaceCost_px = 25'000;
 // No face draws what is farther off its axis.
 constexpr double kMostFaceAngle_rad = deg_to_rad(72);
 // Directions are looked at on a grid this fine to choose the faces.
 constexpr int kGrid = 64;
 constexpr int kMargin_px = 2;  // for interpolation, and for what lies between points of the grid
 constexpr int kRowsTogether = 16;  // parts of faces come in few different heights
-
-using Directions = std::vector<Vec3>;
 
 struct Box {
   Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity());
@@ -137,7 +135,6 @@ Plan best_plan(const Intrinsics& lens) {
       {turned(-yaw, -pitch), turned(yaw, -pitch), turned(-yaw, pitch), turned(yaw, pitch)},
       {turned(0, 0), turned(-kQuarter_rad, 0), turned(kQuarter_rad, 0), turned(0, -kQuarter_rad),
        turned(0, kQuarter_rad), turned(2 * kQuarter_rad, 0)}};
-  const double pixels = static_cast<double>(lens.width_px) * lens.height_px;
   Plan best;
   double least = std::numeric_limits<double>::infinity();
   for (const auto& way : ways) {
@@ -145,15 +142,13 @@ Plan best_plan(const Intrinsics& lens) {
     if (!plan.possible) {
       continue;
     }
-    const double cost = plan.area() * plan.f_px * plan.f_px / pixels +
-                        kFaceCost * static_cast<double>(plan.boxes.size());
+    const double cost =
+        plan.area() * plan.f_px * plan.f_px + kFaceCost_px * static_cast<double>(plan.boxes.size());
     if (cost < least) {
       least = cost;
       best = std::move(plan);
     }
   }
-  best.f_px *=
-      std::min(1.0, std::sqrt(kMostPixels * pixels / (best.area() * best.f_px * best.f_px)));
   return best;
 }
 
@@ -170,19 +165,34 @@ LensView::LensView(const Intrinsics& lens) : lens_(lens) {
     canvas_size_ = {lens.width_px, lens.height_px};
     return;
   }
-  const Plan plan = best_plan(lens);
-  for (std::size_t i = 0; i < plan.boxes.size(); ++i) {
-    const Vec2 low_px = plan.boxes[i].low * plan.f_px;
-    const Vec2 high_px = plan.boxes[i].high * plan.f_px;
+  Plan plan = best_plan(lens);
+  const std::size_t count = plan.boxes.size();
+  plan.boxes.assign(count, {});
+  // Where each pixel finds what it shows, now for all of them, at focal length 1.
+  std::vector<Sight> sights;
+  sights.reserve(static_cast<std::size_t>(lens.width_px) *
+                 static_cast<std::size_t>(lens.height_px));
+  for (int v = 0; v < lens.height_px; ++v) {
+    for (int u = 0; u < lens.width_px; ++u) {
+      const Vec3 d = sure_direction(lens, Vec2(u, v));
+      Sight sight;
+      sight.face = face_of(plan.R_camera_faces, d);
+      const Vec3 d_face = plan.R_camera_faces[sight.face].conjugate() * d;
+      sight.at = d_face.head<2>() / d_face.z();
+      sight.axis_per_face_depth = d.z() / d_face.z();
+      plan.boxes[sight.face].add(sight.at);
+      sights.push_back(sight);
+    }
+  }
+  const double most_px2 = kMostPixels * static_cast<double>(sights.size());
+  const double f_px = std::min(plan.f_px, std::sqrt(most_px2 / plan.area()));
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec2 low_px = (plan.boxes[i].low * f_px).array().floor();
+    const Vec2 high_px = (plan.boxes[i].high * f_px).array().ceil();
+    const Vec2 size_px = high_px - low_px + Vec2::Constant(2 * kMargin_px + 1);
     Face face;
-    face.pinhole.fx_px = plan.f_px;
-    face.pinhole.fy_px = plan.f_px;
-    face.pinhole.cx_px = kMargin_px - std::floor(low_px.x());
-    face.pinhole.cy_px = kMargin_px - std::floor(low_px.y());
-    face.pinhole.width_px =
-        static_cast<int>(std::ceil(high_px.x()) - std::floor(low_px.x())) + 2 * kMargin_px + 1;
-    face.pinhole.height_px =
-        static_cast<int>(std::ceil(high_px.y()) - std::floor(low_px.y())) + 2 * kMargin_px + 1;
+    face.pinhole = {static_cast<int>(size_px.x()), static_cast<int>(size_px.y()), f_px, f_px,
+                    kMargin_px - low_px.x(),       kMargin_px - low_px.y(),       {}};
     face.T_camera_face.rotation = plan.R_camera_faces[i];
     tile_top_.push_back(canvas_size_.height);
     canvas_size_.width = std::max(canvas_size_.width, face.pinhole.width_px);
@@ -192,33 +202,29 @@ LensView::LensView(const Intrinsics& lens) : lens_(lens) {
   PANOPTES_CHECK(
       std::max(canvas_size_.width, canvas_size_.height) < std::numeric_limits<std::int16_t>::max(),
       "fixed-point maps reach over the whole canvas");
-  make_maps();
+  make_maps(sights);
 }
 
-void LensView::make_maps() {
+void LensView::make_maps(const std::vector<Sight>& sights) {
   const bool along_axis = faces_.size() == 1 && faces_[0].T_camera_face.rotation.w() == 1;
-  std::vector<Eigen::Quaterniond> R_camera_faces;
   for (const Face& face : faces_) {
-    R_camera_faces.push_back(face.T_camera_face.rotation);
     rows_of_.emplace_back(lens_.height_px, Span{face.pinhole.height_px, 0});
   }
   cv::Mat at_px(lens_.height_px, lens_.width_px, CV_32FC2);
   if (!along_axis) {
     axis_per_face_depth_.create(lens_.height_px, lens_.width_px, CV_32F);
   }
+  auto sight = sights.begin();
   for (int v = 0; v < lens_.height_px; ++v) {
-    for (int u = 0; u < lens_.width_px; ++u) {
-      const Vec3 d = sure_direction(lens_, Vec2(u, v));
-      const std::size_t i = face_of(R_camera_faces, d);
+    for (int u = 0; u < lens_.width_px; ++u, ++sight) {
+      const std::size_t i = sight->face;
       const Intrinsics& pinhole = faces_[i].pinhole;
-      const Vec3 d_face = R_camera_faces[i].conjugate() * d;
-      Vec2 px = pinhole.project(d_face);  // the grid's points may leave a little out
-      px.x() = std::clamp(px.x(), 0.0, pinhole.width_px - 1.0);
-      px.y() = std::clamp(px.y(), 0.0, pinhole.height_px - 1.0);
+      const Vec2 px(pinhole.cx_px + pinhole.fx_px * sight->at.x(),
+                    pinhole.cy_px + pinhole.fy_px * sight->at.y());
       at_px.at<cv::Vec2f>(v, u) = {static_cast<float>(px.x()),
                                    static_cast<float>(px.y() + tile_top_[i])};
       if (!along_axis) {
-        axis_per_face_depth_.at<float>(v, u) = static_cast<float>(d.z() / d_face.z());
+        axis_per_face_depth_.at<float>(v, u) = static_cast<float>(sight->axis_per_face_depth);
       }
       Span& rows = rows_of_[i][static_cast<std::size_t>(v)];
       rows.first = std::min(rows.first, static_cast<int>(px.y()));

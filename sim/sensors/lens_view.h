@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <vector>
 
@@ -42,8 +43,14 @@ class LensView {
     int first = 0;
     int end = 0;
   };
+  /// Where a pixel finds what it shows.
+  struct Sight {
+    std::size_t face = 0;
+    Vec2 at = Vec2::Zero();  ///< in its face, at focal length 1
+    double axis_per_face_depth = 1;
+  };
   Span rows_needed(std::size_t face, int first_row, int end_row) const;
-  void make_maps();
+  void make_maps(const std::vector<Sight>& sights);
 
   Intrinsics lens_;
   std::vector<Face> faces_;
