@@ -12,6 +12,7 @@
 #include "apps/run/open_robot.h"
 #include "core/base/error.h"
 #include "core/config/geometry_fields.h"
+#include "core/io/map_server.h"
 #include "sim/world/load.h"
 
 namespace panoptes {
@@ -24,15 +25,15 @@ struct FileKind {
   void (*check)(const std::string& file);
 };
 
-const std::array<FileKind, 5>& file_kinds() {
-  static const std::array<FileKind, 5> kKinds{{
+const std::array<FileKind, 6>& file_kinds() {
+  static const std::array<FileKind, 6> kKinds{{
       {"mission",
        "missions",
        {"platform", "rig", "until", "drive", "navigator", "require"},
        [](const std::string& file) { check_platform(load_mission<ExploreMission>(file)); }},
       {"world",
        "worlds",
-       {"objects", "lights", "ambient"},
+       {"objects", "boxes", "lights", "ambient", "generate", "floor_plan", "people", "include"},
        [](const std::string& file) { sim::load_world(file); }},
       {"rig", "rigs", {"cameras"}, [](const std::string& file) { read_settings<Rig>(file); }},
       {"robot",
@@ -43,12 +44,31 @@ const std::array<FileKind, 5>& file_kinds() {
        "routes",
        {"waypoints"},
        [](const std::string& file) { read_settings<sim::Route>(file); }},
+      {"map",
+       "maps",
+       {"occupied_thresh", "free_thresh"},
+       [](const std::string& file) { read_turned_map_server(file); }},
   }};
   return kKinds;
 }
 
+// A mesh or a picture is named in a world, and judged there.
+void refuse_what_is_no_settings(const std::string& file) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) {
+    throw ConfigError(file + ": is a folder; name the files in it");
+  }
+  const std::string suffix = std::filesystem::path(file).extension().string();
+  if (std::filesystem::exists(file, ignored) && suffix != ".yaml" && suffix != ".yml") {
+    throw ConfigError(file +
+                      ": is not a settings file (.yaml); meshes and pictures are checked with the "
+                      "world that names them");
+  }
+}
+
 // By the keys it holds, else by the folder it lies in.
 const FileKind& kind_of(const std::string& file) {
+  refuse_what_is_no_settings(file);
   const std::vector<std::string> keys = settings_keys(file);
   for (const FileKind& kind : file_kinds()) {
     if (std::find_first_of(keys.begin(), keys.end(), kind.keys.begin(), kind.keys.end()) !=
@@ -62,9 +82,11 @@ const FileKind& kind_of(const std::string& file) {
       return kind;
     }
   }
-  throw ConfigError(file +
-                    ": cannot tell what this is; a mission has platform:, a world objects:, a rig "
-                    "cameras:, a robot radius_m:, a route waypoints:");
+  throw ConfigError(
+      file +
+      ": cannot tell what this is; a mission has platform:, a world objects:, boxes:, "
+      "generate: or floor_plan:, a rig cameras:, a robot radius_m:, a route "
+      "waypoints:, a map image: and occupied_thresh:");
 }
 
 // The exit status that the file alone would give.
@@ -98,7 +120,7 @@ int check(const std::vector<std::string>& files) {
 void add_check(CLI::App& app, Command& chosen) {
   auto files = std::make_shared<std::vector<std::string>>();
   CLI::App* sub = app.add_subcommand("check", "Is this configuration right?");
-  sub->add_option("files", *files, "missions, worlds, rigs, robots, routes")
+  sub->add_option("files", *files, "missions, worlds, rigs, robots, routes, maps")
       ->required()
       ->type_name("FILE...");
   sub->footer("Example: panoptes check scenes/missions/*.yaml scenes/worlds/*.yaml");

@@ -659,8 +659,13 @@ void Setting::path(std::string& value) {
   value = tree.text.empty() ? tree.text : resolve_path(tree.text, tree.place.file);
   std::error_code error;
   if (!value.empty() && !std::filesystem::is_regular_file(value, error)) {
+    const std::string root = data_root();
+    const std::string looked_for =
+        tree.text.starts_with("data:")
+            ? tree.text + ", looked for in " + root + "/scenes and " + root + "/assets"
+            : value;
     state_->document->faults.push_back(
-        {tree.place, join(state_->path), "no such file: " + value, true});
+        {tree.place, join(state_->path), "no such file: " + looked_for, true});
   }
 }
 

@@ -9,6 +9,7 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "core/base/check.h"
 
@@ -80,19 +81,81 @@ std::vector<std::vector<SceneTriangle>> connected_parts(const Object& object) {
   return parts;
 }
 
+/// Points sorted into boxes within boxes, to ask quickly whether any lies in front of a plane.
+class PointTree {
+ public:
+  explicit PointTree(std::vector<Vec3> points) : points_(std::move(points)) {
+    build(0, points_.size());
+  }
+
+  bool any_beyond(const Vec3& normal, double offset_m) const {
+    return any_beyond(0, 0, points_.size(), normal, offset_m);
+  }
+
+ private:
+  static constexpr std::size_t kLeaf = 16;
+  struct Box {
+    Vec3 middle;
+    Vec3 half;
+    std::size_t second = 0;  ///< the box of the second half, in boxes_; the first comes next
+  };
+
+  std::size_t build(std::size_t begin, std::size_t end) {
+    Vec3 low = points_[begin];
+    Vec3 high = low;
+    for (std::size_t i = begin; i < end; ++i) {
+      low = low.cwiseMin(points_[i]);
+      high = high.cwiseMax(points_[i]);
+    }
+    const std::size_t index = boxes_.size();
+    boxes_.push_back({(low + high) / 2, (high - low) / 2, 0});
+    if (end - begin > kLeaf) {
+      Eigen::Index axis = 0;
+      (high - low).maxCoeff(&axis);
+      const std::size_t half = begin + (end - begin) / 2;
+      const auto at = [this](std::size_t i) {
+        return points_.begin() + static_cast<std::ptrdiff_t>(i);
+      };
+      std::nth_element(at(begin), at(half), at(end),
+                       [axis](const Vec3& a, const Vec3& b) { return a[axis] < b[axis]; });
+      build(begin, half);
+      boxes_[index].second = build(half, end);
+    }
+    return index;
+  }
+
+  bool any_beyond(std::size_t index, std::size_t begin, std::size_t end, const Vec3& normal,
+                  double offset_m) const {
+    const Box& box = boxes_[index];
+    if (normal.dot(box.middle) + normal.cwiseAbs().dot(box.half) <= offset_m) {
+      return false;
+    }
+    if (end - begin <= kLeaf) {
+      return std::any_of(points_.begin() + static_cast<std::ptrdiff_t>(begin),
+                         points_.begin() + static_cast<std::ptrdiff_t>(end),
+                         [&](const Vec3& p) { return normal.dot(p) > offset_m; });
+    }
+    const std::size_t half = begin + (end - begin) / 2;
+    return any_beyond(index + 1, begin, half, normal, offset_m) ||
+           any_beyond(box.second, half, end, normal, offset_m);
+  }
+
+  std::vector<Vec3> points_;
+  std::vector<Box> boxes_;
+};
+
 /// True when no corner lies in front of any face.
 bool is_convex(const std::vector<SceneTriangle>& part) {
+  std::vector<Vec3> points;
+  points.reserve(3 * part.size());
   for (const SceneTriangle& face : part) {
-    const Vec3 normal = (face[1] - face[0]).cross(face[2] - face[0]).normalized();
-    for (const SceneTriangle& other : part) {
-      for (const Vec3& p : other) {
-        if (normal.dot(p - face[0]) > kSame_m) {
-          return false;
-        }
-      }
-    }
+    points.insert(points.end(), face.begin(), face.end());
   }
-  return true;
+  const PointTree tree(std::move(points));
+  return std::none_of(part.begin(), part.end(), [&tree](const SceneTriangle& face) {
+    const Vec3 normal = (face[1] - face[0]).cross(face[2] - face[0]).normalized();
+    return tree.any_beyond(normal, normal.dot(face[0]) + kSame_m);
+  });
 }
 
 /// Sutherland and Hodgman's clip at one height.

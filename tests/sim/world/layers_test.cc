@@ -69,6 +69,36 @@ TEST(Outlines, WhatEndsOnTheSlabIsNotInIt) {
   EXPECT_TRUE(outlines(world, kFloorLayerTop_m, kMast_m).empty());
 }
 
+// Fine enough that comparing every corner with every face would take minutes.
+TEST(Outlines, AFineBallIsOneCircle) {
+  constexpr int kAround = 200;
+  constexpr int kUp = 100;
+  const auto at = [](int around, int up) {
+    const double longitude = 2 * M_PI * (around % kAround) / kAround;
+    const double latitude = M_PI * up / kUp - M_PI / 2;
+    return Vec3(std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude),
+                1 + std::sin(latitude));
+  };
+  std::vector<Triangle> ball;
+  for (int up = 0; up < kUp; ++up) {
+    for (int around = 0; around < kAround; ++around) {
+      const Corner a{at(around, up), Vec2::Zero()};
+      const Corner b{at(around + 1, up), Vec2::Zero()};
+      const Corner c{at(around + 1, up + 1), Vec2::Zero()};
+      const Corner d{at(around, up + 1), Vec2::Zero()};
+      if (up > 0) {
+        ball.push_back({{a, b, c}, 0});
+      }
+      if (up + 1 < kUp) {
+        ball.push_back({{a, c, d}, 0});
+      }
+    }
+  }
+  const auto found = outlines(world_of({{"ball", {}, ball}}), 0.5, 1.5);
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_NEAR(area_m2(found[0].corners_scene), M_PI, 1e-3);  // a polygon of 200 corners
+}
+
 TEST(Outlines, EachConnectedPartHasItsOwn) {
   std::vector<Triangle> two = box({0, 0, 0}, {0.1, 0.1, 0.7});
   const std::vector<Triangle> second = box({1, 0, 0}, {1.1, 0.1, 0.7});

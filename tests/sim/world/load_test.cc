@@ -5,6 +5,7 @@
 #include <fstream>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -154,6 +155,188 @@ TEST_F(LoadWorld, APictureForAnUnknownMaterialIsSaid) {
                 "objects:\n  - {name: a, mesh: good.obj, textures: {pant: other.png}}\n"),
             path("world.yaml") + ":2:48: mesh '" + path("good.obj") +
                 "' has no material 'pant'; it has paint");
+}
+
+TEST_F(LoadWorld, AMissingTextureIsNamedOnce) {
+  fs::remove(path("good.png"));
+  EXPECT_EQ(message_of<IoError>("objects:\n  - {name: a, mesh: good.obj}\n  - {name: b, mesh: "
+                                "good.obj}\n  - {name: c, mesh: good.obj, z_m: 1}\nboxes:\n  - "
+                                "{size_m: [1, 1, 1], picture: other.png}\n"),
+            path("world.yaml") + ":2:21: " + path("good.obj") + ": texture '" + path("good.png") +
+                "' does not exist; correct its path or put the file there");
+}
+
+TEST_F(LoadWorld, EveryFaultOfAWorldIsSaidAtOnce) {
+  write("empty.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\n");
+  const std::string at = path("world.yaml");
+  EXPECT_EQ(message_of<ConfigError>(
+                "objects:\n  - {name: a, mesh: empty.obj}\n  - {name: b, mesh: good.obj}\n  - "
+                "{name: b, mesh: good.obj}\nevents:\n  - {at_s: 1, lights: hall}\n  - {at_s: 1, "
+                "move: b, to: {x_m: 1}}\n  - {at_s: 1, open: d}\n"),
+            at + ":2:21: mesh '" + path("empty.obj") +
+                "' has no faces; export it with its surfaces\n" + at +
+                ":4:12: name: 'b' is given twice, first at " + at +
+                ":3:12; things need names of their own\n" + at +
+                ":6:5: lights: no lamp hangs on 'hall'; nothing here has `group:`\n" + at +
+                ":7:5: move: 'b' stands for ever; write `movable: true` where it is placed\n" + at +
+                ":8:5: open: there is no 'd'; nothing here has `movable:`");
+}
+
+TEST_F(LoadWorld, EventsAreResolvedInOrderOfTime) {
+  const World world = load(
+      "ambient_group: day\nobjects:\n  - {name: chair, mesh: good.obj, movable: true}\nevents:\n"
+      "  - {at_s: 9, move: chair, to: {x_m: 1, y_m: 2, theta_deg: 90}}\n"
+      "  - {at_s: 5, over_s: 0.5, lights: day, power: 0.25}\n"
+      "  - {at_s: 3, open: chair, angle_deg: 45}\n");
+  ASSERT_EQ(world.light_events.size(), 1U);
+  EXPECT_EQ(world.light_events[0].group, "day");
+  EXPECT_EQ(world.light_events[0].at, time_at(5));
+  EXPECT_EQ(world.light_events[0].over, from_seconds(0.5));
+  EXPECT_EQ(world.light_events[0].power, 0.25);
+  ASSERT_EQ(world.move_events.size(), 2U);
+  EXPECT_EQ(world.move_events[0].at, time_at(3));
+  EXPECT_EQ(world.move_events[0].T_scene_object.theta_rad, deg_to_rad(45));
+  EXPECT_EQ(world.move_events[1].T_scene_object.x_m, 1);
+  EXPECT_EQ(world.objects[0].kind, Object::Kind::kMovable);
+}
+
+TEST_F(LoadWorld, EventsSayExactlyOneThing) {
+  const std::string at = path("world.yaml");
+  EXPECT_EQ(message_of<ConfigError>("events:\n  - {at_s: -1, lights: a, move: b}\n  - {at_s: 1}\n"
+                                    "  - {at_s: 1, move: b}\n"),
+            at + ":2:5: events[0].to: missing; it is where the thing goes\n" + at +
+                ":2:12: events[0].at_s: must be from 0 to 1e9, got -1\n" + at +
+                ":2:24: events[0].lights: exactly one of lights, move and open must be given, got "
+                "a\n" +
+                at +
+                ":3:5: events[1].lights: exactly one of lights, move and open must be given\n" +
+                at + ":4:5: events[2].to: missing; it is where the thing goes");
+}
+
+TEST_F(LoadWorld, PeopleWalkRoundThings) {
+  const std::string before =
+      "boxes:\n  - {name: wall, size_m: [4, 0.1, 2.5], at: {x_m: 0, y_m: 2}}\n";
+  const std::string at = path("world.yaml");
+  EXPECT_EQ(message_of<ConfigError>(before + "people:\n  - {name: ann, mesh: good.obj, path: [[0, "
+                                             "0], [1, 1], [1, 4]]}\n"),
+            at +
+                ":4:39: path: 'ann' would walk from (1.00, 1.00) to (1.00, 4.00) through or within "
+                "0.25 m of 'wall' (" +
+                at + ":2:12); lead the path around it");
+  EXPECT_EQ(message_of<ConfigError>(before + "people:\n  - {name: ann, mesh: good.obj, path: [[0, "
+                                             "1.9], [1, 0]]}\n"),
+            at + ":4:39: path: 'ann' stands at (0.00, 1.90) in or within 0.25 m of 'wall' (" + at +
+                ":2:12); start elsewhere");
+  const World world = load(before +
+                           "people:\n  - {name: ann, mesh: good.obj, path: [[0, 0], [0, "
+                           "-1]], speed_mps: 0.5, start_s: 3}\n");
+  ASSERT_EQ(world.people.size(), 1U);
+  const Object& ann = world.objects[world.people[0].object];
+  EXPECT_EQ(ann.kind, Object::Kind::kPerson);
+  EXPECT_LT((ann.T_scene_object * Vec3(1, 0, 0) - Vec3(0, -1, 0)).norm(), 1e-12);  // looks ahead
+  EXPECT_EQ(world.people[0].start, time_at(3));
+  EXPECT_EQ(world.people[0].speed_mps, 0.5);
+}
+
+TEST_F(LoadWorld, IncludedWorldsStandHereToo) {
+  write("shelf.yaml",
+        "objects:\n  - {name: sign, mesh: good.obj}\nambient: 0.9\nlights:\n  - "
+        "{at_m: [0, 0, 2]}\n");
+  const World world = load(
+      "ambient: 0.2\ninclude: [shelf.yaml]\nboxes:\n  - {name: box, size_m: [1, "
+      "1, 1], at: {x_m: 5, y_m: 5}}\n");
+  EXPECT_EQ(world.objects.size(), 2U);
+  EXPECT_EQ(world.lights.size(), 1U);
+  EXPECT_EQ(world.ambient, 0.2);
+}
+
+TEST_F(LoadWorld, WorldsThatIncludeEachOtherAreRefused) {
+  write("a.yaml", "include: [b.yaml]\n");
+  write("b.yaml", "name: b\ninclude: [world.yaml]\n");
+  EXPECT_EQ(message_of<ConfigError>("include:\n  - a.yaml\n"),
+            path("b.yaml") + ":2:11: include: '" + path("world.yaml") + "' includes itself (" +
+                path("world.yaml") + ":2:5 -> " + path("a.yaml") + ":1:11 -> " + path("b.yaml") +
+                ":2:11 -> " + path("world.yaml") + "); take one of these out");
+  EXPECT_EQ(message_of<ConfigError>("include: [world.yaml]\n"),
+            path("world.yaml") + ":1:11: include: '" + path("world.yaml") + "' includes itself (" +
+                path("world.yaml") + ":1:11 -> " + path("world.yaml") + "); take one of these out");
+}
+
+TEST_F(LoadWorld, AnEmptyWorldIsRefused) {
+  EXPECT_EQ(message_of<ConfigError>("name: nothing\n"),
+            path("world.yaml") +
+                ":1:1: the world is empty; give it objects, boxes, a floor_plan, "
+                "generate or include");
+}
+
+TEST_F(LoadWorld, ThingsOfNoSizeAreRefused) {
+  const std::string at = path("world.yaml");
+  EXPECT_EQ(message_of<ConfigError>("boxes:\n  - {name: b, size_m: [1, 0, 1]}\nobjects:\n  - "
+                                    "{name: a, mesh: good.obj, scale: 0}\n"),
+            at + ":2:27: boxes[0].size_m[1]: must be > 0, got 0\n" + at +
+                ":4:38: objects[0].scale: must be > 0, got 0");
+}
+
+TEST_F(LoadWorld, APictureTooLargeIsRefusedByItsHeader) {
+  // A PNG's signature and header: 30000 x 30000, and nothing else.
+  const std::string header("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x75\x30\0\0\x75\x30\x08\x02\0\0\0",
+                           29);
+  std::ofstream(path("huge.png"), std::ios::binary) << header << "\0\0\0\0";
+  EXPECT_EQ(message_of<IoError>("boxes:\n  - {size_m: [1, 1, 1], picture: huge.png}\n"),
+            path("world.yaml") + ":2:34: texture '" + path("huge.png") +
+                "' is 30000 x 30000 pixels; make it at most 8192 wide and high");
+}
+
+TEST_F(LoadWorld, ADamagedPictureIsSaidWithoutNoise) {
+  std::string png;
+  {
+    std::vector<unsigned char> bytes;
+    cv::imencode(".png", cv::Mat(64, 64, CV_8UC3, cv::Scalar(1, 2, 3)), bytes);
+    png.assign(bytes.begin(), bytes.end());
+  }
+  ::testing::internal::CaptureStderr();
+  for (const std::size_t keep : {png.size() - 4, png.size() / 2, std::size_t{40}}) {
+    std::ofstream(path("cut.png"), std::ios::binary) << png.substr(0, keep);
+    EXPECT_EQ(message_of<IoError>("boxes:\n  - {size_m: [1, 1, 1], picture: cut.png}\n"),
+              path("world.yaml") + ":2:34: texture '" + path("cut.png") +
+                  "' is damaged or cut short; save it again as PNG or JPEG");
+  }
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+}
+
+TEST_F(LoadWorld, AnUnknownAssetIsSaid) {
+  const std::string message =
+      message_of<IoError>("boxes:\n  - {size_m: [1, 1, 1], picture: data:office/wool.png}\n");
+  EXPECT_THAT(
+      message,
+      StartsWith(path("world.yaml") +
+                 ":2:34: boxes[0].picture: no such file: data:office/wool.png, looked for in "));
+  EXPECT_THAT(message, HasSubstr("/assets"));
+}
+
+TEST_F(LoadWorld, AGeneratedPlaceThatDoesNotFitIsSaidWithItsPlace) {
+  EXPECT_THAT(message_of<ConfigError>("generate: {office: {size_m: [2, 2]}}\n"),
+              StartsWith(path("world.yaml") + ":1:29: generate.office.size_m: "));
+  EXPECT_THAT(message_of<ConfigError>("generate: {ofice: {size_m: [2, 2]}}\n"),
+              StartsWith(path("world.yaml") + ":1:12: generate: must be one of office, home, "));
+}
+
+TEST_F(LoadWorld, SettingsAreWrittenAndReadBackExactly) {
+  write(
+      "world.yaml",
+      "name: all\nambient: 0.3\nambient_group: day\nsky_bgr: [0.9, 0.7, 0.6]\n"
+      "sun: {from: [1, 2, 3], power: 0.7, group: day}\n"
+      "lights: [{at_m: [0, 0, 2.5], group: hall}]\n"
+      "generate: {office: {size_m: [12, 9], desks: 14, seed: 5}}\n"
+      "boxes: [{name: door, size_m: [0.9, 0.04, 2], hinge_m: [-0.45, 0], movable: true, picture: "
+      "good.png, faces: {top: \"\", front: other.png}, picture_m: [0.3, 0.1]}]\n"
+      "objects: [{name: sign, mesh: good.obj, scale: 0.1, up: z, textures: {paint: other.png}}]\n"
+      "events: [{at_s: 1, open: door, angle_deg: 33}, {at_s: 2, lights: hall, power: 0.1}, {at_s: "
+      "3, over_s: 1, move: door, to: {x_m: 1, theta_deg: 7}}]\n"
+      "people: [{name: ann, mesh: good.obj, path: [[0, 0], [1, 0.1]], returns: false}]\n");
+  const std::string written = write_settings(read_settings<WorldSettings>(path("world.yaml")));
+  write("again.yaml", written);
+  EXPECT_EQ(write_settings(read_settings<WorldSettings>(path("again.yaml"))), written);
 }
 
 }  // namespace
