@@ -24,13 +24,12 @@ const Vec2 kShelf_m(0.36, 0.90);
 const Vec2 kCupboard_m(0.42, 0.90);
 const Vec2 kBoxes_m(0.42, 0.58);
 const Vec2 kPlant_m(0.42, 0.42);
-const Vec2 kPrinter_m(0.60, 0.64);
 constexpr double kDeskHeight_m = 0.74;
 constexpr double kChairDepth_m = 0.52;
 constexpr double kChairOut_m = 0.28;   // of its desk
 constexpr double kPartition_m = 0.04;  // between desks back to back
 constexpr double kBlockDepth_m = 2 * (0.80 + kChairOut_m) + kPartition_m;
-constexpr double kAlongWalls_m = 0.46;  // cupboards and what else stands at the walls
+constexpr double kAlongWalls_m = 0.44;  // cupboards and what else stands at the walls
 constexpr int kMostInARow = 3;          // desks side by side in a block
 constexpr double kBandedWindow_m = 2.1;
 constexpr int kPlates = 40;

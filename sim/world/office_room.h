@@ -10,9 +10,9 @@
 
 namespace panoptes::sim {
 
-/// Between what stands in an office: a robot of 0.25 m radius drives through with 0.2 m to spare on
-/// each side.
-inline constexpr double kOfficeAisle_m = 0.92;
+/// Between what stands in an office, at least: a robot of 0.25 m radius drives through with 0.2 m
+/// to spare on each side.
+inline constexpr double kOfficeAisle_m = 0.9;
 
 /// As many desks as fit into a room of this size, in blocks of desks that stand back to back with
 /// aisles around them and room for cupboards along the walls.
