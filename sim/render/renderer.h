@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <stdexcept>
+#include <string>
 
 #include <opencv2/core/mat.hpp>
 
@@ -11,11 +14,28 @@
 
 namespace panoptes::sim {
 
+/// What draws. Both give the same bits where EGL finds no graphics card.
+enum class GlLibrary {
+  kOsMesa,  ///< the rasteriser in software, always there
+  kEgl      ///< a graphics card where there is one, else the same rasteriser
+};
+
 struct RendererOptions {
-  double lightmap_cell_m = 0.05;  ///< how finely light and shadow are kept
-  int bake_threads = 2;           ///< the picture does not depend on it
-  bool trilinear = false;         ///< smoother far textures for a fifth more time
-  double near_m = 0.03;           ///< nothing nearer to the camera is drawn
+  GlLibrary library = GlLibrary::kOsMesa;
+  double lightmap_cell_m =
+      0.05;                ///< how finely light and shadow are kept, in worlds of a few rooms
+  int bake_threads = 2;    ///< the picture does not depend on it
+  bool trilinear = false;  ///< smoother far textures for a fifth more time
+  double near_m = 0.03;    ///< nothing nearer to the camera is drawn
+  /// Called now and then, in the constructing thread, with the share that is done while light and
+  /// shadow are computed (not when they are known already); false stops it with BakeStopped.
+  std::function<bool(double done)> bake_progress;
+};
+
+/// RendererOptions::bake_progress said no.
+class BakeStopped : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
 };
 
 /// Where a pinhole camera stands and how it sees. (Lenses that bend are sim/sensors'.)
@@ -42,16 +62,19 @@ struct Drawn {
                         ///< where nothing is; empty unless asked for
 };
 
-/// Draws a world by OSMesa, without a screen or a graphics card: the same bits for any number of
-/// threads. Light and shadow are computed once per world and kept in the user's cache folder
-/// ($XDG_CACHE_HOME/panoptes or ~/.cache/panoptes). One thread uses it; every picture is a new one.
-/// Throws DeviceError when there is no OSMesa context to be had.
+/// Draws a world without a screen: the same bits for any number of threads, and for any order of
+/// pictures and moments. Light and shadow are computed once per world and kept in the user's cache
+/// folder ($XDG_CACHE_HOME/panoptes or ~/.cache/panoptes). One thread uses it, every picture is a
+/// new one; a process that has made one must not fork. Throws DeviceError when there is no OpenGL
+/// to be had.
 class Renderer {
  public:
   explicit Renderer(const World& world, const RendererOptions& options = {});
   ~Renderer();
 
   Drawn draw(const View& view, const Ask& ask = {}, const Moment& moment = {});
+
+  std::string drawn_by() const;  ///< as "OSMesa, llvmpipe (LLVM 15.0.6, 256 bits)"
 
  private:
   class Impl;
@@ -62,5 +85,10 @@ class Renderer {
 /// before the first one is made. Does nothing where the environment says so already
 /// (LP_NUM_THREADS).
 void set_render_threads(int num_threads);
+
+/// From here on every x86-64 processor draws the same bits (with the same Mesa), by instructions
+/// that all of them have (SSE 4.1) and never on a graphics card; for a quarter more time. For every
+/// renderer of this process: call it before the first one is made.
+void set_same_on_every_processor();
 
 }  // namespace panoptes::sim

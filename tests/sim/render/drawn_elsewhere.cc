@@ -3,6 +3,9 @@
 #include <cstdint>
 #include <cstdlib>
 #include <iostream>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "core/base/error.h"
 #include "tests/sim/render/flag_world.h"
@@ -17,18 +20,44 @@ std::uint64_t hash_of(const cv::Mat& picture) {
   return hash;
 }
 
+std::string setting(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
 }  // namespace
 
 int main() {
-  using panoptes::sim::ahead;
-  panoptes::sim::set_render_threads(2);
+  using namespace panoptes::sim;  // NOLINT(google-build-using-namespace)
+  set_render_threads(2);
+  if (!setting("PANOPTES_TEST_SAME").empty()) {
+    set_same_on_every_processor();
+  }
+  const std::string library = setting("PANOPTES_TEST_LIBRARY");
+  std::vector<GlLibrary> libraries{library == "egl" ? GlLibrary::kEgl : GlLibrary::kOsMesa};
+  if (library == "both") {
+    libraries.push_back(GlLibrary::kEgl);
+  }
   try {
-    panoptes::sim::Renderer renderer(panoptes::sim::flag_world());
+    World world = flag_world();
+    world.ambient = 0.4;
+    world.lights = {{{1, 1, 2.2}, {0.5, 0.3}, {0, 0, -1}, 2.0, ""}};
+    std::vector<std::unique_ptr<Renderer>> renderers;
+    for (const GlLibrary l : libraries) {
+      RendererOptions options;
+      options.library = l;
+      renderers.push_back(std::make_unique<Renderer>(world, options));
+    }
     std::uint64_t hash = 0;
     for (int i = 0; i < 4; ++i) {
-      const panoptes::sim::Drawn drawn =
-          renderer.draw(ahead(0.3 + 0.2 * i, 0.1 * i), {.floor_label = i % 2 == 0, .depth = true});
-      hash = hash * 31 + hash_of(drawn.bgr) + hash_of(drawn.depth_m);
+      const Ask ask{.floor_label = i % 2 == 0, .depth = true, .instance = i % 3 == 0};
+      std::uint64_t picture = 0;
+      for (const auto& renderer : renderers) {
+        const Drawn drawn = renderer->draw(ahead(0.3 + 0.2 * i, 0.1 * i), ask);
+        picture = hash_of(drawn.bgr) + 3 * hash_of(drawn.depth_m) + 5 * hash_of(drawn.instance) +
+                  7 * hash_of(drawn.floor_label);
+      }
+      hash = hash * 31 + picture;
     }
     std::cout << "LP_NUM_THREADS=" << std::getenv("LP_NUM_THREADS") << " pictures=" << hash << "\n";
   } catch (const panoptes::DeviceError& error) {
