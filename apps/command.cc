@@ -19,7 +19,10 @@ std::vector<std::string> CommonArguments::overrides() const {
 
 void add_common(CLI::App& subcommand, CommonArguments& args) {
   subcommand.add_option("--out", args.out_dir, "where the results go (runs/<mission>-<seed>)")
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->check([](const std::string& folder) {
+        return folder.empty() ? "must name a folder" : std::string();
+      });
   subcommand.add_option("--seed", args.seed, "of every random choice")
       ->type_name("N")
       ->check([](const std::string& seed) {

@@ -18,6 +18,7 @@ using Command = std::function<int()>;
 
 /// Each adds its subcommand and sets `chosen` when the user asks for it.
 void add_explore(CLI::App& app, Command& chosen);
+void add_record(CLI::App& app, Command& chosen);
 void add_trials(CLI::App& app, Command& chosen);
 void add_render(CLI::App& app, Command& chosen);
 void add_check(CLI::App& app, Command& chosen);
@@ -25,7 +26,7 @@ void add_doctor(CLI::App& app, Command& chosen);
 
 /// What subcommands that run a mission share.
 struct CommonArguments {
-  std::string out_dir;
+  std::optional<std::string> out_dir;
   std::optional<std::uint64_t> seed;
   std::optional<double> duration_s;
   std::vector<std::string> set;

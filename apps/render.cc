@@ -17,6 +17,7 @@
 
 #include "apps/command.h"
 #include "apps/run/mission.h"
+#include "apps/run/out_dir.h"
 #include "apps/run/pictures.h"
 #include "apps/run/recorder.h"
 #include "core/base/error.h"
@@ -175,9 +176,9 @@ int render(const RenderArguments& args) {
     throw ConfigError(args.mission + ": platform: nothing to draw; render needs a simulated one");
   }
   const sim::World world = sim::make_world(simulated->world);
-  const std::filesystem::path out_dir =
-      args.common.out_dir.empty() ? default_out_dir(mission) : args.common.out_dir;
-  claim_out_dir(out_dir);
+  const std::filesystem::path out_dir = args.common.out_dir.value_or(default_out_dir(mission));
+  OutDir out(out_dir);
+  out.keep();
   const std::vector<Shot> shots = shoot(world, mission.rig, T_scene_body);
   for (const Shot& shot : shots) {
     write_file(out_dir / (shot.name + ".png"), png(shot.drawn.bgr));
@@ -193,7 +194,7 @@ int render(const RenderArguments& args) {
 void add_render(CLI::App& app, Command& chosen) {
   auto args = std::make_shared<RenderArguments>();
   CLI::App* sub = app.add_subcommand("render", "What would each camera see there?");
-  sub->add_option("mission", args->mission, "the mission file")->required()->type_name("MISSION");
+  sub->add_option("MISSION", args->mission, "the mission file")->required()->type_name("FILE");
   sub->add_option("--pose", args->pose, "the robot's place in scene, metres and degrees")
       ->required()
       ->type_name("X,Y,THETA_DEG");

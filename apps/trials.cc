@@ -40,10 +40,8 @@ int trials(const TrialsArguments& args) {
   options.junit = args.junit;
   options.quiet = args.common.quiet;
   options.version = PANOPTES_VERSION;
-  options.out_dir =
-      args.common.out_dir.empty()
-          ? "runs/trials-" + std::filesystem::path(args.missions.front()).stem().string()
-          : args.common.out_dir;
+  options.out_dir = args.common.out_dir.value_or(
+      "runs/trials-" + std::filesystem::path(args.missions.front()).stem().string());
   options.resolve = [&](const std::string& file, const std::vector<std::string>& set) {
     const auto mission = load_mission<ExploreMission>(file, set);
     return ResolvedMission{mission.name, mission_text(options.version, write_settings(mission))};
@@ -56,9 +54,7 @@ int trials(const TrialsArguments& args) {
 void add_trials(CLI::App& app, Command& chosen) {
   auto args = std::make_shared<TrialsArguments>();
   CLI::App* sub = app.add_subcommand("trials", "Many runs, one table, one verdict");
-  sub->add_option("missions", args->missions, "the mission files")
-      ->required()
-      ->type_name("MISSION");
+  sub->add_option("MISSION", args->missions, "the mission files")->required()->type_name("FILE...");
   sub->add_option("--seeds", args->seeds, "numbers and ranges, as 1-5,101 (1-5)")
       ->type_name("LIST");
   sub->add_option("--vary", args->vary, "a setting to try at each of several values")
@@ -69,7 +65,10 @@ void add_trials(CLI::App& app, Command& chosen) {
       ->type_name("N")
       ->check(CLI::Range(1, 1024));
   sub->add_option("--junit", args->junit, "the verdicts for a CI server, as JUnit XML")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->check([](const std::string& file) {
+        return file.empty() ? "must name a file" : std::string();
+      });
   add_common(*sub, args->common);
   sub->footer(
       "Example: panoptes trials scenes/missions/explore-office.yaml --seeds 1-5 --jobs 2 "

@@ -36,20 +36,23 @@ NavStep navigate(Navigator& navigator, const Observation& seen, const DriveOptio
 }
 
 void refuse_bad_start(const ExploreMission& mission, const Navigator& navigator) {
-  if (navigator.start_fault().empty()) {
+  const auto* simulated = std::get_if<sim::SimulatedOptions>(&mission.platform);
+  if (simulated == nullptr || navigator.start_fault().empty()) {
     return;
   }
-  const std::string mention =
-      std::visit([](const auto& o) { return o.start_mention; }, mission.platform);
+  const std::string& mention = simulated->start_mention;
   throw ConfigError(fmt::format(
       "{}{}platform.start: the robot cannot start {}: {}; give platform.start another pose{}",
       mention, mention.empty() ? "" : ": ", mention.empty() ? "where the seed has put it" : "here",
       navigator.start_fault(), mention.empty() ? ", or another --seed" : ""));
 }
 
-bool finished(const DriveOptions& drive, const Navigator& navigator,
-              const std::function<bool()>& route_done) {
-  return std::holds_alternative<DriveByNavigator>(drive) ? navigator.done() : route_done();
+bool finished(const DriveOptions& drive, const Navigator& navigator, const OpenRobot& open) {
+  if (open.recorded != nullptr &&
+      (open.recorded->ended() || open.recorded->commands_diverged_at())) {
+    return open.recorded->ended();
+  }
+  return std::holds_alternative<DriveByNavigator>(drive) ? navigator.done() : open.route_done();
 }
 
 std::string doing(const Navigator& navigator, const NavStep& step) {
@@ -93,21 +96,33 @@ bool shut_in(const Navigator& navigator, const Body& body) {
 
 }  // namespace
 
-RunEnd run_end(const Until& until, Time now, const Navigator& navigator, const Body& body) {
+RunEnd run_end(const Until& until, const ExploreMission& mission, const Navigator& navigator,
+               const OpenRobot& open) {
+  const bool replayed = open.recorded != nullptr;
+  const std::optional<Time> diverged =
+      replayed ? open.recorded->commands_diverged_at() : std::nullopt;
+  const auto end = [&](const char* outcome, const std::string& reason) {
+    return RunEnd{outcome, reason, diverged};
+  };
   if (!until.device_fault().empty()) {
-    return {"device_lost", until.device_fault()};
+    return end("device_lost", until.device_fault());
   }
   if (until.interrupted()) {
-    return {"interrupted", ""};
+    return end("interrupted", "");
   }
-  const std::string reason = until.end_reason(now, navigator.keyframes().size());
+  const std::string reason = until.end_reason(open.robot->now(), navigator.keyframes().size());
   if (!reason.empty()) {
-    return {"completed", reason};
+    return end("completed", reason);
   }
-  if (navigator.done() && shut_in(navigator, body)) {
-    return {"stuck", ""};
+  const bool explored =
+      std::holds_alternative<DriveByNavigator>(mission.drive) && navigator.done() && !diverged;
+  if (replayed && !explored) {
+    return end("completed", "end_of_data");
   }
-  return {"completed", navigator.done() ? "explored" : "goals_done"};
+  if (explored && shut_in(navigator, mission.robot)) {
+    return end("stuck", "");
+  }
+  return end("completed", explored ? "explored" : "goals_done");
 }
 
 void print(const RunReport& report) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <functional>
 #include <string>
 
 #include "apps/run/mission.h"
+#include "apps/run/open_robot.h"
 #include "apps/run/recorder.h"
 #include "apps/run/stage_clock.h"
 #include "apps/run/until.h"
@@ -21,19 +21,20 @@ Observation observe(hw::Robot& robot, const ExploreMission& mission, StageClock&
 NavStep navigate(Navigator& navigator, const Observation& seen, const DriveOptions& drive,
                  StageClock& clock);
 
-/// Throws ConfigError, with the place where the user gave it, for a start that the robot must not
-/// move from.
+/// Throws ConfigError, with the place where the user gave it, for a start that a robot which can
+/// still be kept from moving must not move from.
 void refuse_bad_start(const ExploreMission& mission, const Navigator& navigator);
 
-/// Whoever the mission lets drive says when there is nothing left to do.
-bool finished(const DriveOptions& drive, const Navigator& navigator,
-              const std::function<bool()>& route_done);
+/// Whoever the mission lets drive says when there is nothing left to do; a recording ends, and a
+/// navigator that would have driven elsewhere has no say in when.
+bool finished(const DriveOptions& drive, const Navigator& navigator, const OpenRobot& open);
 std::string doing(const Navigator& navigator, const NavStep& step);
 
 /// What the recorder needs to know before and after.
 RunInfo run_info(const std::string& command, const ExploreMission& mission);
 RunResult run_result(const Navigator& navigator);
-RunEnd run_end(const Until& until, Time now, const Navigator& navigator, const Body& body);
+RunEnd run_end(const Until& until, const ExploreMission& mission, const Navigator& navigator,
+               const OpenRobot& open);
 
 /// The summary and the pictures' names on stdout.
 void print(const RunReport& report);

@@ -9,6 +9,8 @@
 namespace panoptes {
 namespace {
 
+constexpr double kForEver_s = 1e8;
+
 // What is wrong with a line of `require:`; empty when nothing is.
 std::string fault_of(const std::string& line) {
   try {
@@ -19,10 +21,33 @@ std::string fault_of(const std::string& line) {
   }
 }
 
+// Throws for one that nobody has recorded a mission with.
+bool is_dataset(const std::filesystem::path& folder) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(folder / "mav0", error)) {
+    return false;
+  }
+  if (!std::filesystem::exists(folder / "mission.yaml", error)) {
+    throw ConfigError(folder.string() +
+                      ": has no mission.yaml; write a mission with platform: {kind: recorded, "
+                      "dataset: " +
+                      folder.string() + "}");
+  }
+  return true;
+}
+
+std::string quoted(const std::string& text) {
+  std::string all = "\"";
+  for (const char c : text) {
+    all += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
+  }
+  return all + "\"";
+}
+
 }  // namespace
 
 void bind(Fields& f, UntilOptions& o) {
-  f("duration_s", o.duration_s, between(1e-3, 1e8));
+  f("duration_s", o.duration_s, between(1e-3, kForEver_s));
   f("keyframes", o.keyframes, at_least(1));
 }
 
@@ -38,7 +63,18 @@ void bind(Fields&, DriveNowhere&) {}
 void bind(Fields& f, ExploreMission& o) {
   f("name", o.name);
   f.require(o.name.find('/') == std::string::npos, "name", "must not contain /");
-  f.require(f.writing() || f.present("rig"), "rig", "missing; it must be given");
+  f.require(f.writing() || f.present("platform"), "platform", "missing; it must be given");
+  f.choice("platform", o.platform);
+  const auto* recorded = std::get_if<hw::RecordedOptions>(&o.platform);
+  if (recorded != nullptr && !f.writing()) {
+    o.rig = recorded->believed.rig.value_or(o.rig);
+    o.robot = recorded->believed.robot.value_or(o.robot);
+    o.seed = recorded->believed.info ? recorded->believed.info->seed : o.seed;
+    o.until.duration_s = kForEver_s;
+  }
+  f.require(f.writing() || f.present("rig") || !o.rig.cameras.empty(), "rig",
+            recorded == nullptr ? "missing; it must be given"
+                                : "missing; the dataset has no rig.yaml to take it from");
   f.file_or_inline("rig", o.rig);
   for (const char* role : {"loop_front", "loop_back", "floor"}) {
     f.require(o.rig.cameras.empty() || !o.rig.with_role(role).empty(), "rig",
@@ -46,8 +82,6 @@ void bind(Fields& f, ExploreMission& o) {
                   "; the navigator needs loop_front, loop_back and floor");
   }
   f.file_or_inline("robot", o.robot);
-  f.require(f.writing() || f.present("platform"), "platform", "missing; it must be given");
-  f.choice("platform", o.platform);
   if (const auto* simulated = std::get_if<sim::SimulatedOptions>(&o.platform)) {
     const std::string fault = sim::rig_fault(*simulated, o.rig);
     f.require(fault.empty(), "platform", fault);
@@ -68,6 +102,12 @@ void bind(Fields& f, ExploreMission& o) {
 template <>
 ExploreMission load_mission(const std::string& file, const std::vector<std::string>& overrides) {
   ExploreMission defaults;
+  if (is_dataset(file)) {
+    std::vector<std::string> replayed{"platform={kind: recorded, dataset: " + quoted(file) + "}"};
+    replayed.insert(replayed.end(), overrides.begin(), overrides.end());
+    return read_settings((std::filesystem::path(file) / "mission.yaml").string(), replayed,
+                         defaults);
+  }
   defaults.name = std::filesystem::path(file).stem().string();
   return read_settings(file, overrides, defaults);
 }

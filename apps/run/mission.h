@@ -13,6 +13,7 @@
 #include "core/eval/requirement.h"
 #include "core/geometry/body.h"
 #include "core/nav/navigator.h"
+#include "hw/replay/recorded_robot.h"
 #include "sim/route.h"
 #include "sim/simulated_robot.h"
 
@@ -43,9 +44,10 @@ void bind(Fields& f, DriveAlongRoute& o);
 void bind(Fields& f, DriveNowhere& o);
 using DriveOptions = std::variant<DriveByNavigator, DriveAlongRoute, DriveNowhere>;
 
-using PlatformOptions = std::variant<sim::SimulatedOptions>;
+using PlatformOptions = std::variant<sim::SimulatedOptions, hw::RecordedOptions>;
 
-/// A mission of `panoptes explore`.
+/// A mission of `panoptes explore`. On a recorded platform rig, robot and seed are the recording's
+/// where the mission says nothing of them, and it lasts as long as there is something to replay.
 struct ExploreMission {
   std::string name;  ///< the mission file's name without folder and ending, where it is not given
   Rig rig;           ///< as written, before the survey
@@ -62,7 +64,8 @@ struct ExploreMission {
 void bind(Fields& f, ExploreMission& o);
 
 /// Reads a mission with everything it refers to, checks it wholly and throws ConfigError with every
-/// fault. `overrides` are `key.path=value`.
+/// fault. `overrides` are `key.path=value`. The folder of a dataset is the mission it was recorded
+/// with, on the recording.
 template <class Mission>
 Mission load_mission(const std::string& file, const std::vector<std::string>& overrides = {});
 template <>

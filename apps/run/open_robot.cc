@@ -14,6 +14,9 @@ OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& missi
   std::unique_ptr<sim::SimulatedRobot> robot =
       sim::open_simulated(options, mission.robot, mission.rig, rng);
   OpenRobot out;
+  if (options.truth.depth || options.truth.labels) {
+    out.true_pictures = [known = robot.get()] { return known->true_pictures(); };
+  }
   out.rig = robot->rig();
   out.route_done = [] { return false; };
   if (const auto* along = std::get_if<DriveAlongRoute>(&mission.drive)) {
@@ -24,10 +27,30 @@ OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& missi
   return out;
 }
 
+OpenRobot open(const hw::RecordedOptions& options, const ExploreMission& mission,
+               const Rng& /*rng*/) {
+  Dataset dataset = read_dataset(options.dataset);
+  OpenRobot out;
+  out.rig = hw::recorded_rig(options, dataset, mission.rig);
+  out.route_done = [] { return false; };  // the recording ends
+  out.remarks = dataset.remarks;
+  check_pictures(dataset, out.rig);
+  auto robot = std::make_unique<hw::RecordedRobot>(std::move(dataset), out.rig,
+                                                   hw::RecordedTruth::read(options.dataset));
+  out.length = robot->length();
+  out.recorded = robot.get();
+  out.robot = std::move(robot);
+  return out;
+}
+
 void check(const sim::SimulatedOptions& options, const ExploreMission& mission, const Rng& rng) {
   const sim::SimulatedRobot robot(
       options, sim::bare_surroundings(sim::make_world(options.world), mission.robot), mission.robot,
       mission.rig, rng);
+}
+
+void check(const hw::RecordedOptions& options, const ExploreMission& mission, const Rng& rng) {
+  open(options, mission, rng);
 }
 
 Rng platform_rng(const ExploreMission& mission) { return Rng(mission.seed).fork("robot"); }

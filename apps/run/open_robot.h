@@ -3,10 +3,15 @@
 
 #include <functional>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "apps/run/mission.h"
 #include "core/base/rng.h"
+#include "core/base/time.h"
 #include "core/camera/rig.h"
+#include "hw/replay/recorded_robot.h"
+#include "hw/replay/recording_robot.h"
 #include "hw/robot.h"
 
 namespace panoptes {
@@ -15,11 +20,15 @@ namespace panoptes {
 struct OpenRobot {
   std::unique_ptr<hw::Robot> robot;
   Rig rig;
-  std::function<bool()> route_done;  ///< the way that the mission prescribes is driven
+  std::function<bool()> route_done;             ///< the way that the mission prescribes is driven
+  hw::TruePictures true_pictures;               ///< empty where nobody knows them
+  Duration length = Duration::max();            ///< of a recording
+  std::vector<std::string> remarks;             ///< what the user ought to know before it runs
+  const hw::RecordedRobot* recorded = nullptr;  ///< the robot, or what is inside of it
 };
 
-/// The robot of a mission's platform. Throws ConfigError for a start or a rig that it cannot have,
-/// IoError for missing meshes and textures, DeviceError where nothing can draw.
+/// The robot of a mission's platform. Throws ConfigError for a start, a rig or a dataset that it
+/// cannot have, IoError for missing meshes and textures, DeviceError where nothing can draw.
 OpenRobot open_robot(const ExploreMission& mission, const Rng& rng);
 
 /// Whether the platform can be opened, without making its pictures.

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "apps/run/pictures.h"
 #include "core/base/error.h"
@@ -140,32 +139,6 @@ struct Findings {
 
 }  // namespace
 
-void claim_out_dir(const std::filesystem::path& out_dir) {
-  std::error_code fault;
-  if (std::filesystem::exists(out_dir, fault)) {
-    if (!std::filesystem::is_directory(out_dir, fault)) {
-      throw ConfigError(out_dir.string() + ": is not a folder; name another with --out");
-    }
-    const bool empty = std::filesystem::is_empty(out_dir, fault);
-    if (fault) {
-      throw ConfigError(out_dir.string() + ": cannot be read: " + fault.message());
-    }
-    if (!empty) {
-      throw ConfigError(out_dir.string() +
-                        ": is not empty; remove it or name another folder with --out");
-    }
-  } else {
-    std::filesystem::create_directories(out_dir, fault);
-    if (fault) {
-      throw ConfigError(out_dir.string() + ": cannot be made: " + fault.message() +
-                        "; name another folder with --out");
-    }
-  }
-  if (::access(out_dir.c_str(), W_OK | X_OK) != 0) {
-    throw ConfigError(out_dir.string() + ": cannot be written; name another folder with --out");
-  }
-}
-
 std::string mission_text(const std::string& version, const std::string& mission_yaml) {
   return "# panoptes " + version + "\n" + mission_yaml;
 }
@@ -294,7 +267,9 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
       has_goal.push_back(next > 0 && frames_[next - 1].has_goal);
     }
   }
-  if (f.known && end.outcome == "completed") {
+  // Of a replay that would have driven elsewhere no figure says anything of the driving.
+  const bool driven = !end.commands_diverged_at;
+  if (f.known && driven && end.outcome == "completed") {
     end.outcome = collisions(*truth) > 0               ? "collision"
                   : ends_stuck(truth->poses, has_goal) ? "stuck"
                                                        : "completed";
@@ -305,6 +280,10 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
   }
   put(metrics, "start_unix_ns", info_.start_unix_ns);
   metrics["requirements"] = Json::array();  // judged last, over all of the figures
+  if (!driven) {
+    metrics["replay"] = {
+        {"commands_diverged_at_s", rounded_seconds(end.commands_diverged_at->time_since_epoch())}};
+  }
   const double run_s = rounded_seconds(end_stamp.time_since_epoch());
   metrics["run_s"] = run_s;
   metrics["frames"] = frames_.size();
@@ -322,6 +301,8 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
     metrics["T_scene_map"] = {{"x_m", f.T_scene_map.x_m},
                               {"y_m", f.T_scene_map.y_m},
                               {"theta_deg", rad_to_deg(f.T_scene_map.theta_rad)}};
+  }
+  if (f.known && driven) {
     metrics["collisions"] = collisions(*truth);
     metrics["collisions_while_stopped"] = collisions_while_stopped(*truth);
     put(metrics, "min_clearance_m", min_clearance_m(*truth));
@@ -406,7 +387,9 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
   put(exploration, "t97_s", time_of_coverage_s(f.coverage, 0.97));
   exploration["end_delay_s"] =
       last_frontier_ ? rounded_seconds(end_stamp - *last_frontier_) : run_s;
-  metrics["exploration"] = exploration;
+  if (driven) {
+    metrics["exploration"] = exploration;
+  }
 
   // the files
   keep_settings();
@@ -629,11 +612,18 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
               " at most";
     }
     s.push_back(line);
+  }
+  if (metrics.contains("collisions")) {
     std::string contacts = std::to_string(collisions(*truth)) + " collisions";
     if (const auto clearance = min_clearance_m(*truth)) {
       contacts += ", " + centimetres(*clearance) + " clear at the closest";
     }
     s.push_back(contacts);
+  }
+  if (!driven) {
+    s.push_back("replayed: with these settings the robot would have driven differently from " +
+                fixed(to_seconds(*end.commands_diverged_at), 1) +
+                " s on; no figures are given that driving decides");
   }
   s.push_back(fixed(loop_s > 0 ? run_s / loop_s : 0, 1) + " times real time, " +
               fixed(use.peak_memory_mb, 0) + " MB");

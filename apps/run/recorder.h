@@ -35,6 +35,7 @@ struct RunInfo {
 struct RunEnd {
   std::string outcome = "completed";  ///< becomes `collision` or `stuck` where the run was that
   std::string end_reason;             ///< of a completed run; else what happened, for the summary
+  std::optional<Time> commands_diverged_at = {};  ///< a replay that would have driven elsewhere
 };
 
 struct RunReport {
@@ -43,20 +44,14 @@ struct RunReport {
   std::vector<std::filesystem::path> pictures;
 };
 
-/// Makes the folder a run may write into. Throws ConfigError when it is not empty or cannot be made
-/// or written.
-void claim_out_dir(const std::filesystem::path& out_dir);
-
 /// What a run's mission.yaml holds: the version as a comment, and every setting.
 std::string mission_text(const std::string& version, const std::string& mission_yaml);
 
 /// Writes the run directory (its files and figures are a contract with other programs). Construct
-/// it right before the loop: the real-time factor counts from there. Before the first step is added
-/// there is nothing in the folder that outlives the recorder: a start that is refused leaves it
-/// empty.
+/// it right before the loop: the real-time factor counts from there.
 class Recorder {
  public:
-  /// `out_dir` is claimed. `clock` may be null, and outlives the recorder.
+  /// `out_dir` is there (OutDir). `clock` may be null, and outlives the recorder.
   Recorder(std::filesystem::path out_dir, RunInfo info, StageClock* clock);
 
   /// Once a step; a few microseconds.

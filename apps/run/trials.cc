@@ -51,6 +51,7 @@ struct Trial {
   double started_s = 0;
   std::string outcome;              ///< of metrics.json; of a broken one how it ended
   std::vector<std::string> broken;  ///< requirements, with the values
+  std::vector<std::pair<std::string, bool>> required;  ///< all of them, and whether they are met
   double wall_s = 0;
   std::vector<std::pair<std::string, double>> figures;  ///< numbers of the metrics by dotted path
 };
@@ -133,7 +134,9 @@ bool take_metrics(Trial& trial) {
   trial.figures.clear();
   flatten(metrics, "", trial.figures);
   trial.broken.clear();
+  trial.required.clear();
   for (const Json& line : metrics.value("requirements", Json::array())) {
+    trial.required.emplace_back(line.value("require", ""), line.value("pass", false));
     if (!line.value("pass", false)) {
       trial.broken.push_back(line.value("require", ""));
       trial.broken.back() +=
@@ -200,8 +203,11 @@ std::vector<Trial> plan(const TrialsOptions& options) {
                             "; give one of them another name");
         }
         first = false;
-        trial.dir = options.out_dir / as_folder(trial.mission) / as_folder(trial.setting) /
-                    std::to_string(seed);
+        trial.dir = options.out_dir / as_folder(trial.mission);
+        if (!trial.setting.empty()) {
+          trial.dir /= as_folder(trial.setting);
+        }
+        trial.dir /= std::to_string(seed);
         if (!dirs.insert(trial.dir).second) {
           throw ConfigError(trial.dir.string() +
                             ": two runs would go there; a seed or a value is given twice");
@@ -459,13 +465,55 @@ std::vector<Group> groups_of(const std::vector<Trial>& trials) {
   return groups;
 }
 
-void write_metrics(const TrialsOptions& options, const std::vector<Group>& groups,
-                   const std::string& outcome, double wall_s) {
+/// Every line that a run had to meet, in order: the share of the runs that met it, and whether all
+/// did.
+Json requirements_of(const std::vector<Trial>& trials) {
+  Json lines = Json::array();
+  std::map<std::string, std::pair<int, int>> met;  // and of how many
+  std::vector<std::string> order;
+  for (const Trial& trial : trials) {
+    for (const auto& [line, pass] : trial.required) {
+      auto& [passed, runs] = met[line];
+      if (runs == 0) {
+        order.push_back(line);
+      }
+      ++runs;
+      passed += pass ? 1 : 0;
+    }
+  }
+  for (const std::string& line : order) {
+    const auto& [passed, runs] = met.at(line);
+    lines.push_back({{"require", line},
+                     {"value", static_cast<double>(passed) / runs},
+                     {"pass", passed == runs}});
+  }
+  return lines;
+}
+
+void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trials,
+                   const std::vector<Group>& groups, const std::string& outcome, double wall_s) {
   Json metrics;
   metrics["schema"] = "panoptes.metrics/1";
   metrics["command"] = "trials";
   metrics["version"] = options.version;
+  std::vector<std::string> missions;
+  double run_s = 0;
+  double peak_memory_mb = 0;
+  for (const Trial& trial : trials) {
+    if (missions.empty() || missions.back() != trial.mission) {
+      missions.push_back(trial.mission);
+    }
+    for (const auto& [name, value] : trial.figures) {
+      run_s += name == "run_s" ? value : 0;
+      peak_memory_mb = name == "peak_memory_mb" ? std::max(peak_memory_mb, value) : peak_memory_mb;
+    }
+  }
+  metrics["seed"] = options.seeds.front();
+  metrics["seeds"] = options.seeds;
+  metrics["mission"] = missions.front();
+  metrics["missions"] = missions;
   metrics["outcome"] = outcome;
+  metrics["requirements"] = requirements_of(trials);
   int runs = 0;
   int passed = 0;
   Json settings = Json::array();
@@ -497,6 +545,11 @@ void write_metrics(const TrialsOptions& options, const std::vector<Group>& group
   metrics["wall_s"] = wall_s;
   metrics["cpu_s"] = static_cast<double>(use.ru_utime.tv_sec + use.ru_stime.tv_sec) +
                      1e-6 * static_cast<double>(use.ru_utime.tv_usec + use.ru_stime.tv_usec);
+  metrics["run_s"] = run_s;
+  if (wall_s > 0) {
+    metrics["real_time_factor"] = run_s / wall_s;
+  }
+  metrics["peak_memory_mb"] = peak_memory_mb;  // of the largest run
   write_file(options.out_dir / "metrics.json", metrics.dump(2) + "\n");
 }
 
@@ -618,6 +671,78 @@ class TrialsProgress {
   double shown_s_;
 };
 
+/// The verdicts' file can be written, or the user is told before anything runs.
+void check_junit(const TrialsOptions& options) {
+  std::string fault;
+  std::error_code ignored;
+  if (std::filesystem::is_directory(options.junit, ignored)) {
+    fault = options.junit.string() + ": is a folder";
+  } else if (!options.junit.empty()) {
+    try {
+      const AtomicFile probe(options.junit);
+    } catch (const IoError& error) {
+      fault = error.what();
+    }
+  }
+  if (!fault.empty()) {
+    if (std::filesystem::is_empty(options.out_dir, ignored)) {
+      std::filesystem::remove(options.out_dir, ignored);
+    }
+    throw ConfigError("--junit " + fault + "; name another file");
+  }
+}
+
+/// Nothing that other trials have left is overwritten: what is there are the same runs, or fewer.
+void check_what_is_there(const TrialsOptions& options, const std::vector<Trial>& trials) {
+  const auto refuse = [](const std::filesystem::path& where, const std::string& what) {
+    throw ConfigError(where.string() + ": " + what + " name another folder with --out");
+  };
+  for (const Trial& trial : trials) {
+    const std::optional<std::string> text = text_of(trial.dir / "mission.yaml");
+    if (text && *text != trial.mission_text) {
+      refuse(trial.dir, "holds a run with other settings or of another version;");
+    }
+  }
+  const std::filesystem::path table = options.out_dir / "trials.csv";
+  std::error_code fault;
+  if (!std::filesystem::exists(table, fault)) {
+    return;
+  }
+  CsvTable before;
+  try {
+    before = read_csv(table);
+  } catch (const IoError& error) {
+    throw ConfigError(std::string(error.what()) + "; name another folder with --out");
+  }
+  std::vector<std::string> head = {"mission"};
+  for (const Vary& v : options.vary) {
+    head.push_back(v.key);
+  }
+  head.emplace_back("seed");
+  if (before.columns.size() < head.size() ||
+      !std::equal(head.begin(), head.end(), before.columns.begin())) {
+    refuse(table, "is of trials that varied other settings;");
+  }
+  std::set<std::vector<std::string>> planned;
+  for (const Trial& trial : trials) {
+    std::vector<std::string> words = {trial.mission};
+    words.insert(words.end(), trial.values.begin(), trial.values.end());
+    words.push_back(std::to_string(trial.seed));
+    planned.insert(words);
+  }
+  for (const auto& row : before.rows) {
+    const std::vector<std::string> words(row.begin(),
+                                         row.begin() + static_cast<std::ptrdiff_t>(head.size()));
+    if (!planned.contains(words)) {
+      std::string all;
+      for (std::size_t i = 0; i < words.size(); ++i) {
+        all += (i == 0 ? "" : " ") + (i + 1 == words.size() ? "seed " : std::string()) + words[i];
+      }
+      refuse(table, "holds " + all + ", which is not among these runs; ask for it as well, or");
+    }
+  }
+}
+
 /// A folder of trials is known by its trials.csv.
 void claim_trials_dir(const std::filesystem::path& out_dir) {
   std::error_code fault;
@@ -701,7 +826,9 @@ Vary parse_vary(std::string_view text) {
 int run_trials(const TrialsOptions& options) {
   const double from_s = steady_s();
   std::vector<Trial> trials = plan(options);
+  check_what_is_there(options, trials);
   claim_trials_dir(options.out_dir);
+  check_junit(options);
   for (Trial& trial : trials) {
     is_finished(trial);
   }
@@ -762,7 +889,7 @@ int run_trials(const TrialsOptions& options) {
   const bool all_passed = std::all_of(trials.begin(), trials.end(), [](const Trial& trial) {
     return trial.status == Status::kPassed;
   });
-  write_metrics(options, groups,
+  write_metrics(options, trials, groups,
                 interrupted  ? "interrupted"
                 : all_passed ? "completed"
                              : "failed",

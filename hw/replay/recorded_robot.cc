@@ -45,6 +45,11 @@ void bind(Fields& f, RecordedOptions& o) {
   if (!o.dataset.empty()) {
     // what `--set` says is relative to where the program was called
     o.dataset = resolve_path(o.dataset, o.mention.starts_with("--set") ? "" : f.file());
+    try {
+      o.believed = read_beliefs(o.dataset);
+    } catch (const ConfigError& error) {
+      f.require(false, "dataset", error.what());
+    }
   }
 }
 

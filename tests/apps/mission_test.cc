@@ -81,7 +81,7 @@ TEST(Mission, RefusesWhatIsOutOfRange) {
                   "--set until.duration_s: must be from 0.001 to 1e+08, got -1",
                   "--set seed: must be a whole number, got 1.5",
                   "--set drive: must be one of navigator, route, none, got teleop",
-                  "--set platform.kind: platform: must be one of simulated, got pioneer"));
+                  "--set platform.kind: platform: must be one of simulated, recorded, got pioneer"));
 }
 
 TEST(Mission, DrivesAlongARouteGivenInline) {

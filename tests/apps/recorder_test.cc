@@ -137,7 +137,7 @@ class RecorderTest : public ScratchTest {
  protected:
   RunReport record(const std::filesystem::path& out_dir, const std::optional<Truth>& truth,
                    std::vector<std::string> require = {}, RunEnd end = {"completed", "explored"}) {
-    claim_out_dir(out_dir);
+    std::filesystem::create_directories(out_dir);
     RunInfo info;
     info.version = "0.1.0";
     info.mission = "made-up";
@@ -291,14 +291,14 @@ TEST_F(RecorderTest, CallsARunThatEndsWithoutProgressStuck) {
 }
 
 TEST_F(RecorderTest, LeavesNothingOfARunThatNeverBegan) {
-  claim_out_dir(folder_ / "run");
+  std::filesystem::create_directories(folder_ / "run");
   { const Recorder recorder(folder_ / "run", {}, nullptr); }
   EXPECT_TRUE(std::filesystem::is_empty(folder_ / "run"));
 }
 
 TEST_F(RecorderTest, KeepsARunThatEndedAtOnce) {
   const auto out = folder_ / "run";
-  claim_out_dir(out);
+  std::filesystem::create_directories(out);
   Recorder recorder(out, {}, nullptr);
   EXPECT_EQ(recorder.write_report(std::nullopt, {}, {"interrupted", ""}).exit_status, 130);
   EXPECT_EQ(metrics(out)["keyframes"], 0);
@@ -324,19 +324,24 @@ TEST_F(RecorderTest, WritesTheSameBytesTwice) {
   }
 }
 
-TEST_F(RecorderTest, RefusesAFolderInUse) {
-  write_file(folder_ / "note.txt", "mine");
-  try {
-    claim_out_dir(folder_);
-    FAIL() << "no error";
-  } catch (const ConfigError& e) {
-    EXPECT_EQ(e.what(),
-              folder_.string() + ": is not empty; remove it or name another folder with --out");
+TEST_F(RecorderTest, OfAReplayThatWouldHaveDrivenElsewhereNoFigureSpeaksOfDriving) {
+  const RunEnd end{"completed", "end_of_data", time_at(12.25)};
+  const RunReport report = record(folder_ / "run", run_.truth, {"collisions == 0"}, end);
+  EXPECT_EQ(report.exit_status, 1);  // nobody can say
+  const json m = metrics(folder_ / "run");
+  EXPECT_EQ(m["outcome"], "completed");
+  EXPECT_EQ(m["end_reason"], "end_of_data");
+  EXPECT_EQ(m["replay"], (json{{"commands_diverged_at_s", 12.25}}));
+  for (const char* key : {"collisions", "collisions_while_stopped", "min_clearance_m", "stuck_s",
+                          "goals", "exploration"}) {
+    EXPECT_FALSE(m.contains(key)) << key;
   }
-  EXPECT_THROW(claim_out_dir(folder_ / "note.txt"), ConfigError);
-  EXPECT_THROW(claim_out_dir(folder_ / "note.txt" / "run"), ConfigError);
-  claim_out_dir(folder_ / "new" / "run");
-  EXPECT_TRUE(std::filesystem::is_directory(folder_ / "new" / "run"));
+  EXPECT_TRUE(m.contains("trajectory"));
+  EXPECT_TRUE(m["map"].contains("free_iou"));
+  EXPECT_THAT(report.summary,
+              testing::Contains("replayed: with these settings the robot would have driven "
+                                "differently from 12.2 s on; no figures are given that driving "
+                                "decides"));
 }
 
 }  // namespace

@@ -116,6 +116,14 @@ TEST_F(Trials, AreRunAndJudged) {
   EXPECT_EQ(m["outcome"], "failed");
   EXPECT_EQ(m["runs"], 2);
   EXPECT_EQ(m["passed"], 1);
+  EXPECT_EQ(m["mission"], "m");
+  EXPECT_EQ(m["seeds"], json({3, 6}));
+  EXPECT_EQ(m["requirements"],
+            json::parse(R"([{"require": "map.coverage >= 0.5", "value": 0.5, "pass": false}])"));
+  for (const char* key : {"schema", "command", "version", "seed", "outcome", "run_s", "wall_s",
+                          "cpu_s", "real_time_factor", "peak_memory_mb"}) {
+    EXPECT_TRUE(m.contains(key)) << key;
+  }
   EXPECT_NEAR(m["settings"][0]["scores"]["map.coverage"]["mean"].get<double>(), 0.45, kRoundoff);
   EXPECT_EQ(m["settings"][0]["scores"]["map.coverage"]["count"], 2);
   const std::string junit = read_file(options_.junit);
@@ -142,9 +150,44 @@ TEST_F(Trials, KeepWhatIsFinishedAndRunTheRest) {
   EXPECT_EQ(run_trials(options_), 0);
   EXPECT_EQ(started(), "5\n6\n");
   EXPECT_FALSE(std::filesystem::exists(options_.out_dir / "m" / "6" / "steps.csv"));
-  options_.set = {"a=1"};  // other settings: again
   EXPECT_EQ(run_trials(options_), 0);
-  EXPECT_EQ(started(), "5\n6\n5\n6\n");
+  EXPECT_EQ(started(), "5\n6\n");
+}
+
+TEST_F(Trials, OverwriteNothingThatOthersHaveLeft) {
+  options_.seeds = {5, 6};
+  EXPECT_EQ(run_trials(options_), 0);
+  const std::string table = read_file(options_.out_dir / "trials.csv");
+  options_.set = {"a=1"};
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            (options_.out_dir / "m" / "5").string() +
+                ": holds a run with other settings or of another version; name another folder "
+                "with --out");
+  options_.set = {};
+  options_.seeds = {5, 7};
+  EXPECT_EQ(
+      message_of([&] { run_trials(options_); }),
+      (options_.out_dir / "trials.csv").string() +
+          ": holds m seed 6, which is not among these runs; ask for it as well, or name another "
+          "folder with --out");
+  options_.vary = {parse_vary("a=1,2")};
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            (options_.out_dir / "trials.csv").string() +
+                ": is of trials that varied other settings; name another folder with --out");
+  EXPECT_EQ(read_file(options_.out_dir / "trials.csv"), table);
+  EXPECT_EQ(started(), "5\n6\n");
+}
+
+TEST_F(Trials, ThatCannotWriteTheirVerdictsDoNotBegin) {
+  options_.junit = folder_ / "nowhere" / "junit.xml";
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            "--junit " + options_.junit.string() +
+                ": cannot be created: No such file or directory; name another file");
+  options_.junit = folder_;
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            "--junit " + folder_.string() + ": is a folder; name another file");
+  EXPECT_FALSE(std::filesystem::exists(options_.out_dir));
+  EXPECT_EQ(started(), "");
 }
 
 TEST_F(Trials, TryEveryCombinationOfSettings) {
@@ -198,7 +241,7 @@ TEST_F(Trials, RefuseAFolderOfSomethingElse) {
   options_.missions = {"m.yaml"};
   options_.seeds = {4, 4};
   EXPECT_EQ(message_of([&] { run_trials(options_); }),
-            (options_.out_dir / "m" / "" / "4").string() +
+            (options_.out_dir / "m" / "4").string() +
                 ": two runs would go there; a seed or a value is given twice");
 }
 

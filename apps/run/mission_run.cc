@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/run/mission_run.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "apps/run/keyframes.h"
+#include "apps/run/loop.h"
+#include "apps/run/out_dir.h"
+#include "apps/run/progress.h"
+#include "apps/run/recorder.h"
+#include "apps/run/stage_clock.h"
+#include "apps/run/until.h"
+#include "core/base/error.h"
+
+namespace panoptes {
+
+int run_mission(const ExploreMission& mission, const MissionRun& run) {
+  OutDir out(run.out_dir);
+  Until until(mission.until);
+  const Rng rng(mission.seed);
+  OpenRobot open = open_robot(mission, rng.fork("robot"));
+  if (run.wrap) {
+    run.wrap(open, run.out_dir);
+  }
+  hw::Robot& robot = *open.robot;
+  StageClock clock;
+  Navigator navigator(mission.navigator, mission.robot, open.rig, rng.fork("navigator"),
+                      listener(clock));
+  Recorder recorder(run.out_dir, run_info(run.command, mission), &clock);
+  Progress progress(std::min(from_seconds(mission.until.duration_s), open.length), run.quiet);
+  for (const std::string& remark : open.remarks) {
+    std::fprintf(stderr, "%s\n", remark.c_str());
+  }
+
+  try {
+    while (!finished(mission.drive, navigator, open) &&
+           !until.reached(robot.now(), navigator.keyframes().size())) {
+      const Observation seen = observe(robot, mission, clock);
+      const NavStep step = navigate(navigator, seen, mission.drive, clock);
+      refuse_bad_start(mission, navigator);
+      robot.drive(step.command_body, from_seconds(mission.command_valid_for_s));
+      recorder.add(seen, step);
+      out.keep();
+      if (recorder.snapshot_due(seen.stamp)) {
+        recorder.add_snapshot(seen.stamp, navigator.planning_map());
+      }
+      progress.show(seen.stamp, doing(navigator, step));
+      clock.end_frame();
+    }
+    robot.stop();
+  } catch (const DeviceError& error) {  // what was done until then is kept
+    until.lose_device(error);
+  }
+  out.keep();
+  const RunReport report =
+      recorder.write_report(robot.truth(), run_result(navigator),
+                            run_end(until, mission, navigator, open), kept_keyframes(navigator));
+  print(report);
+  return report.exit_status;
+}
+
+}  // namespace panoptes
