@@ -37,4 +37,10 @@ struct Observation {
   Health health;
 };
 
+/// Where the body was when a picture of the set was taken, seen from where it is at the set's
+/// stamp, by the velocity that the wheels tell.
+inline Pose2 T_body_then(const Observation& seen, Time stamp) {
+  return exp_twist(seen.odometry.twist_body, to_seconds(stamp - seen.stamp));
+}
+
 }  // namespace panoptes

@@ -59,13 +59,15 @@ Pose2 Localiser::link_to_last(const LoopPlace& place, const Pose2& T_last_body) 
 
 void Localiser::add_keyframe(const Observation& seen, const LoopPlace& place, Located& out) {
   const int made = static_cast<int>(keyframes_.size());
-  Keyframe keyframe{seen.stamp, seen.odometry.T_odom_body, Pose2{}};
+  const Time taken = seen.pictures.at(front_).stamp;
+  const Pose2 T_now_then = T_body_then(seen, taken);
+  Keyframe keyframe{taken, seen.odometry.T_odom_body * T_now_then, Pose2{}};
   if (made == 0) {
     graph_.T_map_node.push_back(Pose2{});
   } else {
-    const Pose2 T_last_now = link_to_last(place, out.T_last_body);
-    keyframe.T_odom_body = keyframes_.back().T_odom_body * T_last_now;
-    graph_.T_map_node.push_back(graph_.T_map_node.back() * T_last_now);
+    const Pose2 T_last_then = link_to_last(place, out.T_last_body * T_now_then);
+    keyframe.T_odom_body = keyframes_.back().T_odom_body * T_last_then;
+    graph_.T_map_node.push_back(graph_.T_map_node.back() * T_last_then);
     const auto step_grey = static_cast<float>(emd_grey(place.signature, last_signature_));
     steps_grey_.insert(std::upper_bound(steps_grey_.begin(), steps_grey_.end(), step_grey),
                        step_grey);
@@ -73,7 +75,7 @@ void Localiser::add_keyframe(const Observation& seen, const LoopPlace& place, Lo
   last_signature_ = place.signature;
   keyframes_.push_back(keyframe);
   out.keyframe_made = made;
-  out.T_last_body = Pose2{};
+  out.T_last_body = T_now_then.inverse();
 }
 
 void Localiser::close_loops(LoopPlace place, const ContourSource& contours, Located& out) {

@@ -35,7 +35,7 @@ void bind(Fields& f, LocaliserOptions& o);
 
 /// A place the robot remembers.
 struct Keyframe {
-  Time stamp;
+  Time stamp;           ///< of its front picture
   Pose2 T_wheels_body;  ///< by the wheels alone
   Pose2 T_odom_body;    ///< by the wheels and the pictures' headings; never moved again
 };

@@ -99,10 +99,11 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
     if (picture == seen.pictures.end()) {
       continue;
     }
+    const Pose2 T_now_then = T_body_then(seen, picture->second.stamp);
     FloorReading reading =
-        eyes_[i].floor.read(picture->second.bgr, seen.odometry.T_odom_body, !bumped_);
+        eyes_[i].floor.read(picture->second.bgr, seen.odometry.T_odom_body * T_now_then, !bumped_);
     if (reading.sees_floor || i == 0) {
-      open_.add(reading, located.T_last_body, static_cast<int>(i));
+      open_.add(reading, located.T_last_body * T_now_then, static_cast<int>(i));
     }
     if (i == 0) {
       out.reading = std::move(reading);

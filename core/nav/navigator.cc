@@ -164,13 +164,16 @@ NavStep Navigator::step(const Observation& seen) {
   if (options_.keep_pictures) {
     step.floor_log_ratio = mapped.reading.log_ratio;
   }
-  if (located.keyframe_made == 0 && !mapped.reading.sees_floor) {
-    start_fault_ = mapped.reading.fault;
+  if (!looked_at_floor_ && mapped.reading.projection) {
+    looked_at_floor_ = true;
+    start_fault_ = mapped.reading.sees_floor ? "" : mapped.reading.fault;
   }
   {
     const StageScope scope(listener_, "planning");
     if (!start_fault_.empty()) {
       step.reason = start_fault_;
+    } else if (!looked_at_floor_) {
+      step.reason = "waits for the first pictures";
     } else if (!localiser_.keyframes().empty() && !done_) {
       choose_goal(seen, located, step);
       drive(seen, located, mapped, step);

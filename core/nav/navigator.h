@@ -77,6 +77,7 @@ class Navigator {
   Driver driver_;
 
   Pose2 T_map_body_;
+  bool looked_at_floor_ = false;
   std::string start_fault_;
   bool done_ = false;
   bool exploring_ = true;  // else driving earlier stretches again

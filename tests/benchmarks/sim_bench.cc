@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The simulator without a navigator: the office, three cameras of 320x240 at 15 Hz with exposure,
-// vignetting and noise, the robot on its way along an aisle. One iteration is one frame set.
+// vignetting and noise, the robot turning where the seed puts it. One iteration is one frame set.
 // `real_time_factor` is simulated over wall time, `cpu_factor` simulated over CPU time.
 //
 //   sim_bench --benchmark_filter=frame_sets                       both cores: real_time_factor >= 6
@@ -40,17 +40,16 @@ std::unique_ptr<SimulatedRobot> robot_of(int which) {
     }
   }
   SimulatedOptions options;
-  options.start = Pose2{5, 1.2, deg_to_rad(90)};
   options.sensor.exposure = AutoExposure{};
   options.sensor.motion_blur = which == kBlur;
   auto robot = std::make_unique<SimulatedRobot>(options, office, Body{}, rig, Rng(1));
-  // To and fro in the middle aisle, as long as anybody may ask.
-  Route route;
-  for (int i = 0; i < 1000; ++i) {
-    route.waypoints.push_back({5, i % 2 == 0 ? 8.8 : 1.2});
-  }
-  robot->follow(route);
   return robot;
+}
+
+/// One frame set, turning slowly all the while.
+Observation turn_and_look(SimulatedRobot& robot) {
+  robot.drive({0, 0.5}, std::chrono::seconds(1));
+  return robot.observe(robot.now() + std::chrono::seconds(1));
 }
 
 double cpu_s() {
@@ -65,12 +64,12 @@ double cpu_s() {
 void frame_sets(benchmark::State& state) {
   const auto made = robot_of(static_cast<int>(state.range(0)));
   SimulatedRobot& robot = *made;
-  robot.observe(time_at(1));  // what is made once
+  turn_and_look(robot);  // what is made once
   const Time start = robot.now();
   const double start_cpu_s = cpu_s();
   const auto start_wall = std::chrono::steady_clock::now();
   for (auto _ : state) {
-    benchmark::DoNotOptimize(robot.observe(robot.now() + std::chrono::seconds(1)));
+    benchmark::DoNotOptimize(turn_and_look(robot));
   }
   const double simulated_s = to_seconds(robot.now() - start);
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start_wall;
@@ -99,7 +98,7 @@ void memory(benchmark::State& state) {
     SimulatedRobot& robot = *made;
     const auto run_until = [&](double minutes) {
       while (robot.now() < time_at(60 * minutes)) {
-        robot.observe(time_at(60 * minutes));
+        turn_and_look(robot);
       }
       return peak_memory_mb();
     };

@@ -66,6 +66,27 @@ TEST(Localiser, GoesOnByTheWheelsWithoutPictures) {
   EXPECT_EQ(at.T_map_body, blind.odometry.T_odom_body);
 }
 
+TEST(Localiser, PlacesPicturesWhereTheyWereTaken) {
+  test::RoomRobot robot(6);
+  Localiser localiser({}, Body{}, robot.rig(), Rng(6));
+  localiser.step(robot.look(0, {}, {}), no_contours);
+  // The cameras have seen it at 0.3 m, 50 ms before the set, when the wheels are 2 cm farther.
+  const Pose2 then{0.3, 0, 0};
+  const Twist2 twist{0.4, 0.2};
+  Observation seen = robot.look(2, then, then * exp_twist(twist, 0.05));
+  seen.odometry.twist_body = twist;
+  seen.pictures.at("front").stamp = seen.pictures.at("back").stamp = time_at(1.95);
+  const Located at = localiser.step(seen, no_contours);
+  ASSERT_TRUE(at.keyframe_made);
+  const Keyframe& keyframe = localiser.keyframes().back();
+  EXPECT_EQ(keyframe.stamp, time_at(1.95));
+  constexpr double kRoundoff = 1e-12;
+  EXPECT_NEAR((keyframe.T_wheels_body.position() - then.position()).norm(), 0, kRoundoff);
+  EXPECT_NEAR(keyframe.T_wheels_body.theta_rad, 0, kRoundoff);
+  const Pose2 ahead = keyframe.T_odom_body.inverse() * at.T_odom_body;
+  EXPECT_NEAR((ahead.position() - exp_twist(twist, 0.05).position()).norm(), 0, kRoundoff);
+}
+
 TEST(Localiser, RefusesARigThatCannotRecognisePlaces) {
   test::RoomRobot robot(5);
   Rig rig = robot.rig();

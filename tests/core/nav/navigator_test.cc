@@ -72,6 +72,45 @@ TEST(Navigator, MapsTheFloorBehindItWithASecondFloorCamera) {
   EXPECT_EQ(floor_behind(two_eyed), Cell::kFree);
 }
 
+TEST(Navigator, WaitsUntilItHasSeenTheFloorAndLivesWithSetsThatMissCameras) {
+  test::RoomRobot robot(12);
+  Navigator navigator({}, Body{}, robot.rig(), Rng(7));
+  const Pose2 start{-1, 0, 0.4};
+  Pose2 T_odom_body;
+  bool moved = false;
+  for (int i = 0; i < 40; ++i) {
+    Observation seen = robot.look(i * kFrame_s, start * T_odom_body, T_odom_body);
+    if (i < 3 || i % 4 == 0) {
+      seen.pictures.erase("floor");
+    }
+    if (i % 5 == 3) {
+      seen.pictures.erase("front");
+    }
+    const NavStep step = navigator.step(seen);
+    if (i < 3) {
+      EXPECT_EQ(step.command_body.v_mps, 0);
+      EXPECT_EQ(step.command_body.w_radps, 0);
+      EXPECT_EQ(step.reason, "waits for the first pictures");
+    }
+    moved = moved || step.command_body.v_mps != 0 || step.command_body.w_radps != 0;
+    T_odom_body = T_odom_body * exp_twist(step.command_body, kFrame_s);
+  }
+  EXPECT_EQ(navigator.start_fault(), "");
+  EXPECT_TRUE(moved);
+}
+
+TEST(Navigator, RefusesAStartBeforeAThingWheneverTheFloorCameraBeginsToSee) {
+  test::RoomRobot robot(13);
+  Navigator navigator({}, Body{}, robot.rig(), Rng(7));
+  const Pose2 close{1.6 - 0.42, 1.0, 0};
+  Observation without = robot.look(0, close, {});
+  without.pictures.erase("floor");
+  navigator.step(without);
+  EXPECT_EQ(navigator.start_fault(), "");
+  navigator.step(robot.look(kFrame_s, close, {}));
+  EXPECT_NE(navigator.start_fault(), "");
+}
+
 TEST(Navigator, StandsStillWhereTheStartShowsNoFloor) {
   test::RoomRobot robot(13);
   Navigator navigator({}, Body{}, robot.rig(), Rng(7));
