@@ -105,24 +105,37 @@ def barrel():
 
 
 def forklift():
-    """Parked, its forks down between two planks so that they are seen."""
-    m = made_of("forklift", things="things", wheel="../warehouse/things")
+    """Parked, its forks on the floor between planks so that they are seen."""
+    m = made_of("forklift", things="things")
     cab, dark = thing("cab"), part_of(thing("fork"), 0, 0, 1, 0.5)
-    m.box(-1.05, -0.55, 0, 0.62, 0.55, 0.62, "things", uv=thing("cab"), faces={"-x": ("things", thing("stripes"))})
-    m.box(-1.05, -0.50, 0.62, -0.45, 0.50, 1.05, "things", uv=cab)
+
+    def part(x0, y0, z0, x1, y1, z1, uv, **more):
+        m.box(x0 - 0.40, y0, z0, x1 - 0.40, y1, z1, "things", uv=uv, **more)
+
+    part(-1.05, -0.55, 0, 0.62, 0.55, 0.62, cab, faces={"-x": ("things", thing("stripes"))})
+    part(-1.05, -0.50, 0.62, -0.45, 0.50, 1.05, cab)
     for s in (-1, 1):
         for x in (-0.70, 0.34):
             a, b = sorted((s * 0.551, s * 0.60))
-            m.box(x - 0.26, a, 0, x + 0.26, b, 0.5, "things", uv=dark,
-                  faces={"+y" if s > 0 else "-y": ("things", thing("wheel"))})
+            part(x - 0.26, a, 0, x + 0.26, b, 0.5, dark, faces={"+y" if s > 0 else "-y": ("things", thing("wheel"))})
         for x in (-0.42, 0.50):
-            m.box(x - 0.04, s * 0.46 - 0.04, 0.625 if x > 0 else 1.055, x + 0.04, s * 0.46 + 0.04, 2.05, "things", uv=dark)
-        m.box(0.66, s * 0.28 - 0.06, 0, 0.78, s * 0.28 + 0.06, 2.20, "things", uv=thing("steel"))
-        m.box(0.79, s * 0.30 - 0.07, 0, 1.85, s * 0.30 + 0.07, 0.12, "things", uv=thing("stripes"))
-    m.box(0.781, -0.50, 0.10, 0.83, 0.50, 0.62, "things", uv=thing("fence"), skip=())
-    m.box(-0.50, -0.53, 2.055, 0.58, 0.53, 2.11, "things", uv=dark, skip=())
-    m.box(-0.38, -0.25, 0.621, 0.10, 0.25, 0.80, "things", uv=dark)
-    m.box(-0.42, -0.24, 0.801, -0.30, 0.24, 1.30, "things", uv=dark)
+            part(x - 0.04, s * 0.46 - 0.04, 0.625 if x > 0 else 1.055, x + 0.04, s * 0.46 + 0.04, 2.05, dark)
+        part(0.66, s * 0.28 - 0.06, 0, 0.78, s * 0.28 + 0.06, 2.20, thing("steel"))
+        part(0.79, s * 0.30 - 0.07, 0, 1.85, s * 0.30 + 0.07, 0.12, thing("stripes"))
+    part(0.781, -0.50, 0, 0.83, 0.50, 0.62, thing("fence"))
+    part(-0.50, -0.53, 2.055, 0.58, 0.53, 2.11, dark, skip=())
+    part(-0.38, -0.25, 0.621, 0.10, 0.25, 0.80, dark)
+    part(-0.42, -0.24, 0.801, -0.30, 0.24, 1.30, dark)
+    return m
+
+
+def pillar():
+    """5 m of steel, striped as far up as forklifts hit it."""
+    m = made_of("pillar", things="things")
+    for k, (z0, z1) in enumerate(((0, 0.6), (0.601, 1.2))):
+        m.box(-0.19, -0.19, z0, 0.19, 0.19, z1, "things", uv=thing("stripes"), skip=("-z",) if k == 0 else ("-z", "+z"))
+    for k in range(5):
+        m.box(-0.17, -0.17, 1.201 + 0.76 * k, 0.17, 0.17, 1.96 + 0.76 * k, "things", uv=thing("steel"), skip=("-z", "+z"))
     return m
 
 
@@ -136,7 +149,7 @@ def lamp():
 
 def all_meshes():
     out = [rack(k) for k in range(1, 6)] + [loaded(k) for k in range(1, 6)]
-    out += [stack(), barrels(), barrel(), forklift(), lamp(), on_wall("gate", 3.0, 3.0, 0.06, "gate", "gate", (0, 0, 1, 1), (0, 0, 0.06, 1))]
+    out += [stack(), barrels(), barrel(), forklift(), pillar(), lamp(), on_wall("gate", 3.0, 3.0, 0.06, "gate", "gate", (0, 0, 1, 1), (0, 0, 0.06, 1))]
     out += [on_wall("plate_" + k, 0.6, 0.6, 0.01, "things", "things", thing("plate_" + k), part_of(thing("plate_" + k), 0, 0, 1, 0.04))
             for k in "abcd"]
     return out

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "sim/world/passages.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "core/base/check.h"
+
+namespace panoptes::sim {
+namespace {
+
+constexpr double kCell_m = 0.05;
+constexpr double kFar_m = 0.6;     // clearances are not told apart beyond
+constexpr double kRobot_m = 0.25;  // its radius
+// A passage of 0.9 m for the middle of the robot, which the grid may miss by half a cell.
+constexpr double kWide_m = 0.45 - kCell_m / 2;
+// Ways of 0.58 m are open on every grid of 5 cm, however it lies.
+constexpr double kSurelyOpen_m = kRobot_m + 0.04;
+constexpr double kPerhapsOpen_m = kRobot_m - 0.03;
+constexpr int kNearCells = 3;  // in a corner a robot stands no farther from the open floor
+
+}  // namespace
+
+Passages::Passages(const Vec2& low, const Vec2& high)
+    : low_(low),
+      columns_(static_cast<int>(std::ceil((high.x() - low.x()) / kCell_m))),
+      rows_(static_cast<int>(std::ceil((high.y() - low.y()) / kCell_m))) {
+  PANOPTES_CHECK(columns_ > 0 && rows_ > 0, "a place has room");
+  clearance_m_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_),
+                      static_cast<float>(kFar_m));
+  lower_clearance({low - Vec2(1, 1), {low.x(), high.y() + 1}});
+  lower_clearance({{high.x(), low.y() - 1}, high + Vec2(1, 1)});
+  lower_clearance({low - Vec2(1, 1), {high.x() + 1, low.y()}});
+  lower_clearance({{low.x() - 1, high.y()}, high + Vec2(1, 1)});
+}
+
+void Passages::lower_clearance(const Rectangle& what) {
+  const Vec2 from = (what.low - low_) / kCell_m;
+  const Vec2 to = (what.high - low_) / kCell_m;
+  const double reach = kFar_m / kCell_m;
+  const auto clamped = [](double at, int count) {
+    return std::clamp(static_cast<int>(std::floor(at)), 0, count - 1);
+  };
+  for (int row = clamped(from.y() - reach, rows_); row <= clamped(to.y() + reach, rows_); ++row) {
+    for (int column = clamped(from.x() - reach, columns_);
+         column <= clamped(to.x() + reach, columns_); ++column) {
+      const Vec2 middle = low_ + kCell_m * Vec2(column + 0.5, row + 0.5);
+      const Vec2 off = (what.low - middle).cwiseMax(middle - what.high).cwiseMax(0);
+      float& there = clearance_m_[static_cast<std::size_t>(row * columns_ + column)];
+      there = std::min(there, static_cast<float>(off.norm()));
+    }
+  }
+}
+
+void Passages::block(const Rectangle& what) { lower_clearance(what); }
+
+void Passages::keep_open(const std::vector<Vec2>& places) {
+  places_.insert(places_.end(), places.begin(), places.end());
+}
+
+std::size_t Passages::cell_of(const Vec2& p) const {
+  const Vec2 cell = (p - low_) / kCell_m;
+  const int column = std::clamp(static_cast<int>(cell.x()), 0, columns_ - 1);
+  const int row = std::clamp(static_cast<int>(cell.y()), 0, rows_ - 1);
+  return static_cast<std::size_t>(row * columns_ + column);
+}
+
+/// The cells with that clearance that hang together with the first of the places.
+std::vector<char> Passages::region(double clearance_m) const {
+  std::vector<char> inside(clearance_m_.size(), 0);
+  std::vector<std::size_t> stack;
+  const auto visit = [&](std::size_t cell) {
+    if (inside[cell] == 0 && clearance_m_[cell] >= clearance_m) {
+      inside[cell] = 1;
+      stack.push_back(cell);
+    }
+  };
+  visit(cell_of(places_.front()));
+  const auto width = static_cast<std::size_t>(columns_);
+  while (!stack.empty()) {
+    const std::size_t cell = stack.back();
+    stack.pop_back();
+    if (cell % width > 0) {
+      visit(cell - 1);
+    }
+    if (cell % width + 1 < width) {
+      visit(cell + 1);
+    }
+    if (cell >= width) {
+      visit(cell - width);
+    }
+    if (cell + width < clearance_m_.size()) {
+      visit(cell + width);
+    }
+  }
+  return inside;
+}
+
+bool Passages::is_passable() const {
+  const std::vector<char> wide = region(kWide_m);
+  if (!std::all_of(places_.begin(), places_.end(),
+                   [&](const Vec2& p) { return wide[cell_of(p)] != 0; })) {
+    return false;
+  }
+  // Whatever the robot may fit into lies beside floor it surely gets to.
+  const std::vector<char> open = region(kSurelyOpen_m);
+  for (int row = 0; row < rows_; ++row) {
+    for (int column = 0; column < columns_; ++column) {
+      const auto cell = static_cast<std::size_t>(row * columns_ + column);
+      if (clearance_m_[cell] < kPerhapsOpen_m || open[cell] != 0) {
+        continue;
+      }
+      bool is_near = false;
+      for (int y = std::max(0, row - kNearCells); y <= std::min(rows_ - 1, row + kNearCells); ++y) {
+        for (int x = std::max(0, column - kNearCells);
+             x <= std::min(columns_ - 1, column + kNearCells); ++x) {
+          is_near = is_near || open[static_cast<std::size_t>(y * columns_ + x)] != 0;
+        }
+      }
+      if (!is_near) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+bool Passages::block_if_passable(const Rectangle& what) {
+  PANOPTES_CHECK(!places_.empty(), "there are places to keep open");
+  const std::vector<float> before = clearance_m_;
+  lower_clearance(what);
+  if (is_passable()) {
+    return true;
+  }
+  clearance_m_ = before;
+  return false;
+}
+
+}  // namespace panoptes::sim
