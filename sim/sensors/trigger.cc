@@ -19,7 +19,8 @@ constexpr double kMostJitter = 0.4;
 
 void bind(Fields& f, TriggerGroup& o) {
   f.needed("cameras", o.cameras);
-  f.require(!o.cameras.empty(), "cameras", "must name at least one camera");
+  f.require(!f.present("cameras") || !o.cameras.empty(), "cameras",
+            "must name at least one camera");
   f("offset_s", o.offset_s, between(0, 60));
   f("period_error", o.period_error, between(-0.1, 0.1));
   f("jitter_s", o.jitter_s, between(0, 1));

@@ -555,7 +555,7 @@ TEST(SimulatedRobot, DrawsNoStartBesideThingsThatMove) {
   EXPECT_EQ(refusal([&] {
               SimulatedRobot(starting_at(1.5, 1), around, Body{}, two_cameras(), Rng(1));
             }).substr(0, 67),
-            "platform.start: x_m: 1.500, y_m: 1.000 is 0.250 m from walker, but ");
+            "platform.start: x_m: 1.500, y_m: 1.000 is 0.248 m from walker, but ");
 }
 
 TEST(SimulatedRobot, FollowsARouteWhateverItIsTold) {

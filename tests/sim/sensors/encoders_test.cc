@@ -169,9 +169,9 @@ TEST(WheelEncoders, RoughFloorAddsToNoiseAndSlip) {
   for (const WheelError& error : {WheelError{0.003, 0, 0, 0}, WheelError{0, 0, 0, 0.005}}) {
     WheelEncoders plain(error, body, Rng(5));
     WheelEncoders off(error, body, Rng(5));
-    plain.roll(0, 50);
-    off.roll(0, 50, rough);
-    const double way_m = 50 * body.wheel_base_m / 2;
+    plain.roll(0, 500);
+    off.roll(0, 500, rough);
+    const double way_m = 500 * body.wheel_base_m / 2;
     const double plain_m = static_cast<double>(plain.ticks().right) * tick_m(body) - way_m;
     const double off_m = static_cast<double>(off.ticks().right) * tick_m(body) - way_m;
     EXPECT_NEAR(off_m, 4 * plain_m, 5 * tick_m(body));

@@ -172,14 +172,14 @@ TEST(TriggerOptions, AreReadAndRefused) {
   EXPECT_EQ(trigger_fault(read("groups: {a: {cameras: [back]}, b: {cameras: [back]}}\n"), rig),
             "groups.b.cameras: back is in the group a already; a camera has one clock");
   try {
-    read("groups: {a: {jitter_s: -1, drops: 2}}\n");
+    read("groups: {a: {jitter_s: -1, drops: 2}, b: {cameras: []}}\n");
     FAIL();
   } catch (const ConfigError& error) {
     EXPECT_THAT(error.lines(),
-                ElementsAre("t.yaml:1:14: groups.a.cameras: missing; it must be given",
-                            "t.yaml:1:14: groups.a.cameras: must name at least one camera",
-                            "t.yaml:1:25: groups.a.jitter_s: must be from 0 to 1, got -1",
-                            "t.yaml:1:36: groups.a.drops: must be from 0 to 1, got 2"));
+                ElementsAre("t.yaml:1:13: groups.a.cameras: missing; it must be given",
+                            "t.yaml:1:24: groups.a.jitter_s: must be from 0 to 1, got -1",
+                            "t.yaml:1:35: groups.a.drops: must be from 0 to 1, got 2",
+                            "t.yaml:1:53: groups.b.cameras: must name at least one camera"));
   }
 }
 
