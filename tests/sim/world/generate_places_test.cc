@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cstddef>
+#include <cstdint>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "sim/physics/obstacles.h"
+#include "sim/world/generate.h"
+#include "sim/world/layers.h"
+#include "sim/world/load.h"
+
+namespace panoptes::sim {
+namespace {
+
+using ::testing::Gt;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Le;
+
+constexpr double kRobotRadius_m = 0.25;
+constexpr double kRobotHeight_m = 0.8;
+// Half a passage of 0.9 m, which the grid of FreeRegion may miss by half of its cells of 5 cm.
+constexpr double kHalfPassage_m = 0.42;
+
+template <class Plan>
+WorldSettings made(const Plan& plan) {
+  WorldSettings settings;
+  settings.name = std::string(Plan::kName);
+  settings.generate = plan;
+  return expanded(settings);
+}
+
+template <class Plan>
+Plan with_seed(std::uint64_t seed, Plan plan = {}) {
+  plan.seed = seed;
+  return plan;
+}
+
+std::string description(const WorldSettings& settings) {
+  std::string all;
+  const auto pose = [](const Pose2& at) {
+    return fmt::format("{} {} {}", at.x_m, at.y_m, at.theta_rad);
+  };
+  for (const BoxSettings& box : settings.boxes) {
+    all += fmt::format("{} {} {} {} {} {} {}\n", box.name, box.size_m.x(), box.size_m.y(),
+                       box.size_m.z(), pose(box.at), box.z_m, box.picture);
+  }
+  for (const ObjectSettings& object : settings.objects) {
+    all += fmt::format("{} {} {} {} {}\n", object.name, object.mesh, pose(object.at), object.z_m,
+                       object.movable);
+  }
+  for (const AreaLight& light : settings.lights) {
+    all += fmt::format("{} {} {}\n", light.at_m.x(), light.at_m.y(), light.power);
+  }
+  for (const EventSettings& event : settings.events) {
+    all += fmt::format("{} {} {}\n", event.at_s, event.over_s, event.power);
+  }
+  return all;
+}
+
+/// Floor of a world where the robot fits, in a raster of `step_m`, that is in no one piece with the
+/// rest of such floor.
+std::vector<Vec2> cut_off(const Obstacles& obstacles, double step_m) {
+  const FreeRegion region(obstacles, kRobotRadius_m);
+  // In the corners of the region a point may fit whose cell does not: one of its neighbours does.
+  const auto is_reached = [&region](const Vec2& p) {
+    for (const double dx : {-0.06, 0.0, 0.06}) {
+      for (const double dy : {-0.06, 0.0, 0.06}) {
+        if (region.contains(p + Vec2(dx, dy))) {
+          return true;
+        }
+      }
+    }
+    return false;
+  };
+  std::vector<Vec2> lost;
+  const Vec2 low = obstacles.low_scene();
+  const Vec2 high = obstacles.high_scene();
+  for (double y = low.y() + kRobotRadius_m; y < high.y() - kRobotRadius_m; y += step_m) {
+    for (double x = low.x() + kRobotRadius_m; x < high.x() - kRobotRadius_m; x += step_m) {
+      const Vec2 p(x, y);
+      if (!obstacles.nearest(p, kRobotRadius_m) && !is_reached(p)) {
+        lost.push_back(p);
+      }
+    }
+  }
+  return lost;
+}
+
+std::string places(const std::vector<Vec2>& points) {
+  std::string all;
+  for (const Vec2& p : points) {
+    all += fmt::format("({:.2f}, {:.2f}) ", p.x(), p.y());
+  }
+  return all;
+}
+
+std::size_t triangles_of(const World& world) {
+  std::size_t count = 0;
+  for (const Object& object : world.objects) {
+    count += object.triangles.size();
+  }
+  return count;
+}
+
+/// Everything hangs together, in passages of 0.9 m for the most part.
+void expect_one_piece(const World& world, double step_m, double least_m2) {
+  const Obstacles obstacles(outlines(world, kFloorLayerTop_m, kRobotHeight_m));
+  EXPECT_EQ(places(cut_off(obstacles, step_m)), "");
+  const double area_m2 = FreeRegion(obstacles, kRobotRadius_m).area_m2();
+  const double wide_m2 = FreeRegion(obstacles, kHalfPassage_m).area_m2();
+  EXPECT_THAT(area_m2, Gt(least_m2));
+  // A disc of twice the area still gets around in a good part of it: no door is too narrow for it.
+  EXPECT_THAT(wide_m2, Gt(0.45 * area_m2));
+}
+
+TEST(GeneratedPlaces, AreTheSameForTheSamePlanAndOthersForAnotherSeed) {
+  const auto check = [](const auto& plan) {
+    using Plan = std::decay_t<decltype(plan)>;
+    const std::string once = description(made(plan));
+    EXPECT_EQ(once, description(made(plan)));
+    EXPECT_NE(once, description(made(with_seed<Plan>(plan.seed + 1, plan))));
+  };
+  check(HomePlan{});
+  check(CorridorsPlan{});
+  check(WarehousePlan{});
+  check(StreetPlan{});
+}
+
+TEST(GeneratedPlaces, LetARobotGetEverywhere) {
+  constexpr double kRaster_m = 0.05;
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U, 6U}) {
+    SCOPED_TRACE(fmt::format("seed {}", seed));
+    {
+      SCOPED_TRACE("home");
+      expect_one_piece(make_world(made(with_seed<HomePlan>(seed))), kRaster_m, 25);
+    }
+    {
+      SCOPED_TRACE("corridors");
+      expect_one_piece(make_world(made(with_seed<CorridorsPlan>(seed))), kRaster_m, 70);
+    }
+    {
+      SCOPED_TRACE("warehouse");
+      expect_one_piece(make_world(made(with_seed<WarehousePlan>(seed))), kRaster_m, 70);
+    }
+  }
+}
+
+TEST(GeneratedPlaces, LetARobotGoAroundTheBlock) {
+  const World world = make_world(made(with_seed<StreetPlan>(3, {.length_m = 150})));
+  const Obstacles obstacles(outlines(world, kFloorLayerTop_m, kRobotHeight_m));
+  EXPECT_EQ(places(cut_off(obstacles, 0.2)), "");
+  // The street is 8 m wide, 1.7 m of that are cars on one side.
+  EXPECT_THAT(FreeRegion(obstacles, kHalfPassage_m).area_m2(), Gt(150 * 8 * 0.5));
+}
+
+TEST(GeneratedPlaces, OfOtherSizesHangTogetherToo) {
+  constexpr double kRaster_m = 0.1;
+  for (const int rooms : {1, 2, 3, 5, 6, 8}) {
+    SCOPED_TRACE(fmt::format("{} rooms", rooms));
+    expect_one_piece(make_world(made(HomePlan{.size_m = Vec2(16, 10), .rooms = rooms, .seed = 7})),
+                     kRaster_m, 20);
+  }
+  for (const int loops : {1, 3, 4}) {
+    SCOPED_TRACE(fmt::format("{} loops", loops));
+    expect_one_piece(make_world(made(CorridorsPlan{
+                         .size_m = Vec2(24, 18), .loops = loops, .width_m = 1.5, .seed = 7})),
+                     kRaster_m, 50);
+  }
+  for (const int racks : {1, 3, 6}) {
+    SCOPED_TRACE(fmt::format("{} racks", racks));
+    expect_one_piece(
+        make_world(made(WarehousePlan{.size_m = Vec2(24, 16), .racks = racks, .seed = 7})),
+        kRaster_m, 100);
+  }
+}
+
+TEST(GeneratedPlaces, AreLightEnoughToDraw) {
+  constexpr std::size_t kIndoors = 45000;
+  constexpr std::size_t kOutdoors = 60000;
+  constexpr int kTexture_px = 512;
+  for (const World& world : {make_world(made(HomePlan{})), make_world(made(CorridorsPlan{})),
+                             make_world(made(WarehousePlan{}))}) {
+    EXPECT_THAT(triangles_of(world), Le(kIndoors));
+    for (const Texture& texture : world.textures) {
+      EXPECT_THAT(std::max(texture.bgr.rows, texture.bgr.cols), Le(kTexture_px)) << texture.name;
+    }
+  }
+  EXPECT_THAT(triangles_of(make_world(made(StreetPlan{}))), Le(kOutdoors));
+}
+
+TEST(GeneratedPlaces, HaveNamesThatEventsCanTell) {
+  for (const WorldSettings& settings :
+       {made(HomePlan{}), made(CorridorsPlan{}), made(WarehousePlan{}), made(StreetPlan{})}) {
+    std::set<std::string> names;
+    for (const BoxSettings& box : settings.boxes) {
+      EXPECT_TRUE(names.insert(box.name).second) << box.name;
+    }
+    for (const ObjectSettings& object : settings.objects) {
+      EXPECT_TRUE(names.insert(object.name).second) << object.name;
+    }
+  }
+}
+
+TEST(GeneratedPlaces, HomesHaveDoorsAndChairsThatMove) {
+  int doors = 0;
+  int chairs = 0;
+  for (const ObjectSettings& object : made(HomePlan{}).objects) {
+    doors += object.movable && object.mesh.find("door") != std::string::npos ? 1 : 0;
+    chairs += object.movable && object.mesh.find("chair") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_THAT(doors, Gt(0));
+  EXPECT_THAT(chairs, Gt(0));
+}
+
+TEST(GeneratedPlaces, TheStreetLiesUnderASkyThatChanges) {
+  const WorldSettings street = made(StreetPlan{});
+  ASSERT_TRUE(street.sun.has_value());
+  EXPECT_EQ(street.sun->group, "daylight");
+  EXPECT_EQ(street.ambient_group, "daylight");
+  EXPECT_THAT(street.sky_bgr.minCoeff(), Gt(0));
+  EXPECT_THAT(street.events, Not(IsEmpty()));
+  for (const EventSettings& event : street.events) {
+    EXPECT_EQ(event.lights, "daylight");
+  }
+}
+
+template <class Plan>
+std::string refusal(const Plan& plan) {
+  WorldSettings into;
+  try {
+    generate(plan, into);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(GeneratedPlaces, RefusePlansThatDoNotFit) {
+  EXPECT_EQ(refusal(HomePlan{.size_m = Vec2(6, 9)}),
+            "home.size_m: must be at most 40 m each way and leave every room 3 m: for 4 rooms "
+            "beside a hall of 1.6 m at "
+            "least [6.12, 7.84]");
+  EXPECT_EQ(refusal(HomePlan{.rooms = 0}), "home.rooms: must be between 1 and 8");
+  EXPECT_EQ(refusal(CorridorsPlan{.size_m = Vec2(8, 8)}),
+            "corridors.size_m: must be at most 80 m each way and hold 2 x 1 blocks of 2.4 m with "
+            "corridors of 1.8 m around "
+            "them: at least [10.2, 6]");
+  EXPECT_THAT(refusal(CorridorsPlan{.loops = 0}), HasSubstr("loops must be between 1 and 12"));
+  EXPECT_EQ(refusal(WarehousePlan{.size_m = Vec2(18, 9)}),
+            "warehouse.size_m: must be at most 80 m each way and hold 4 racks with aisles of 1.9 "
+            "m: at least [7.1, 10.14]");
+  EXPECT_EQ(refusal(WarehousePlan{.racks = 0}), "warehouse.racks: must be between 1 and 20");
+  EXPECT_EQ(refusal(StreetPlan{.length_m = 20}), "street.length_m: must be between 100 and 1000 m");
+}
+
+}  // namespace
+}  // namespace panoptes::sim
