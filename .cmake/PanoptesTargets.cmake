@@ -16,6 +16,11 @@ if(PANOPTES_SANITIZE)
   target_link_options(panoptes_flags INTERFACE -fsanitize=${PANOPTES_SANITIZE})
 endif()
 
+option(PANOPTES_FUZZ_COVERAGE "Fuzz targets learn from the code they reach; build nothing else then" OFF)
+if(PANOPTES_FUZZ_COVERAGE)
+  target_compile_options(panoptes_flags INTERFACE -fsanitize-coverage=trace-pc)
+endif()
+
 # panoptes_library(name SOURCES ... PUBLIC ... PRIVATE ...) makes panoptes::name from this folder.
 function(panoptes_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})

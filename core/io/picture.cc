@@ -72,12 +72,23 @@ std::optional<PictureSize> jpeg_size(std::string_view bytes) {
   return std::nullopt;
 }
 
+/// Of a bitmap that is not compressed and whole: OpenCV writes to the terminal about others.
 std::optional<PictureSize> bmp_size(std::string_view bytes) {
   if (bytes.size() < 54 || !bytes.starts_with("BM") || little_endian(bytes, 14) < 40) {
     return std::nullopt;
   }
   const std::uint32_t height = little_endian(bytes, 22);  // negative when its top row is first
-  return size_of(little_endian(bytes, 18), (height >> 31U) != 0 ? ~height + 1 : height);
+  const std::optional<PictureSize> size =
+      size_of(little_endian(bytes, 18), (height >> 31U) != 0 ? ~height + 1 : height);
+  const std::uint32_t bits = byte_at(bytes, 28);
+  if (!size || little_endian(bytes, 30) != 0 || little_endian(bytes, 46) > 256 ||
+      byte_at(bytes, 29) != 0 || (bits != 8 && bits != 24 && bits != 32)) {
+    return std::nullopt;
+  }
+  const std::uint64_t row_bytes = (static_cast<std::uint64_t>(size->width_px) * bits + 31) / 32 * 4;
+  const std::uint64_t end =
+      little_endian(bytes, 10) + row_bytes * static_cast<std::uint64_t>(size->height_px);
+  return end <= bytes.size() ? size : std::nullopt;
 }
 
 /// A portable anymap: its header, and where the pixels begin.
@@ -193,6 +204,7 @@ std::uint32_t png_checksum(std::string_view bytes) {
 /// to the terminal, are left out; a wrong checksum or end is said.
 std::string bare_png(std::string_view bytes) {
   std::string bare(kPngSignature);
+  bool has_pixels = false;
   std::size_t at = kPngSignature.size();
   while (at + 12 <= bytes.size()) {
     const std::size_t length = big_endian(bytes, at);
@@ -205,8 +217,9 @@ std::string bare_png(std::string_view bytes) {
         break;
       }
       bare.append(bytes.substr(at, length + 12));
+      has_pixels = has_pixels || kind == "IDAT";
     }
-    if (kind == "IEND") {
+    if (kind == "IEND" && has_pixels) {
       return bare;
     }
     at += length + 12;

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Missions: mission.yaml beside what it names.
+#include "apps/run/mission.h"
+
+#include <iterator>
+
+#include "tests/fuzz/fuzz.h"
+
+namespace panoptes::fuzz {
+
+const char* const kWords[] = {"rig: ",
+                              "robot: ",
+                              "platform: ",
+                              "{kind: simulated, ",
+                              "{kind: recorded, ",
+                              "world: w.yaml",
+                              "data:worlds/office.yaml",
+                              "data:rigs/front-back-floor.yaml",
+                              "data:robots/pioneer3dx.yaml",
+                              "seed: ",
+                              "until: {duration_s: 600}",
+                              "drive: navigator",
+                              "drive: {route: r.yaml}",
+                              "require: [\"collisions == 0\"]",
+                              "navigator: {",
+                              "keyframe: {distance_m: 0.25}",
+                              "start: {x_m: 1",
+                              "mounting_error: ",
+                              "wheel_error: ",
+                              "cameras:\n",
+                              "intrinsics",
+                              "null",
+                              "[",
+                              "]",
+                              "{",
+                              "}",
+                              "&a ",
+                              "*a",
+                              "\"",
+                              "'",
+                              "- ",
+                              "? ",
+                              "---\n",
+                              "sha256:"};
+const int kWordCount = std::size(kWords);
+
+void read_input(std::string_view bytes) {
+  const std::filesystem::path folder = written_files(bytes);
+  const std::string file = (folder / "mission.yaml").string();
+  const auto mission = load_mission<ExploreMission>(file);
+  const std::string written = write_settings(mission);
+  if (write_settings(read_settings_text<ExploreMission>(written, file)) != written) {
+    throw std::runtime_error("settings do not read back");
+  }
+}
+
+}  // namespace panoptes::fuzz
