@@ -154,6 +154,23 @@ std::string rig_fault(const SimulatedOptions& options, const Rig& rig) {
   return fault.empty() ? fault : "trigger." + fault;
 }
 
+std::string mounting_fault(const Rig& rig, const Body& body) {
+  for (const auto& [name, camera] : rig.cameras) {
+    const Vec3& eye_body = camera.T_body_camera.translation;
+    if (eye_body.z() <= 0) {
+      return fmt::format("cameras.{}: is mounted {:.3f} m below the floor; mount it above", name,
+                         -eye_body.z());
+    }
+    if (eye_body.z() < body.hull_height_m && eye_body.head<2>().norm() < body.radius_m) {
+      return fmt::format(
+          "cameras.{}: is mounted inside the robot, whose hull is {:.3f} m high and reaches {:.3f} "
+          "m from its middle; mount it above or farther out",
+          name, body.hull_height_m, body.radius_m);
+    }
+  }
+  return {};
+}
+
 void bind(Fields& f, TruthOptions& o) {
   f("depth", o.depth);
   f("labels", o.labels);
@@ -214,6 +231,9 @@ SimulatedRobot::SimulatedRobot(const SimulatedOptions& options, Surroundings sur
       trigger_(fitting_trigger(options, believed), believed, rng.fork("trigger")),
       latency_(from_seconds(options.trigger.latency_s)),
       seen_(nothing_seen(surroundings_.floor)) {
+  if (const std::string fault = mounting_fault(believed, body); !fault.empty()) {
+    throw ConfigError("rig." + fault);
+  }
   rig_ = surveyed(believed, true_rig_, body, rng.fork("survey"));
   for (const auto& [name, camera] : true_rig_.cameras) {
     const auto own = options.sensors.find(name);
@@ -402,6 +422,16 @@ Observation SimulatedRobot::observe(Time deadline) {
   return seen;
 }
 
+std::optional<Truth> SimulatedRobot::truth_since(std::size_t poses, std::size_t contacts) const {
+  Truth news;
+  const std::vector<TrueContact>& all = drive_world_.contacts();
+  news.poses.assign(poses_.begin() + static_cast<std::ptrdiff_t>(poses), poses_.end());
+  news.contacts.assign(all.begin() + static_cast<std::ptrdiff_t>(contacts), all.end());
+  news.seen = seen_;
+  news.path_m = drive_world_.path_m();
+  return news;
+}
+
 std::optional<Truth> SimulatedRobot::truth() const {
   Truth truth;
   truth.poses = poses_;
@@ -414,9 +444,10 @@ std::optional<Truth> SimulatedRobot::truth() const {
 }
 
 std::unique_ptr<SimulatedRobot> open_simulated(const SimulatedOptions& options, const Body& body,
-                                               const Rig& believed, const Rng& rng) {
-  return std::make_unique<SimulatedRobot>(options, surroundings(make_world(options.world), body),
-                                          body, believed, rng);
+                                               const Rig& believed, const Rng& rng,
+                                               const RendererOptions& renderer) {
+  return std::make_unique<SimulatedRobot>(
+      options, surroundings(make_world(options.world), body, renderer), body, believed, rng);
 }
 
 }  // namespace panoptes::sim

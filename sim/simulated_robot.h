@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -62,6 +63,10 @@ void bind(Fields& f, SimulatedOptions& o);
 /// empty when there is nothing to say.
 std::string rig_fault(const SimulatedOptions& options, const Rig& rig);
 
+/// Which camera could see nothing where it is mounted, as "<key of the rig>: <what is wrong; what
+/// to do>"; empty when all can.
+std::string mounting_fault(const Rig& rig, const Body& body);
+
 /// What stands around the robot, as its body, its cameras and the truth meet it.
 struct Surroundings {
   std::vector<Outline> outlines;  ///< of the body layer, without things that move
@@ -88,7 +93,7 @@ Surroundings bare_surroundings(const World& world, const Body& body);
 class SimulatedRobot final : public hw::Robot {
  public:
   /// Throws ConfigError for a start inside or touching something, for a world with no room for a
-  /// start, and for options that speak of cameras the rig has not.
+  /// start, for options that speak of cameras the rig has not, and for a camera inside the robot.
   SimulatedRobot(const SimulatedOptions& options, Surroundings surroundings, const Body& body,
                  const Rig& believed, const Rng& rng);
 
@@ -105,10 +110,14 @@ class SimulatedRobot final : public hw::Robot {
   void stop() override;
   Time now() const override { return now_; }
   std::optional<Truth> truth() const override;
+  std::optional<Truth> truth_since(std::size_t poses, std::size_t contacts) const override;
 
   /// What the pictures of the last set truly show, by the cameras' names; empty unless the options
   /// ask for truth.
   const std::map<std::string, TruePicture>& true_pictures() const { return true_pictures_; }
+
+  /// Of the world's objects, in its order: what TruePicture::instance counts.
+  const std::vector<std::string>& object_names() const { return surroundings_.object_names; }
 
  private:
   /// The end of one step, and how the body came to it.
@@ -167,6 +176,7 @@ class SimulatedRobot final : public hw::Robot {
 /// The simulated robot that a mission's `platform:` describes, its world loaded and its renderer
 /// made.
 std::unique_ptr<SimulatedRobot> open_simulated(const SimulatedOptions& options, const Body& body,
-                                               const Rig& believed, const Rng& rng);
+                                               const Rig& believed, const Rng& rng,
+                                               const RendererOptions& renderer = {});
 
 }  // namespace panoptes::sim

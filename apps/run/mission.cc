@@ -27,6 +27,7 @@ bool is_dataset(const std::filesystem::path& folder) {
   if (!std::filesystem::is_directory(folder / "mav0", error)) {
     return false;
   }
+  read_beliefs(folder);  // tells what is no dataset of ours
   if (!std::filesystem::exists(folder / "mission.yaml", error)) {
     throw ConfigError(folder.string() +
                       ": has no mission.yaml; write a mission with platform: {kind: recorded, "
@@ -85,6 +86,8 @@ void bind(Fields& f, ExploreMission& o) {
   if (const auto* simulated = std::get_if<sim::SimulatedOptions>(&o.platform)) {
     const std::string fault = sim::rig_fault(*simulated, o.rig);
     f.require(fault.empty(), "platform", fault);
+    const std::string mounting = sim::mounting_fault(o.rig, o.robot);
+    f.require(mounting.empty(), "rig", mounting);
   }
   f("seed", o.seed);
   f("until", o.until);

@@ -37,6 +37,7 @@ void bind(Fields& f, Pose3& o) {
 void bind(Fields& f, Body& o) {
   f("radius_m", o.radius_m, between(0.01, 5));
   f("height_m", o.height_m, between(0.05, 5));
+  f("hull_height_m", o.hull_height_m, between(0, 5));
   f("wheel_base_m", o.wheel_base_m, between(0.01, 5));
   f("wheel_radius_m", o.wheel_radius_m, between(0.001, 2));
   f("ticks_per_turn", o.ticks_per_turn, at_least(1));

@@ -68,6 +68,13 @@ TEST(Mission, RefusesSettingsOfCamerasThatTheRigHasNot) {
                   "rig's")));
 }
 
+TEST(Mission, RefusesACameraInsideTheRobot) {
+  EXPECT_THAT(faults({"rig.cameras.front.at_m=[0, 0, 0.2]"}),
+              testing::ElementsAre(testing::EndsWith(
+                  ": rig: cameras.front: is mounted inside the robot, whose hull is 0.240 m high "
+                  "and reaches 0.250 m from its middle; mount it above or farther out")));
+}
+
 TEST(Mission, RefusesRequirementsThatNobodyCanCheck) {
   EXPECT_THAT(
       faults({"require=[\"collisions = 0\"]"}),
@@ -76,12 +83,13 @@ TEST(Mission, RefusesRequirementsThatNobodyCanCheck) {
 }
 
 TEST(Mission, RefusesWhatIsOutOfRange) {
-  EXPECT_THAT(faults({"until.duration_s=-1", "seed=1.5", "drive=teleop", "platform.kind=pioneer"}),
-              testing::UnorderedElementsAre(
-                  "--set until.duration_s: must be from 0.001 to 1e+08, got -1",
-                  "--set seed: must be a whole number, got 1.5",
-                  "--set drive: must be one of navigator, route, none, got teleop",
-                  "--set platform.kind: platform: must be one of simulated, recorded, got pioneer"));
+  EXPECT_THAT(
+      faults({"until.duration_s=-1", "seed=1.5", "drive=teleop", "platform.kind=pioneer"}),
+      testing::UnorderedElementsAre(
+          "--set until.duration_s: must be from 0.001 to 1e+08, got -1",
+          "--set seed: must be a whole number, got 1.5",
+          "--set drive: must be one of navigator, route, none, got teleop",
+          "--set platform.kind: platform: must be one of simulated, recorded, got pioneer"));
 }
 
 TEST(Mission, DrivesAlongARouteGivenInline) {

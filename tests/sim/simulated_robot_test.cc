@@ -291,6 +291,20 @@ TEST(SimulatedRobot, RefusesSettingsOfCamerasThatTheRigHasNot) {
             "rig's");
 }
 
+TEST(SimulatedRobot, RefusesCamerasInsideTheRobotOrUnderTheFloor) {
+  const auto mounted_at = [](const Vec3& eye_body) {
+    Rig rig = two_cameras();
+    rig.cameras["front"].T_body_camera = mounted_camera(eye_body, 0, 0);
+    return refusal([&] { SimulatedRobot(starting_at(1, 1), room(), Body{}, rig, Rng(1)); });
+  };
+  EXPECT_EQ(mounted_at({0.1, 0.1, 0.2}),
+            "rig.cameras.front: is mounted inside the robot, whose hull is 0.240 m high and "
+            "reaches 0.250 m from its middle; mount it above or farther out");
+  EXPECT_EQ(mounted_at({0.3, 0, -0.1}),
+            "rig.cameras.front: is mounted 0.100 m below the floor; mount it above");
+  EXPECT_EQ(mounted_at({0.26, 0, 0.2}), "nothing refused");
+}
+
 // Where each picture was drawn from, in order, by a robot that reaches any speed at once.
 struct Shot {
   Pose3 T_scene_camera;
