@@ -23,6 +23,9 @@ def top(name):
     return cell(2, TOPS.index(name))
 
 
+PLAIN = part_of(thing("drawers"), 0.36, 0.06, 0.64, 0.26)   # wood between the handles
+
+
 def office_prop(name):
     return cell(4, PROPS.index(name))
 
@@ -55,7 +58,7 @@ def seat(name, width):
 
 def coffee_table():
     m = made_of("coffee_table", things="things", tops="tops")
-    wood = part_of(thing("drawers"), 0, 0, 1, 0.12)
+    wood = PLAIN
     m.box(-0.28, -0.48, 0, 0.28, 0.48, 0.40, "things", uv=thing("basket"),
           faces={"+x": ("things", thing("drawers")), "-x": ("things", thing("drawers"))}, skip=("-z", "+z"))
     m.box(-0.31, -0.51, 0.40, 0.31, 0.51, 0.44, "things", uv=wood, faces={"+z": ("tops", part_of(top("breakfast"), 0, 0, 1, 0.5))},
@@ -65,7 +68,7 @@ def coffee_table():
 
 def tv_bench():
     m = made_of("tv_bench", things="things", tv="television", case="../office/plastic")
-    m.box(-0.21, -0.85, 0, 0.21, 0.85, 0.44, "things", uv=part_of(thing("drawers"), 0, 0, 1, 0.15),
+    m.box(-0.21, -0.85, 0, 0.21, 0.85, 0.44, "things", uv=PLAIN,
           faces={"+x": ("things", thing("drawers"))})
     m.box(-0.10, -0.22, 0.441, 0.08, 0.22, 0.47, "case", uv=(0.05, 0.8, 0.3, 0.95))
     m.box(-0.03, -0.62, 0.47, 0.03, 0.62, 1.20, "case", uv=(0.02, 0.02, 0.2, 0.08),
@@ -79,7 +82,7 @@ def bed():
     m.box(-1.00, -0.80, 0, 1.00, 0.80, 0.48, "quilt", faces={
         "+z": ("quilt", (0, 0, 0.8, 1)), "+x": ("quilt", (0, 0.1, 0.8, 0.34)), "+y": ("quilt", (0, 0.3, 1, 0.54)),
         "-y": ("quilt", (0, 0.6, 1, 0.84)), "-x": ("quilt", (0, 0.1, 0.8, 0.34))})
-    m.box(-1.06, -0.84, 0, -1.001, 0.84, 1.05, "things", uv=part_of(thing("drawers"), 0, 0, 1, 0.33))
+    m.box(-1.06, -0.84, 0, -1.001, 0.84, 1.05, "things", uv=PLAIN)
     m.box(-0.98, -0.76, 0.481, -0.48, 0.76, 0.52, "things", uv=thing("linen"))
     for s in (-1, 1):
         m.box(-0.95, s * 0.4 - 0.32, 0.521, -0.55, s * 0.4 + 0.32, 0.64, "things", uv=thing("linen"), yaw_deg=4 * s)
@@ -89,7 +92,7 @@ def bed():
 
 def nightstand():
     m = made_of("nightstand", things="things")
-    m.box(-0.20, -0.22, 0, 0.20, 0.22, 0.52, "things", uv=part_of(thing("drawers"), 0, 0, 1, 0.33),
+    m.box(-0.20, -0.22, 0, 0.20, 0.22, 0.52, "things", uv=PLAIN,
           faces={"+x": ("things", thing("drawers"))})
     m.prism(-0.02, 0.03, 0.52, 0.70, 0.05, 0.03, 8, "things", uv=thing("basket"), skip_top=True)
     m.prism(-0.02, 0.03, 0.70, 0.92, 0.15, 0.09, 10, "things", uv=thing("shade"), wraps=2)
@@ -107,9 +110,9 @@ def wardrobe():
 
 def dresser():
     m = made_of("dresser", things="things")
-    m.box(-0.23, -0.50, 0, 0.23, 0.50, 0.86, "things", uv=part_of(thing("drawers"), 0, 0, 1, 0.33),
+    m.box(-0.23, -0.50, 0, 0.23, 0.50, 0.86, "things", uv=PLAIN,
           faces={"+x": ("things", thing("drawers"))})
-    m.box(-0.22, -0.36, 0.861, -0.18, 0.36, 1.66, "things", uv=part_of(thing("drawers"), 0, 0, 1, 0.1),
+    m.box(-0.22, -0.36, 0.861, -0.18, 0.36, 1.66, "things", uv=PLAIN,
           faces={"+x": ("things", thing("mirror"))})
     m.prism(0.02, 0.34, 0.86, 1.02, 0.06, 0.09, 8, "things", uv=thing("cushion_b"), wraps=2)
     m.box(-0.05, -0.44, 0.861, 0.12, -0.2, 0.98, "things", uv=thing("cushion_a"), yaw_deg=9)
@@ -186,7 +189,7 @@ def toilet():
 
 def basin():
     m = made_of("basin", things="things", tops="tops")
-    m.box(-0.23, -0.40, 0, 0.22, 0.40, 0.82, "things", uv=part_of(thing("drawers"), 0, 0, 1, 0.33),
+    m.box(-0.23, -0.40, 0, 0.22, 0.40, 0.82, "things", uv=PLAIN,
           faces={"+x": ("things", thing("drawers"))}, skip=("-z", "+z"))
     m.box(-0.24, -0.42, 0.82, 0.25, 0.42, 0.88, "things", uv=part_of(thing("toilet"), 0, 0.4, 1, 1),
           faces={"+z": ("tops", part_of(top("basin"), 0.05, 0.15, 0.6, 0.9))}, skip=())
@@ -201,7 +204,7 @@ def basket():
 
 def shoe_rack():
     m = made_of("shoe_rack", things="things")
-    m.box(-0.15, -0.45, 0, 0.15, 0.45, 0.80, "things", uv=part_of(thing("drawers"), 0, 0, 1, 0.33),
+    m.box(-0.15, -0.45, 0, 0.15, 0.45, 0.80, "things", uv=PLAIN,
           faces={"+x": ("things", thing("shoes"))})
     m.box(-0.10, -0.38, 0.801, 0.12, 0.02, 0.95, "things", uv=thing("basket"), yaw_deg=5)
     return m
@@ -227,7 +230,7 @@ def window():
     for s in (-1, 1):
         m.box(0.03, s * 0.88 - 0.17, -0.64, 0.09, s * 0.88 + 0.17, 0.76, "curtain", uv=(0, 0, 0.05, 1),
               faces={"+x": ("curtain", (0, 0, 0.6, 1.8))}, skip=("-x",))
-    m.box(0.02, -1.05, 0.765, 0.10, 1.05, 0.80, "things", uv=part_of(thing("drawers"), 0, 0, 1, 0.1), skip=("-x",))
+    m.box(0.02, -1.05, 0.765, 0.10, 1.05, 0.80, "things", uv=PLAIN, skip=("-x",))
     return m
 
 
@@ -240,7 +243,7 @@ def radiator():
 
 def wall_shelf():
     m = made_of("wall_shelf", books="../office/books_a", things="things")
-    wood = part_of(thing("drawers"), 0, 0, 1, 0.1)
+    wood = PLAIN
     m.box(0, -0.50, -0.17, 0.22, 0.50, -0.14, "things", uv=wood, skip=("-x",))
     rng = random.Random("wall shelf")
     y = -0.47
@@ -256,7 +259,7 @@ def wall_shelf():
 
 def coats():
     m = made_of("coats", props="../office/props", things="things")
-    m.box(0, -0.55, 0.42, 0.03, 0.55, 0.52, "things", uv=part_of(thing("drawers"), 0, 0, 1, 0.2), skip=("-x",))
+    m.box(0, -0.55, 0.42, 0.03, 0.55, 0.52, "things", uv=PLAIN, skip=("-x",))
     for k in range(3):
         y = -0.36 + 0.36 * k
         m.box(0.031, y - 0.14, -0.5 + 0.08 * k, 0.15, y + 0.14, 0.44, "props", uv=office_prop("coat"), skip=("-x",))

@@ -105,12 +105,14 @@ def barrel():
 
 
 def forklift():
-    """Parked, its forks on the floor between planks so that they are seen."""
-    m = made_of("forklift", things="things")
+    """Parked, a loaded pallet on its forks."""
+    m = with_materials("forklift")
+    pallet(m, 0.86, 0, 0)
+    goods(m, random.Random("forklift"), 0.86, 0, 0.145, 0.78, 1.16, 0.9)
     cab, dark = thing("cab"), part_of(thing("fork"), 0, 0, 1, 0.5)
 
     def part(x0, y0, z0, x1, y1, z1, uv, **more):
-        m.box(x0 - 0.40, y0, z0, x1 - 0.40, y1, z1, "things", uv=uv, **more)
+        m.box(x0 - 0.39, y0, z0, x1 - 0.39, y1, z1, "things", uv=uv, **more)
 
     part(-1.05, -0.55, 0, 0.62, 0.55, 0.62, cab, faces={"-x": ("things", thing("stripes"))})
     part(-1.05, -0.50, 0.62, -0.45, 0.50, 1.05, cab)
@@ -121,7 +123,6 @@ def forklift():
         for x in (-0.42, 0.50):
             part(x - 0.04, s * 0.46 - 0.04, 0.625 if x > 0 else 1.055, x + 0.04, s * 0.46 + 0.04, 2.05, dark)
         part(0.66, s * 0.28 - 0.06, 0, 0.78, s * 0.28 + 0.06, 2.20, thing("steel"))
-        part(0.79, s * 0.30 - 0.07, 0, 1.85, s * 0.30 + 0.07, 0.12, thing("stripes"))
     part(0.781, -0.50, 0, 0.83, 0.50, 0.62, thing("fence"))
     part(-0.50, -0.53, 2.055, 0.58, 0.53, 2.11, dark, skip=())
     part(-0.38, -0.25, 0.621, 0.10, 0.25, 0.80, dark)

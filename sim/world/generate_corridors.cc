@@ -135,29 +135,23 @@ bool stand(Corridors& corridors, Side& side, const std::string& mesh, const Vec2
   return true;
 }
 
-/// What stands in an alcove: machines, plants, benches.
+/// What stands in an alcove, in one of its corners so that beside it there is room for a robot or
+/// clearly none.
 void fill_alcove(Corridors& corridors, Side& side, const Rectangle& niche, Rng& rng) {
   constexpr double kIn_m = kSlab_m - kBack_m;
-  const double s_m = (niche.low.x() + niche.high.x()) / 2;
-  const double jitter_m = rng.uniform(-0.1, 0.1);
-  switch (rng.index(5)) {
-    case 0:
-      stand(corridors, side, "corridors/vending", {0.70, 0.95}, s_m + jitter_m, kIn_m, 1.9);
-      break;
-    case 1:
-      stand(corridors, side, "office/plant", {0.54, 0.54}, s_m + jitter_m, kIn_m, 1.8);
-      break;
-    case 2:
-      stand(corridors, side, "office/printer", {0.58, 0.62}, s_m + jitter_m, kIn_m, 1.1);
-      break;
-    case 3:
-      stand(corridors, side, "corridors/sand", {0.40, 0.40}, s_m - 0.35, kIn_m, 0.7);
-      stand(corridors, side, "office/plant", {0.54, 0.54}, s_m + 0.33, kIn_m, 1.8);
-      break;
-    default:
-      stand(corridors, side, "office/cupboard_tall", {0.46, 0.92}, s_m + jitter_m, kIn_m, 1.8);
-      break;
-  }
+  struct Filling {
+    const char* mesh;
+    Vec2 size_m;
+  };
+  const std::array<Filling, 5> fillings{{{"corridors/vending", {0.70, 0.95}},
+                                         {"office/plant", {0.42, 0.42}},
+                                         {"office/printer", {0.58, 0.62}},
+                                         {"corridors/sand", {0.40, 0.40}},
+                                         {"office/cupboard_tall", {0.46, 0.92}}}};
+  const Filling& filling = fillings[static_cast<std::size_t>(rng.index(5))];
+  const double from_jamb_m = kSkirting_m + filling.size_m.y() / 2;
+  const double s_m = rng.index(2) == 0 ? niche.low.x() + from_jamb_m : niche.high.x() - from_jamb_m;
+  stand(corridors, side, filling.mesh, filling.size_m, s_m, kIn_m, 0);
 }
 
 /// What stands and hangs along a side: furniture that leaves the corridor wide enough, doors,

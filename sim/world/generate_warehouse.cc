@@ -236,7 +236,7 @@ void generate(const WarehousePlan& plan, WorldSettings& into) {
   for (int k = 0; k < 12; ++k) {
     const Pose2 at{parking.uniform(2, size.x() - 2), parking.uniform(1, size.y() - 1),
                    parking.index(2) == 0 ? 0.0 : std::numbers::pi / 2};
-    if (stand(hall, "warehouse/forklift", at, {2.94, 1.24})) {
+    if (stand(hall, "warehouse/forklift", at, {2.90, 1.24})) {
       break;
     }
   }
