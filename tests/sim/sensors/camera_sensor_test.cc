@@ -196,7 +196,7 @@ TEST(CameraSensor, AMosaicKeepsColours) {
   // nearly the same.
   const cv::Mat smooth = camera.take(drawing(stripes), still, 1, {}).bgr;
   EXPECT_LT(cv::norm(smooth, draw_sphere(stripes, {kLens, {}}, {}).bgr, cv::NORM_L1),
-            2.0 * static_cast<double>(smooth.total()) * 3);
+            2.0 * 3 * static_cast<double>(smooth.total()));
   const cv::Mat sharp = camera.take(drawing(edge), still, 2, {}).bgr;
   EXPECT_GT(cv::norm(sharp, draw_sphere(edge, {kLens, {}}, {}).bgr, cv::NORM_INF), 10);
 }
@@ -204,8 +204,6 @@ TEST(CameraSensor, AMosaicKeepsColours) {
 Light even(double light) {
   return [light](const Vec3&) { return Vec3::Constant(light); };
 }
-
-double mean_of(const cv::Mat& bgr) { return cv::mean(cv::mean(bgr.reshape(1)))[0]; }
 
 TEST(CameraSensor, LongerExposureAndGainAreMoreLight) {
   for (const auto& [ms, gain] : {std::pair{4.0, 1.0}, {8.0, 1.0}, {4.0, 2.0}, {1.0, 1.0}}) {
