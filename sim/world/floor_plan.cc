@@ -39,11 +39,18 @@ struct Walls {
   }
 };
 
-Walls walls_of(const OccupancyMap& map) {
-  Walls walls{map.cell_m, map.columns, map.rows, {}};
-  walls.cells.reserve(map.cells.size());
-  for (const Cell cell : map.cells) {
-    walls.cells.push_back(cell == Cell::kOccupied ? 1 : 0);
+/// The walls of a map, and one around it, so that nobody looks or drives out of it: the cell
+/// (0, 0) is diagonally before the map's first.
+Walls walls_of(const OccupancyMap& map, bool unknown_is_wall) {
+  Walls walls{map.cell_m, map.columns + 2, map.rows + 2, {}};
+  walls.cells.assign(static_cast<std::size_t>(walls.columns) * static_cast<std::size_t>(walls.rows),
+                     1);
+  for (int row = 0; row < map.rows; ++row) {
+    for (int column = 0; column < map.columns; ++column) {
+      const Cell cell = map.at(column, row);
+      const bool is_wall = cell == Cell::kOccupied || (unknown_is_wall && cell == Cell::kUnknown);
+      walls.cells[walls.index(column + 1, row + 1)] = is_wall ? 1 : 0;
+    }
   }
   return walls;
 }
@@ -189,14 +196,14 @@ std::vector<Object> make_floor_plan(const FloorPlanSettings& settings, Pictures&
   } catch (const IoError& error) {
     throw IoError(prefix + "floor plan: " + error.what());
   }
-  Walls walls = walls_of(read.map);
-  const auto wall_cells = std::count(walls.cells.begin(), walls.cells.end(), 1);
-  if (wall_cells == 0 || wall_cells == static_cast<std::ptrdiff_t>(walls.cells.size())) {
+  const auto occupied = std::count(read.map.cells.begin(), read.map.cells.end(), Cell::kOccupied);
+  if (occupied == 0 || occupied == static_cast<std::ptrdiff_t>(read.map.cells.size())) {
     throw ConfigError(fmt::format(
         "{}floor plan: by the thresholds of '{}' {} of its cells is wall; correct occupied_thresh "
         "or negate there",
-        prefix, settings.map, wall_cells == 0 ? "none" : "every one"));
+        prefix, settings.map, occupied == 0 ? "none" : "every one"));
   }
+  Walls walls = walls_of(read.map, settings.unknown_is_wall);
   std::vector<Block> blocks = blocks_of(walls);
   std::vector<Stretch> stretches = stretches_of(walls);
   const std::vector<Block> none;
@@ -210,13 +217,14 @@ std::vector<Object> make_floor_plan(const FloorPlanSettings& settings, Pictures&
     return given.empty() ? pictures.from_file(ours, settings.mention)
                          : pictures.from_file(given, mention);
   };
-  const Pose3 T_scene_map = on_floor({read.map.origin.x(), read.map.origin.y(), read.yaw_rad});
+  const Pose2 T_scene_map{read.map.origin.x(), read.map.origin.y(), read.yaw_rad};
+  const Pose3 T_scene_walls = on_floor(T_scene_map * Pose2{-read.map.cell_m, -read.map.cell_m, 0});
   const int wall_texture = picture(settings.wall, settings.wall_mention, "data:office/wall.png");
   const double repeat_m = picture_width_m(pictures.at(wall_texture), settings.height_m);
 
   Object faces;
   faces.name = "floor-plan-walls";
-  faces.T_scene_object = T_scene_map;
+  faces.T_scene_object = T_scene_walls;
   for (const Stretch& s : stretches) {
     const Vec3 from = walls.cell_m * Vec3(s.from_column, s.from_row, 0);
     const Vec3 to = walls.cell_m * Vec3(s.to_column, s.to_row, 0);
@@ -241,14 +249,15 @@ std::vector<Object> make_floor_plan(const FloorPlanSettings& settings, Pictures&
   }
   std::vector<Object> parts;
   parts.push_back(std::move(faces));
-  parts.push_back(sheet(
-      "floor-plan-floor", walls, 0, true, kFloorPicture_m,
-      picture(settings.floor, settings.floor_mention, "data:office/carpet_sand.png"), T_scene_map));
+  parts.push_back(
+      sheet("floor-plan-floor", walls, 0, true, kFloorPicture_m,
+            picture(settings.floor, settings.floor_mention, "data:office/carpet_sand.png"),
+            T_scene_walls));
   if (settings.has_ceiling) {
     parts.push_back(
         sheet("floor-plan-ceiling", walls, settings.height_m, false, kCeilingPicture_m,
               picture(settings.ceiling, settings.ceiling_mention, "data:office/ceiling.png"),
-              T_scene_map));
+              T_scene_walls));
   }
   return parts;
 }

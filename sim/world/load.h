@@ -90,7 +90,9 @@ struct PersonSettings {
 };
 void bind(Fields& f, PersonSettings& o);
 
-/// Walls from a ROS map_server map: its occupied cells, by the thresholds of its yaml, extruded.
+/// Walls from a ROS map_server map: its occupied cells, by the thresholds of its yaml, extruded,
+/// and a wall around it all. Cells are joined to straight stretches of wall; where these still make
+/// more than 50 000 triangles, two by two cells become one, wall where any of them is, and again.
 struct FloorPlanSettings {
   std::string map;  ///< the yaml
   double height_m = 2.5;
@@ -98,6 +100,7 @@ struct FloorPlanSettings {
   std::string floor;
   std::string ceiling;
   bool has_ceiling = true;
+  bool unknown_is_wall = false;  ///< else what the map does not know is floor
 
   std::string mention;  ///< of the map
   std::string wall_mention;

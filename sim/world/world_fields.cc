@@ -121,6 +121,7 @@ void bind(Fields& f, FloorPlanSettings& o) {
   f.path("ceiling", o.ceiling);
   o.ceiling_mention = f.where("ceiling");
   f("has_ceiling", o.has_ceiling);
+  f("unknown_is_wall", o.unknown_is_wall);
 }
 
 void bind(Fields& f, WorldSettings& o) {

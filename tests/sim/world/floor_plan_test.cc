@@ -76,29 +76,41 @@ TEST_F(FloorPlan, TheTruthIsTheMap) {
 TEST_F(FloorPlan, FacesCoverEverySideOfEveryWallOnce) {
   const OccupancyMap map = small_map();
   const World world = make(write(map));
+  const auto is_wall = [&map](int column, int row) {  // with the wall around the map
+    const bool around = column == -1 || row == -1 || column == map.columns || row == map.rows;
+    const bool beyond = column < -1 || row < -1 || column > map.columns || row > map.rows;
+    return !beyond && (around || map.at(column, row) == Cell::kOccupied);
+  };
   double sides_m = 0;
-  for (int row = 0; row < map.rows; ++row) {
-    for (int column = 0; column < map.columns; ++column) {
-      if (map.at(column, row) == Cell::kOccupied) {
+  for (int row = -1; row <= map.rows; ++row) {
+    for (int column = -1; column <= map.columns; ++column) {
+      if (is_wall(column, row)) {
         for (const auto& [dc, dr] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
-          sides_m += map.at(column + dc, row + dr) == Cell::kOccupied ? 0 : map.cell_m;
+          sides_m += is_wall(column + dc, row + dr) ? 0 : map.cell_m;
         }
       }
     }
   }
+  const Object& walls = world.objects[0];
   double area_m2 = 0;
-  for (const Triangle& t : world.objects[0].triangles) {
+  for (const Triangle& t : walls.triangles) {
     const Vec3 a = t.corners[1].p_object - t.corners[0].p_object;
     const Vec3 b = t.corners[2].p_object - t.corners[0].p_object;
     area_m2 += a.cross(b).norm() / 2;
-    // A step in front of its middle there is no wall, a step behind it there is.
+    // A step in front of it there is no wall, a step behind it there is.
     const Vec3 normal = a.cross(b).normalized();
-    const Vec2 inside =
-        (t.corners[0].p_object + t.corners[1].p_object + t.corners[2].p_object).head<2>() / 3;
+    const Vec3 inside =
+        walls.T_scene_object *
+        Vec3((t.corners[0].p_object + t.corners[1].p_object + t.corners[2].p_object) / 3);
     const Vec2 off_corners = 0.01 * Vec2(std::abs(normal.y()), std::abs(normal.x()));
-    const Vec2 p = map.origin + inside + off_corners;
-    EXPECT_NE(map.at(p + 0.05 * normal.head<2>()), Cell::kOccupied);
-    EXPECT_EQ(map.at(p - 0.05 * normal.head<2>()), Cell::kOccupied);
+    const auto wall_at = [&](const Vec2& p) {
+      const Vec2 cell = (p - map.origin) / map.cell_m;
+      return is_wall(static_cast<int>(std::floor(cell.x())),
+                     static_cast<int>(std::floor(cell.y())));
+    };
+    const Vec2 p = inside.head<2>() + off_corners;
+    EXPECT_FALSE(wall_at(p + 0.05 * normal.head<2>()));
+    EXPECT_TRUE(wall_at(p - 0.05 * normal.head<2>()));
   }
   EXPECT_NEAR(area_m2, 2.5 * sides_m, 1e-9);
 }
@@ -118,6 +130,20 @@ TEST_F(FloorPlan, AStraightWallIsOneFace) {
   EXPECT_EQ(world.objects.size(), 3U);
   EXPECT_EQ(world.objects[1].triangles.size(), 2U);
   EXPECT_EQ(make(write(map), false).objects.size(), 2U);
+}
+
+TEST_F(FloorPlan, WhatIsUnknownMayBeWall) {
+  const OccupancyMap map = small_map();
+  WorldSettings settings;
+  settings.floor_plan.emplace();
+  settings.floor_plan->map = write(map);
+  settings.floor_plan->unknown_is_wall = true;
+  const TruthLayer body = occupancy(make_world(settings), kFloorLayerTop_m, 0.8, 0.05);
+  for (int row = 0; row < map.rows; ++row) {
+    for (int column = 0; column < map.columns; ++column) {
+      ASSERT_EQ(body.at(map.centre(column, row)), map.at(column, row) != Cell::kFree);
+    }
+  }
 }
 
 TEST_F(FloorPlan, ATurnedOriginTurnsTheWalls) {
