@@ -17,7 +17,9 @@ def thing(name):
 
 
 def car_cell(name):
-    return cell(4, CAR.index(name), rows=2)
+    x, y, w, h = CAR[name]
+    d = 1.5
+    return ((x + d) / 512, (y + d) / 512, (x + w - d) / 512, (y + h - d) / 512)
 
 
 def car():

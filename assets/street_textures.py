@@ -362,11 +362,14 @@ def bark(rng):
     return c
 
 
-CAR = ["side", "front", "back", "glass_side", "glass_front", "body", "bonnet", "under"]
+# Where the parts of a car lie in its picture: x, y, width, height in pixels. Its sides have the full width.
+CAR = {"side": (0, 0, 512, 150), "glass_side": (0, 150, 512, 106), "front": (0, 256, 171, 256), "back": (171, 256, 171, 256),
+       "glass_front": (342, 256, 170, 110), "bonnet": (342, 366, 170, 110), "under": (342, 476, 85, 36),
+       "body": (427, 476, 85, 36)}
 
 
 def car(rng, base, number):
-    """The pictures of a car, four columns by two rows."""
+    """The pictures of a car."""
     dark, bright = shade(base, 0.55), mix(base, (255, 255, 255), 0.5)
 
     def body(c):
@@ -395,8 +398,11 @@ def car(rng, base, number):
             c.rect(0, h * 0.1, w * 0.04, h * 0.2, (240, 230, 200))
             c.rect(w * 0.965, h * 0.1, w * 0.035, h * 0.2, (200, 40, 40))
             c.rect(w * 0.3, h * 0.9, w * 0.42, h * 0.1, (50, 50, 52))
-            for _ in range(26):
-                c.ellipse(rng.uniform(0, w), rng.uniform(h * 0.3, h), 1.5, 3, (110, 104, 96), 0.8)
+            for _ in range(60):
+                c.ellipse(rng.uniform(0, w), rng.uniform(h * 0.3, h), 2, 2, (110, 104, 96), 0.8)
+            for _ in range(14):
+                x, y = rng.uniform(0, w), rng.uniform(h * 0.1, h * 0.8)
+                c.line(x, y, x + rng.randint(-30, 30), y + rng.randint(-3, 3), bright, 1.2)
         elif name in ("front", "back"):
             lamp = (246, 240, 214) if name == "front" else (206, 40, 44)
             for x in (0.02, 0.74):
@@ -441,7 +447,11 @@ def car(rng, base, number):
         for _ in range(10):
             c.ellipse(rng.uniform(0, w), rng.uniform(0, h), 1.6, 1.6, dark, 0.7)
 
-    sheet = grid(512, 4, 2, CAR, draw)
+    sheet = Canvas(512, 512)
+    for name, (x, y, w, h) in CAR.items():
+        c = Canvas(w, h)
+        draw(c, name)
+        sheet.paste(c, x, y)
     sheet.grain(rng, 2)
     return sheet
 
