@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <memory>
 #include <variant>
 
 #include <fmt/format.h>
 
+#include "apps/run/progress.h"
 #include "core/base/error.h"
 
 namespace panoptes {
@@ -123,6 +125,17 @@ RunEnd run_end(const Until& until, const ExploreMission& mission, const Navigato
     return end("stuck", "");
   }
   return end("completed", explored ? "explored" : "goals_done");
+}
+
+sim::RendererOptions patient_renderer(const Until& until, bool quiet) {
+  sim::RendererOptions options;
+  options.bake_progress = [&until, line = std::make_shared<ProgressLine>(quiet)](double done) {
+    if (line->due()) {
+      line->show(share_line("light and shadow", done, line->wall_s()));
+    }
+    return !until.interrupted();
+  };
+  return options;
 }
 
 void print(const RunReport& report) {

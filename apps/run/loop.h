@@ -11,6 +11,7 @@
 #include "core/eval/run_result.h"
 #include "core/nav/navigator.h"
 #include "hw/robot.h"
+#include "sim/render/renderer.h"
 
 namespace panoptes {
 
@@ -35,6 +36,9 @@ RunInfo run_info(const std::string& command, const ExploreMission& mission);
 RunResult run_result(const Navigator& navigator);
 RunEnd run_end(const Until& until, const ExploreMission& mission, const Navigator& navigator,
                const OpenRobot& open);
+
+/// Drawing that tells how far the light is where it is not known yet, and stops when the user does.
+sim::RendererOptions patient_renderer(const Until& until, bool quiet);
 
 /// The summary and the pictures' names on stdout.
 void print(const RunReport& report);

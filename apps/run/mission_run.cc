@@ -19,7 +19,16 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   OutDir out(run.out_dir);
   Until until(mission.until);
   const Rng rng(mission.seed);
-  OpenRobot open = open_robot(mission, rng.fork("robot"));
+  OpenRobot open;
+  try {
+    open = open_robot(mission, rng.fork("robot"), patient_renderer(until, run.quiet));
+  } catch (const sim::BakeStopped&) {
+    out.keep();
+    Recorder nothing(run.out_dir, run_info(run.command, mission), nullptr);
+    const RunReport report = nothing.write_report(std::nullopt, {}, {"interrupted", ""});
+    print(report);
+    return report.exit_status;
+  }
   if (run.wrap) {
     run.wrap(open, run.out_dir);
   }

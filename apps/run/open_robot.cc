@@ -9,13 +9,14 @@
 namespace panoptes {
 namespace {
 
-OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& mission,
-               const Rng& rng) {
+OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& mission, const Rng& rng,
+               const sim::RendererOptions& renderer) {
   std::unique_ptr<sim::SimulatedRobot> robot =
-      sim::open_simulated(options, mission.robot, mission.rig, rng);
+      sim::open_simulated(options, mission.robot, mission.rig, rng, renderer);
   OpenRobot out;
   if (options.truth.depth || options.truth.labels) {
-    out.true_pictures = [known = robot.get()] { return known->true_pictures(); };
+    out.true_pictures.of_last_set = [known = robot.get()] { return known->true_pictures(); };
+    out.true_pictures.things = robot->object_names();
   }
   out.rig = robot->rig();
   out.route_done = [] { return false; };
@@ -28,7 +29,7 @@ OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& missi
 }
 
 OpenRobot open(const hw::RecordedOptions& options, const ExploreMission& mission,
-               const Rng& /*rng*/) {
+               const Rng& /*rng*/, const sim::RendererOptions& /*renderer*/) {
   Dataset dataset = read_dataset(options.dataset);
   OpenRobot out;
   out.rig = hw::recorded_rig(options, dataset, mission.rig);
@@ -50,15 +51,16 @@ void check(const sim::SimulatedOptions& options, const ExploreMission& mission, 
 }
 
 void check(const hw::RecordedOptions& options, const ExploreMission& mission, const Rng& rng) {
-  open(options, mission, rng);
+  open(options, mission, rng, {});
 }
 
 Rng platform_rng(const ExploreMission& mission) { return Rng(mission.seed).fork("robot"); }
 
 }  // namespace
 
-OpenRobot open_robot(const ExploreMission& mission, const Rng& rng) {
-  return std::visit([&](const auto& options) { return open(options, mission, rng); },
+OpenRobot open_robot(const ExploreMission& mission, const Rng& rng,
+                     const sim::RendererOptions& renderer) {
+  return std::visit([&](const auto& options) { return open(options, mission, rng, renderer); },
                     mission.platform);
 }
 

@@ -28,8 +28,10 @@ struct OpenRobot {
 };
 
 /// The robot of a mission's platform. Throws ConfigError for a start, a rig or a dataset that it
-/// cannot have, IoError for missing meshes and textures, DeviceError where nothing can draw.
-OpenRobot open_robot(const ExploreMission& mission, const Rng& rng);
+/// cannot have, IoError for missing meshes and textures, DeviceError where nothing can draw, and
+/// what the renderer's options throw.
+OpenRobot open_robot(const ExploreMission& mission, const Rng& rng,
+                     const sim::RendererOptions& renderer = {});
 
 /// Whether the platform can be opened, without making its pictures.
 void check_platform(const ExploreMission& mission);

@@ -31,37 +31,48 @@ std::string progress_line(double now_s, double length_s, double wall_s) {
   return line;
 }
 
-Progress::Progress(Duration length, bool quiet)
-    : length_s_(to_seconds(length)),
-      quiet_(quiet),
+std::string share_line(const std::string& what, double done, double wall_s) {
+  std::string line = fmt::format("{}: {:.0f} %", what, 100 * done);
+  if (done > 0) {
+    line += fmt::format(", {} left", minutes((1 - done) * wall_s / done));
+  }
+  return line;
+}
+
+ProgressLine::ProgressLine(bool quiet)
+    : quiet_(quiet),
       terminal_(isatty(STDERR_FILENO) != 0),
       started_s_(steady_s()),
       shown_s_(started_s_) {}
 
-Progress::~Progress() {
+ProgressLine::~ProgressLine() {
   if (drawn_) {
     std::fputc('\n', stderr);
   }
 }
 
-bool Progress::due(double wall_s) const {
-  return !quiet_ && wall_s - shown_s_ >= (terminal_ ? kRedraw_s : kPlainLine_s);
+bool ProgressLine::due() const {
+  return !quiet_ && steady_s() - shown_s_ >= (terminal_ ? kRedraw_s : kPlainLine_s);
 }
 
-void Progress::show(Time now, const std::string& doing) {
-  const double wall_s = steady_s();
-  if (!due(wall_s)) {
-    return;
-  }
-  shown_s_ = wall_s;
-  const std::string line =
-      progress_line(to_seconds(now), length_s_, wall_s - started_s_) + "; " + doing;
+void ProgressLine::show(const std::string& text) {
+  shown_s_ = steady_s();
   if (terminal_) {
-    std::fprintf(stderr, "\r\x1b[K%s", line.c_str());
+    std::fprintf(stderr, "\r\x1b[K%s", text.c_str());
     std::fflush(stderr);
     drawn_ = true;
   } else {
-    std::fprintf(stderr, "%s\n", line.c_str());
+    std::fprintf(stderr, "%s\n", text.c_str());
+  }
+}
+
+double ProgressLine::wall_s() const { return steady_s() - started_s_; }
+
+Progress::Progress(Duration length, bool quiet) : length_s_(to_seconds(length)), line_(quiet) {}
+
+void Progress::show(Time now, const std::string& doing) {
+  if (line_.due()) {
+    line_.show(progress_line(to_seconds(now), length_s_, line_.wall_s()) + "; " + doing);
   }
 }
 

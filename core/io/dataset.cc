@@ -42,6 +42,17 @@ RecordedBeliefs beliefs(const std::string& folder, const DatasetText& text) {
           settings<Rig>(folder, text, "rig.yaml"), settings<Body>(folder, text, "robot.yaml")};
 }
 
+ConfigError no_odometry(const std::string& folder, const std::vector<std::string>& cameras) {
+  std::string has;
+  for (const std::string& camera : cameras) {
+    has += (has.empty() ? "" : ", ") + camera;
+  }
+  return ConfigError(folder + ": has pictures of " + (has.empty() ? "no camera" : has) +
+                     " but no " + std::string(kOdometry) +
+                     " (#timestamp [ns], x [m], y [m], theta [rad], v [m/s], w [rad/s]): the "
+                     "wheels' odometry at the instant of each picture is needed");
+}
+
 /// What happened at an observation besides what its row of odometry says.
 struct Event {
   std::size_t row;
@@ -64,11 +75,7 @@ class Reader {
   Dataset read() {
     const std::optional<DatasetTable> odometry = table(kOdometry, 6);
     if (!odometry) {
-      throw ConfigError(folder_ + ": has no " + std::string(kOdometry) +
-                        " (#timestamp [ns], x [m], y [m], theta [rad], v [m/s], w [rad/s]): " +
-                        "a robot's pictures are of no use without its wheels' odometry at each" +
-                        (dataset_.cameras.empty() ? std::string(", and it has no pictures either")
-                                                  : std::string()));
+      throw no_odometry(folder_, dataset_.cameras);
     }
     if (dataset_.cameras.empty()) {
       throw ConfigError(folder_ + ": has no pictures: no mav0/<camera>/data.csv is there");
@@ -349,7 +356,12 @@ Dataset read_dataset(const fs::path& folder) {
 }
 
 RecordedBeliefs read_beliefs(const fs::path& folder) {
-  return beliefs(folder.string(), text_of(folder));
+  const DatasetText text = text_of(folder);
+  std::error_code error;
+  if (!fs::exists(folder / kOdometry, error)) {
+    throw no_odometry(folder.string(), camera_folders(folder / "mav0"));
+  }
+  return beliefs(folder.string(), text);
 }
 
 void check_pictures(const Dataset& dataset, const Rig& rig) {

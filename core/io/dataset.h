@@ -84,7 +84,7 @@ Dataset parse_dataset(const std::string& folder, const std::vector<std::string>&
 /// The same from a folder. Throws IoError for files that the machine cannot read.
 Dataset read_dataset(const std::filesystem::path& folder);
 
-/// Its settings alone.
+/// Its settings alone. Throws ConfigError for what is no dataset of a robot with wheels.
 RecordedBeliefs read_beliefs(const std::filesystem::path& folder);
 
 /// Looks at the first and last bytes of every picture: throws ConfigError with the place for one

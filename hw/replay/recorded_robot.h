@@ -20,9 +20,9 @@ struct RecordedOptions {
   static constexpr std::string_view kName = "recorded";
   static constexpr std::string_view kShort = "dataset";
 
-  std::string dataset;       ///< its folder, relative to the file that says so
-  std::string mention;       ///< file:line:column of what the user wrote
-  RecordedBeliefs believed;  ///< what the dataset says of rig, robot and seed
+  std::string dataset;            ///< its folder, relative to the file that says so
+  std::string mention;            ///< file:line:column of what the user wrote
+  RecordedBeliefs believed = {};  ///< what the dataset says of rig, robot and seed
 };
 void bind(Fields& f, RecordedOptions& o);
 

@@ -13,8 +13,10 @@
 #include <variant>
 
 #include "core/base/error.h"
+#include "core/io/dataset_table.h"
 #include "core/io/dataset_writer.h"
 #include "core/io/digits.h"
+#include "core/io/file.h"
 #include "hw/replay/truth_files.h"
 
 namespace panoptes::hw {
@@ -50,10 +52,17 @@ cv::Mat millimetres(const cv::Mat& depth_m) {
 class RecordingRobot::Writer {
  public:
   Writer(const fs::path& folder, const RecordingInfo& info, const Rig& rig, const Body& body,
-         const std::optional<Truth>& truth)
+         const std::optional<Truth>& truth, const std::vector<std::string>& things)
       : folder_(folder), writer_(folder, info, rig, body) {
     if (truth) {
       truth_.emplace(folder, *truth);
+    }
+    if (!things.empty()) {
+      std::string rows = "#number, thing\n0,nothing\n";
+      for (std::size_t i = 0; i < things.size(); ++i) {
+        rows += dataset_row(static_cast<std::int64_t>(i + 1), things[i]);
+      }
+      write_file(folder / "mav0" / "things.csv", rows);
     }
     thread_ = std::thread([this] { write_all(); });
   }
@@ -191,7 +200,8 @@ RecordingRobot::RecordingRobot(std::unique_ptr<Robot> robot, fs::path folder,
                                TruePictures true_pictures)
     : robot_(std::move(robot)),
       true_pictures_(std::move(true_pictures)),
-      writer_(std::make_unique<Writer>(folder, info, rig, body, robot_->truth())) {}
+      writer_(std::make_unique<Writer>(folder, info, rig, body, robot_->truth(),
+                                       true_pictures_.things)) {}
 
 RecordingRobot::~RecordingRobot() = default;
 
@@ -202,8 +212,8 @@ Observation RecordingRobot::observe(Time deadline) {
   if (writer_->with_truth()) {
     seen.news = robot_->truth_since(writer_->poses(), writer_->contacts());
   }
-  if (true_pictures_ && !seen.observation.pictures.empty()) {
-    seen.true_pictures = true_pictures_();
+  if (true_pictures_.of_last_set && !seen.observation.pictures.empty()) {
+    seen.true_pictures = true_pictures_.of_last_set();
   }
   Observation observation = seen.observation;
   writer_->add(std::move(seen));

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/time.h"
 #include "core/camera/rig.h"
@@ -17,14 +18,17 @@
 
 namespace panoptes::hw {
 
-/// What the pictures of the last frame set truly show, where the platform knows it.
-using TruePictures = std::function<std::map<std::string, TruePicture>()>;
+/// What a platform that knows says of what its pictures truly show.
+struct TruePictures {
+  std::function<std::map<std::string, TruePicture>()> of_last_set;  ///< empty where nobody knows
+  std::vector<std::string> things;  ///< what TruePicture::instance counts, from 1
+};
 
 /// Any robot, and all that it perceives and is told kept in a dataset (core/io/dataset_writer.h,
 /// hw/replay/truth_files.h). A thread of its own packs the pictures and writes; when it falls
 /// behind by a few frame sets, observe() waits for it. True pictures go to mav0/<camera>_depth (16
-/// bit, millimetres, 0 where nothing is), <camera>_labels (16 bit, 1 + the number of the thing) and
-/// <camera>_floor (255 on the floor).
+/// bit, millimetres, 0 where nothing is), <camera>_labels (16 bit, the thing's number in
+/// mav0/things.csv) and <camera>_floor (255 on the floor).
 class RecordingRobot final : public Robot {
  public:
   /// `folder` is claimed; `rig` is what the robot believes, its floor marks surveyed.

@@ -269,9 +269,10 @@ TEST_F(DatasetTest, WhatIsNoDatasetIsToldApart) {
   fs::create_directories(folder_ / "mav0/cam0/data");
   write_file(folder_ / "mav0/cam0/data.csv", "#timestamp [ns],filename\n");
   EXPECT_EQ(fault(), folder_.string() +
-                         ": has no mav0/odom0/data.csv (#timestamp [ns], x [m], y [m], theta "
-                         "[rad], v [m/s], w [rad/s]): a robot's pictures are of no use without its "
-                         "wheels' odometry at each");
+                         ": has pictures of cam0 but no mav0/odom0/data.csv (#timestamp [ns], x "
+                         "[m], y [m], theta [rad], v [m/s], w [rad/s]): the wheels' odometry at "
+                         "the instant of each picture is needed");
+  EXPECT_THROW(read_beliefs(folder_), ConfigError);
   folder_ /= "nowhere";
   EXPECT_EQ(fault(), folder_.string() + ": no such folder");
 }

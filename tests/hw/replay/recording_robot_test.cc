@@ -76,7 +76,7 @@ TEST_F(RecordingRobotTest, TruePicturesGoBesideThePictures) {
     return std::map<std::string, TruePicture>{{"front", picture}};
   };
   {
-    const auto robot = recording(1, shown);
+    const auto robot = recording(1, {shown, {"desk, big", "chair"}});
     drive_on(*robot, 1);
   }
   const auto picture = [&](const std::string& name) {
@@ -91,6 +91,8 @@ TEST_F(RecordingRobotTest, TruePicturesGoBesideThePictures) {
   EXPECT_EQ(cv::Mat_<std::uint16_t>(depth)(0, 4), 65535);
   EXPECT_EQ(cv::Mat_<std::uint16_t>(picture("front_labels"))(0, 1), 40'000);
   EXPECT_EQ(cv::Mat_<std::uint8_t>(picture("front_floor"))(0, 1), 255);
+  EXPECT_EQ(read_file(folder_ / "mav0/things.csv"),
+            "#number, thing\n0,nothing\n1,desk  big\n2,chair\n");
   EXPECT_THAT(read_dataset(folder_).cameras, testing::ElementsAre("floor", "front"));
 }
 
