@@ -158,6 +158,25 @@ bool is_convex(const std::vector<SceneTriangle>& part) {
   });
 }
 
+bool is_flat(const std::vector<SceneTriangle>& part) {
+  const SceneTriangle& first = part.front();
+  const Vec3 normal = (first[1] - first[0]).cross(first[2] - first[0]).normalized();
+  return std::all_of(part.begin(), part.end(), [&](const SceneTriangle& triangle) {
+    return std::all_of(triangle.begin(), triangle.end(), [&](const Vec3& p) {
+      return std::abs(normal.dot(p - first[0])) <= kSame_m;
+    });
+  });
+}
+
+void move_behind(const SceneTriangle& face, std::vector<Vec2>& corners) {
+  const Vec2 ahead = (face[1] - face[0]).cross(face[2] - face[0]).head<2>();
+  if (ahead.norm() > 0) {
+    for (Vec2& corner : corners) {
+      corner -= kBehind_m * ahead.normalized();
+    }
+  }
+}
+
 /// Sutherland and Hodgman's clip at one height.
 std::vector<Vec3> clipped(const std::vector<Vec3>& polygon, double z_m, bool keep_above) {
   std::vector<Vec3> kept;
@@ -228,21 +247,82 @@ std::vector<Vec2> convex_hull(std::vector<Vec2> points) {
   return hull;
 }
 
-/// Whether a convex outline and a cell's square share more than a touch: no line along one of their
-/// edges has them on different sides.
-bool overlaps(const std::vector<Vec2>& outline, const Vec2& low, const Vec2& high) {
-  const std::size_t n = outline.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vec2& a = outline[i];
-    const Vec2 along = (outline[(i + 1) % n] - a).normalized();
-    const Vec2 outwards(along.y(), -along.x());
-    const Vec2 nearest(outwards.x() > 0 ? low.x() : high.x(),
-                       outwards.y() > 0 ? low.y() : high.y());
-    if (outwards.dot(nearest - a) >= (n == 2 ? 0 : -kSliver_m)) {
-      return false;
+struct Bounds {
+  Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity());
+  Vec2 high = -low;
+
+  void add(const Vec2& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+};
+
+Bounds bounds_of(const World& world) {
+  Bounds bounds;
+  for (const Object& object : world.objects) {
+    for (const Triangle& t : object.triangles) {
+      for (const Corner& corner : t.corners) {
+        bounds.add((object.T_scene_object * corner.p_object).head<2>());
+      }
+    }
+    for (const Pillar& pillar : object.pillars) {
+      for (const Vec2& p : pillar.corners_object) {
+        bounds.add((object.T_scene_object * Vec3(p.x(), p.y(), 0)).head<2>());
+      }
     }
   }
-  return true;  // the caller has compared the bounds, which are the square's own edges
+  return bounds;
+}
+
+/// How far a convex outline reaches along x between two heights of y; low above high where it is
+/// not there.
+std::pair<double, double> reach(const std::vector<Vec2>& outline, double y_low, double y_high) {
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  const auto add = [&](double x) {
+    low = std::min(low, x);
+    high = std::max(high, x);
+  };
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Vec2& a = outline[i];
+    const Vec2& b = outline[(i + 1) % outline.size()];
+    if (a.y() >= y_low && a.y() <= y_high) {
+      add(a.x());
+    }
+    for (const double y : {y_low, y_high}) {
+      if ((a.y() < y) != (b.y() < y)) {
+        add(a.x() + (b.x() - a.x()) * ((y - a.y()) / (b.y() - a.y())));
+      }
+    }
+  }
+  return {low, high};
+}
+
+/// Sets the cells that an outline reaches into. Within a row of cells it is convex, so there they
+/// follow each other.
+void fill(const std::vector<Vec2>& outline, int first_column, int first_row, TruthLayer& layer) {
+  const double cell_m = layer.cell_m;
+  const auto cell_of = [cell_m](double x) { return static_cast<int>(std::floor(x / cell_m)); };
+  Bounds bounds;
+  for (const Vec2& corner : outline) {
+    bounds.add(corner);
+  }
+  const double sliver_m = outline.size() == 2 ? 0 : kSliver_m;  // a sheet has no depth to lose
+  const int last = std::min(cell_of(bounds.high.y() - sliver_m), first_row + layer.rows - 1);
+  for (int row = std::max(cell_of(bounds.low.y() + sliver_m), first_row); row <= last; ++row) {
+    const auto [low, high] = reach(outline, std::max(row * cell_m, bounds.low.y()) + sliver_m,
+                                   std::min((row + 1) * cell_m, bounds.high.y()) - sliver_m);
+    if (low > high) {
+      continue;
+    }
+    const int from = std::max(cell_of(low + sliver_m) - first_column, 0);
+    const int to = std::min(cell_of(high - sliver_m) - first_column, layer.columns - 1);
+    const auto start =
+        layer.cells.begin() + static_cast<std::ptrdiff_t>(row - first_row) * layer.columns;
+    if (from <= to) {
+      std::fill(start + from, start + to + 1, 1);
+    }
+  }
 }
 
 }  // namespace
@@ -277,17 +357,15 @@ std::vector<Outline> outlines(const World& world, double z_low_m, double z_high_
     }
     for (const std::vector<SceneTriangle>& part : connected_parts(object)) {
       const bool whole = is_convex(part);
+      const bool flat = whole && is_flat(part);
       std::vector<Vec2> corners;
       for (const SceneTriangle& triangle : part) {
-        const std::vector<Vec2> more = slice_corners(triangle, z_low_m, z_high_m);
+        std::vector<Vec2> more = slice_corners(triangle, z_low_m, z_high_m);
+        if (!whole || flat) {
+          move_behind(triangle, more);
+        }
         corners.insert(corners.end(), more.begin(), more.end());
         if (!whole) {
-          const Vec3 normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
-          if (const Vec2 ahead = normal.head<2>(); ahead.norm() > 0) {
-            for (Vec2& corner : corners) {
-              corner -= kBehind_m * ahead.normalized();
-            }
-          }
           add(std::move(corners));
           corners.clear();
         }
@@ -300,17 +378,7 @@ std::vector<Outline> outlines(const World& world, double z_low_m, double z_high_
 
 TruthLayer occupancy(const World& world, double z_low_m, double z_high_m, double cell_m) {
   PANOPTES_CHECK(cell_m > 0, "a cell has a size");
-  Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity());
-  Vec2 high = -low;
-  for (const Object& object : world.objects) {
-    for (const Triangle& t : object.triangles) {
-      for (const Corner& corner : t.corners) {
-        const Vec2 p_scene = (object.T_scene_object * corner.p_object).head<2>();
-        low = low.cwiseMin(p_scene);
-        high = high.cwiseMax(p_scene);
-      }
-    }
-  }
+  const auto [low, high] = bounds_of(world);
   TruthLayer layer;
   layer.cell_m = cell_m;
   if (!(low.x() <= high.x())) {
@@ -326,28 +394,20 @@ TruthLayer occupancy(const World& world, double z_low_m, double z_high_m, double
   layer.cells.assign(static_cast<std::size_t>(layer.columns) * static_cast<std::size_t>(layer.rows),
                      0);
   for (const Outline& outline : outlines(world, z_low_m, z_high_m)) {
-    Vec2 from = outline.corners_scene.front();
-    Vec2 to = from;
-    for (const Vec2& corner : outline.corners_scene) {
-      from = from.cwiseMin(corner);
-      to = to.cwiseMax(corner);
-    }
-    // A sheet along an edge between two cells belongs to both.
-    const double margin = outline.corners_scene.size() == 2 ? 0 : -kSliver_m;
-    const auto column_of = [&](double x) { return cell_of(x) - first_column; };
-    const auto row_of = [&](double y) { return cell_of(y) - first_row; };
-    for (int row = row_of(from.y() - margin); row <= row_of(to.y() + margin); ++row) {
-      for (int column = column_of(from.x() - margin); column <= column_of(to.x() + margin);
-           ++column) {
-        const Vec2 cell_low = cell_m * Vec2(first_column + column, first_row + row);
-        if (overlaps(outline.corners_scene, cell_low, cell_low + Vec2::Constant(cell_m))) {
-          layer.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(layer.columns) +
-                      static_cast<std::size_t>(column)] = 1;
-        }
-      }
-    }
+    fill(outline.corners_scene, first_column, first_row, layer);
   }
   return layer;
+}
+
+double truth_cell_m(const World& world) {
+  const auto [low, high] = bounds_of(world);
+  const Vec2 size = (high - low).cwiseMax(0);
+  for (const double cell_m : {0.01, 0.02, 0.05, 0.1}) {
+    if (size.x() / cell_m * (size.y() / cell_m) <= kMostTruthCells) {
+      return cell_m;
+    }
+  }
+  return 0.2;
 }
 
 }  // namespace panoptes::sim

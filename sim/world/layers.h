@@ -35,4 +35,9 @@ std::vector<Outline> outlines(const World& world, double z_low_m, double z_high_
 /// not set, but there is no way to them.
 TruthLayer occupancy(const World& world, double z_low_m, double z_high_m, double cell_m);
 
+/// The finest of 1, 2, 5, 10 and 20 cm with which a layer has at most kMostTruthCells cells, a byte
+/// each: 1 cm for a street block of 90 x 60 m.
+double truth_cell_m(const World& world);
+inline constexpr double kMostTruthCells = 64e6;
+
 }  // namespace panoptes::sim

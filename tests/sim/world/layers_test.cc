@@ -162,6 +162,41 @@ TEST(Occupancy, ATurnedBoxFillsItsAreaAndLessThanACellAround) {
   }
 }
 
+TEST(Occupancy, ASheetOnAnEdgeFillsTheCellsBehindIt) {
+  const Corner a{{1, 0.2, 0}, {0, 0}};
+  const Corner b{{1, 0.6, 0}, {1, 0}};
+  const Corner c{{1, 0.6, 1}, {1, 1}};  // it looks towards +x
+  const Corner d{{1, 0.2, 1}, {0, 1}};
+  const TruthLayer layer =
+      occupancy(world_of({{"pane", {}, {{{a, b, c}, 0}, {{a, c, d}, 0}}}}), 0.02, kMast_m, 0.1);
+  EXPECT_EQ(cells_set(layer), 4);
+  EXPECT_TRUE(layer.at({0.95, 0.25}));
+  EXPECT_FALSE(layer.at({1.05, 0.25}));
+}
+
+TEST(Occupancy, APillarBeyondItsOnlyFaceIsWhole) {
+  World world = world_of({{"post", {}, {}}});
+  const Corner a{{0, 0, 0}, {0, 0}};
+  const Corner b{{1, 0, 0}, {1, 0}};
+  const Corner c{{1, 0, 1}, {1, 1}};
+  world.objects[0].triangles = {{{a, b, c}, 0}};
+  world.objects[0].pillars = {{{{0, 0}, {1, 0}, {1, 3}, {0, 3}}, 0, 1}};
+  EXPECT_EQ(cells_set(occupancy(world, 0.02, kMast_m, 0.1)), 10 * 30);
+  EXPECT_EQ(cells_set(occupancy(world, 1.02, 2, 0.1)), 0);
+}
+
+TEST(Occupancy, PeopleAreLeftOut) {
+  World world = world_of({{"ann", {}, box({0, 0, 0}, {0.4, 0.4, 1.7})}});
+  world.objects[0].kind = Object::Kind::kPerson;
+  EXPECT_EQ(cells_set(occupancy(world, 0.02, kMast_m, 0.1)), 0);
+}
+
+TEST(Occupancy, LargeWorldsHaveCoarserTruth) {
+  EXPECT_EQ(truth_cell_m(world_of({{"floor", {}, box({0, 0, -0.1}, {90, 60, 0})}})), 0.01);
+  EXPECT_EQ(truth_cell_m(world_of({{"floor", {}, box({0, 0, -0.1}, {300, 300, 0})}})), 0.05);
+  EXPECT_EQ(truth_cell_m(World()), 0.01);
+}
+
 TEST(Occupancy, LayersSplitAtTwoCentimetres) {
   const World world = world_of(
       {{"mat", {}, box({0, 0, 0}, {1, 1, 0.015})}, {"shelf", {}, box({2, 0, 0.3}, {3, 1, 0.5})}});
