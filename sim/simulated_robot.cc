@@ -18,7 +18,6 @@
 namespace panoptes::sim {
 namespace {
 
-constexpr double kTruthCell_m = 0.01;
 constexpr double kSeenCell_m = 0.05;
 // Around a start so much must be clear: more than what the robot has to take for free without
 // seeing it, its radius, the blind gap before it (up to 0.25 m) and 10 cm.
@@ -205,8 +204,9 @@ Surroundings bare_surroundings(const World& world, const Body& body) {
 Surroundings surroundings(const World& world, const Body& body, const RendererOptions& options) {
   Surroundings around = bare_surroundings(world, body);
   const World lasting = without_people(world);
-  around.floor = occupancy(lasting, 0, kFloorLayerTop_m, kTruthCell_m);
-  around.body = occupancy(lasting, kFloorLayerTop_m, body.height_m, kTruthCell_m);
+  const double cell_m = truth_cell_m(lasting);
+  around.floor = occupancy(lasting, 0, kFloorLayerTop_m, cell_m);
+  around.body = occupancy(lasting, kFloorLayerTop_m, body.height_m, cell_m);
   const auto renderer = std::make_shared<Renderer>(world, options);
   around.draw = [renderer](const View& view, const Ask& ask, const Moment& moment) {
     return renderer->draw(view, ask, moment);
