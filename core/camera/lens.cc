@@ -224,6 +224,18 @@ double most_angle_rad(const NoDistortion&) { return kPi / 2; }
 double most_angle_rad(const BrownConrady& o) { return std::atan(turning_point(radial_of(o))); }
 double most_angle_rad(const Equidistant& o) { return turning_point(radial_of(o)); }
 
+/// Whether a point lies nearer to the axis than where the lens bends back.
+bool before_turn(const Radial& radial, double x) {
+  return x <= radial.most && (surely_rises(radial, x) || x <= turning_point(radial));
+}
+bool before_turn(const NoDistortion&, const Vec3&) { return true; }
+bool before_turn(const BrownConrady& o, const Vec3& p) {
+  return before_turn(radial_of(o), p.head<2>().norm() / p.z());
+}
+bool before_turn(const Equidistant& o, const Vec3& p) {
+  return before_turn(radial_of(o), std::atan2(p.head<2>().norm(), p.z()));
+}
+
 }  // namespace
 
 Vec2 Intrinsics::project(const Vec3& p_camera) const {
@@ -258,8 +270,7 @@ bool Intrinsics::sees(const Vec3& p_camera) const {
   if (!(px.x() >= -0.5 && px.y() >= -0.5 && px.x() < width_px - 0.5 && px.y() < height_px - 0.5)) {
     return false;
   }
-  const double angle_rad = std::atan2(p_camera.head<2>().norm(), p_camera.z());
-  return angle_rad <= std::visit([](const auto& o) { return most_angle_rad(o); }, distortion);
+  return std::visit([&p_camera](const auto& o) { return before_turn(o, p_camera); }, distortion);
 }
 
 Intrinsics pinhole(int width_px, int height_px, double horizontal_fov_rad) {

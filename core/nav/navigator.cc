@@ -41,9 +41,10 @@ Navigator::Navigator(const NavigatorOptions& options, const Body& body, const Ri
     : options_(options),
       body_(body),
       listener_(std::move(listener)),
-      localiser_(options.localiser, body, rig, rng.fork("localiser")),
-      mapper_(options.mapper, body, rig),
-      explorer_(options.explore, body, wedge_of(mapper_.projection(), rig, body),
+      rectifier_(rig),
+      localiser_(options.localiser, body, rectifier_.rig(), rng.fork("localiser")),
+      mapper_(options.mapper, body, rectifier_.rig()),
+      explorer_(options.explore, body, wedge_of(mapper_.projection(), rectifier_.rig(), body),
                 rng.fork("explorer")),
       driver_(options.driver, body) {}
 
@@ -144,7 +145,19 @@ void Navigator::drive(const Observation& seen, const Located& located, const Map
   }
 }
 
-NavStep Navigator::step(const Observation& seen) {
+NavStep Navigator::step(const Observation& raw) {
+  if (!rectifier_.bends()) {
+    return step_straight(raw);
+  }
+  Observation straight;
+  {
+    const StageScope scope(listener_, "rectifying");
+    straight = rectifier_.rectified(raw);
+  }
+  return step_straight(straight);
+}
+
+NavStep Navigator::step_straight(const Observation& seen) {
   NavStep step;
   step.stamp = seen.stamp;
   const std::vector<Pose2>& T_map_nodes = localiser_.graph().T_map_node;

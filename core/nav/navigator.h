@@ -8,6 +8,7 @@
 
 #include "core/base/rng.h"
 #include "core/camera/observation.h"
+#include "core/camera/rectify.h"
 #include "core/camera/rig.h"
 #include "core/config/fields.h"
 #include "core/explore/explorer.h"
@@ -35,13 +36,15 @@ struct NavigatorOptions {
 void bind(Fields& f, NavigatorOptions& o);
 
 /// The one recipe (thesis chapter 6): localise, map, choose, drive. Equal observations give equal
-/// steps, bit for bit. Knows no clock, no file and no truth.
+/// steps, bit for bit. Knows no clock, no file and no truth. Pictures that a lens bends are
+/// straightened first: all that follows, the floor likelihood kept in a step as well, is of
+/// pinholes.
 class Navigator {
  public:
   Navigator(const NavigatorOptions& options, const Body& body, const Rig& rig, Rng rng,
             StageListener listener = {});
 
-  NavStep step(const Observation& seen);
+  NavStep step(const Observation& raw);
 
   /// Nothing is left to explore or worth driving again.
   bool done() const { return done_; }
@@ -63,6 +66,7 @@ class Navigator {
   OccupancyMap planning_map();
 
  private:
+  NavStep step_straight(const Observation& seen);
   void choose_goal(const Observation& seen, const Located& located, NavStep& step);
   void choose_revisit_goal(const Observation& seen, const Located& located, NavStep& step);
   DriveGoal revisit_goal();
@@ -71,6 +75,7 @@ class Navigator {
   NavigatorOptions options_;
   Body body_;
   StageListener listener_;
+  Rectifier rectifier_;
   Localiser localiser_;
   Mapper mapper_;
   Explorer explorer_;

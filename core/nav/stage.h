@@ -7,7 +7,8 @@
 namespace panoptes {
 
 /// Told where a stage of a step begins and ends, so that the caller can time it: core has no clock.
-/// Stages are "odometry", "slam", "mapping" and "planning"; they do not overlap.
+/// Stages are "odometry", "slam", "mapping" and "planning", and "rectifying" before them where a
+/// lens bends; they do not overlap.
 using StageListener = std::function<void(std::string_view stage, bool begins)>;
 
 /// Reports one stage for as long as it lives.

@@ -14,12 +14,6 @@
 namespace panoptes::sim {
 namespace {
 
-constexpr std::size_t kBankSize = std::size_t{1} << 19;
-
-std::string numbered(std::string_view name, std::int64_t number) {
-  return std::string(name) + "/" + std::to_string(number);
-}
-
 Vec3 three_normals(Rng& rng, double sigma) {
   const double x = rng.normal(0, sigma);
   const double y = rng.normal(0, sigma);
@@ -29,45 +23,9 @@ Vec3 three_normals(Rng& rng, double sigma) {
 
 }  // namespace
 
-void bind(Fields& f, ImageNoise& o) { f("sigma_grey", o.sigma_grey, between(0, 30)); }
-
 void bind(Fields& f, MountingError& o) {
   f("sigma_deg", o.sigma_deg, between(0, 45));
   f("sigma_m", o.sigma_m, between(0, 1));
-}
-
-PixelNoise::PixelNoise(const ImageNoise& options, const Rng& rng) : rng_(rng) {
-  if (options.sigma_grey == 0) {
-    return;
-  }
-  Rng draw = rng.fork("bank");
-  bank_.resize(kBankSize);
-  for (std::int8_t& one : bank_) {
-    const double grey = std::round(draw.normal(0, options.sigma_grey));
-    one = static_cast<std::int8_t>(std::clamp(grey, -127.0, 127.0));
-  }
-}
-
-void PixelNoise::add(cv::Mat& bgr, std::string_view camera, std::int64_t picture) const {
-  PANOPTES_CHECK(bgr.isContinuous() && bgr.depth() == CV_8U, "noise is for continuous 8 bit");
-  if (bank_.empty()) {
-    return;
-  }
-  std::size_t at = static_cast<std::size_t>(
-      rng_.fork(numbered(camera, picture)).index(static_cast<int>(bank_.size())));
-  std::uint8_t* pixel = bgr.data;
-  std::size_t left = bgr.total() * bgr.elemSize();
-  while (left > 0) {  // the bank is a ring
-    const std::size_t run = std::min(left, bank_.size() - at);
-    const std::int8_t* noise = bank_.data() + at;
-    for (std::size_t i = 0; i < run; ++i) {
-      const int value = pixel[i] + noise[i];
-      pixel[i] = static_cast<std::uint8_t>(value < 0 ? 0 : value > 255 ? 255 : value);
-    }
-    pixel += run;
-    left -= run;
-    at = 0;
-  }
 }
 
 Rig mounted(const MountingError& error, const Rig& believed, const Rng& rng) {

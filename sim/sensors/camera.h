@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
-
-#include <opencv2/core/mat.hpp>
 
 #include "core/base/rng.h"
 #include "core/camera/rig.h"
@@ -14,25 +10,6 @@
 #include "core/geometry/body.h"
 
 namespace panoptes::sim {
-
-struct ImageNoise {
-  double sigma_grey = 2;  ///< standard deviation of every channel of every pixel, in grey levels
-};
-void bind(Fields& f, ImageNoise& o);
-
-/// Noise that does not depend on the signal, from a bank drawn once: a picture reads the bank from
-/// a place that the seed, the camera's name and the number of its picture decide.
-class PixelNoise {
- public:
-  PixelNoise(const ImageNoise& options, const Rng& rng);
-
-  /// In place; `bgr` is continuous, 8 bit.
-  void add(cv::Mat& bgr, std::string_view camera, std::int64_t picture) const;
-
- private:
-  Rng rng_;
-  std::vector<std::int8_t> bank_;
-};
 
 /// How far the true cameras are from where the robot believes they are, each axis by itself.
 struct MountingError {

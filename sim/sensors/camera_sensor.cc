@@ -24,7 +24,7 @@ constexpr int kMostDrawings = 33;  // of one exposure
 // Rows are drawn together as long as what they show moves less than this between them.
 constexpr double kRowsStep_px = 0.5;
 constexpr int kMostBands = 64;
-constexpr int kScoutDivisor = 8;     // of the picture that tells how far away things are
+constexpr int kScoutDivisor = 16;    // of the picture that tells how far away things are
 constexpr int kExposureGrid = 8;     // every so many pixels each way are metered
 constexpr double kNearest_m = 0.03;  // nothing nearer is drawn
 constexpr double kFar_m = 1e6;       // stands for infinitely far

@@ -22,7 +22,7 @@ namespace panoptes::sim {
 
 struct FixedExposure {
   static constexpr std::string_view kName = "fixed";
-  double exposure_ms = 4;
+  double exposure_ms = 2;
   double gain = 1;  ///< of the amplifier behind the sensor
 };
 void bind(Fields& f, FixedExposure& o);
@@ -44,7 +44,7 @@ void bind(Fields& f, AutoExposure& o);
 /// exposure of `white_ms` at gain 1 shows.
 struct SensorOptions {
   std::variant<FixedExposure, AutoExposure> exposure;
-  double white_ms = 4;      ///< so long an exposure at gain 1 draws light 1 white
+  double white_ms = 2;      ///< so long an exposure at gain 1 draws light 1 white
   double vignetting = 0.2;  ///< share of the light lost in the farthest corner, as cos^4 goes
   SensorNoise noise;
   bool motion_blur = true;  ///< the picture is the mean over the exposure

@@ -20,6 +20,8 @@ const Intrinsics kLens = pinhole(160, 120, deg_to_rad(80));
 
 SensorOptions clean() {
   SensorOptions options;
+  options.white_ms = 4;
+  options.exposure = FixedExposure{4, 1};
   options.vignetting = 0;
   options.noise = NoNoise{};
   return options;

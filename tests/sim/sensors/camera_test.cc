@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
-#include <opencv2/core.hpp>
 
 #include "core/base/error.h"
 #include "sim/sensors/floor_pixels.h"
@@ -19,54 +18,6 @@ RigCamera floor_camera() {
   camera.T_body_camera = mounted_camera({0.02, 0, 0.75}, 0, deg_to_rad(28));
   camera.floor = FloorView{};
   return camera;
-}
-
-TEST(PixelNoise, HasItsSigmaAndNoMean) {
-  const PixelNoise noise({2}, Rng(1));
-  cv::Mat picture(240, 320, CV_8UC3, cv::Scalar::all(100));
-  noise.add(picture, "front", 0);
-  cv::Mat flat;
-  picture.reshape(1).convertTo(flat, CV_64F);
-  cv::Scalar mean;
-  cv::Scalar sigma;
-  cv::meanStdDev(flat, mean, sigma);
-  const double n = static_cast<double>(flat.total());
-  const double expected = std::sqrt(4 + 1.0 / 12);  // rounded to whole levels
-  EXPECT_NEAR(mean[0], 100, 3 * expected / std::sqrt(n));
-  EXPECT_NEAR(sigma[0], expected, 3 * expected / std::sqrt(2 * n));
-}
-
-TEST(PixelNoise, StopsAtBlackAndWhite) {
-  const PixelNoise noise({10}, Rng(1));
-  cv::Mat black(240, 320, CV_8UC3, cv::Scalar::all(0));
-  cv::Mat white(240, 320, CV_8UC3, cv::Scalar::all(255));
-  noise.add(black, "front", 0);
-  noise.add(white, "front", 0);
-  double low = 0;
-  double high = 0;
-  cv::minMaxLoc(black.reshape(1), nullptr, &high);
-  cv::minMaxLoc(white.reshape(1), &low, nullptr);
-  EXPECT_LT(high, 100);
-  EXPECT_GT(low, 155);
-}
-
-TEST(PixelNoise, IsDecidedBySeedCameraAndPictureAlone) {
-  const auto noisy = [](std::uint64_t seed, const char* camera, std::int64_t picture) {
-    cv::Mat image(240, 320, CV_8UC3, cv::Scalar::all(100));
-    PixelNoise({2}, Rng(seed)).add(image, camera, picture);
-    return image;
-  };
-  const cv::Mat one = noisy(1, "front", 5);
-  EXPECT_EQ(cv::norm(one, noisy(1, "front", 5), cv::NORM_INF), 0);
-  EXPECT_GT(cv::norm(one, noisy(1, "front", 6), cv::NORM_INF), 0);
-  EXPECT_GT(cv::norm(one, noisy(1, "back", 5), cv::NORM_INF), 0);
-  EXPECT_GT(cv::norm(one, noisy(2, "front", 5), cv::NORM_INF), 0);
-}
-
-TEST(PixelNoise, OfNothingChangesNothing) {
-  cv::Mat image(24, 32, CV_8UC3, cv::Scalar::all(100));
-  PixelNoise({0}, Rng(1)).add(image, "front", 0);
-  EXPECT_EQ(cv::norm(image, cv::Mat(24, 32, CV_8UC3, cv::Scalar::all(100)), cv::NORM_INF), 0);
 }
 
 TEST(Mounted, IsAsBelievedWithoutError) {
