@@ -279,10 +279,10 @@ def lamp():
 
 
 def door():
-    """A leaf of 0.9 m by 2.04 m; it turns about its origin and reaches to +x from there."""
+    """A leaf of 1.04 m by 2.04 m; it turns about its origin and reaches to +x from there."""
     m = made_of("door", leaf="door", things="things")
     edge = (0.0, 0.0, 0.02, 1.0)
-    m.box(0.01, -0.02, 0.004, 0.91, 0.02, 2.04, "leaf", uv=edge,
+    m.box(0.01, -0.02, 0.004, 1.05, 0.02, 2.04, "leaf", uv=edge,
           faces={"-y": ("leaf", None), "+y": ("leaf", (1, 0, 0, 1))}, skip=("-z",))
     return m
 

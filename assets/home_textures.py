@@ -579,6 +579,7 @@ def window(rng):
         c.rect(k * 20, 296, 2, 50, (150, 146, 136))
     for _ in range(150):
         blossom(c, rng.randint(0, 512), rng.randint(352, 500), rng.uniform(4, 8), rng.choice(COLOURS), rng)
+    c.rect(0, 0, 512, 512, (20, 26, 30), 0.30)   # it shines by itself
     for x in (0, 160, 330, 488):
         c.rect(x, 0, 24, 512, (240, 238, 230))
         c.rect(x + 22, 0, 3, 512, (160, 156, 148))

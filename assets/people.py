@@ -57,7 +57,7 @@ def figure(name, picture):
     m.loft(ring(0.025, 0, 1.691, 0.095, 0.078, n), ring(0.015, 0, 1.75, 0.045, 0.04, n), "cloth", uv=piece("hair"),
            top=("cloth", piece("hair")))
 
-    trousers, sleeve = piece("trousers"), piece("sleeve")
+    trousers, sleeve = part_of(piece("trousers"), 0, 0.1, 1, 1), piece("sleeve")   # without the belt
     for side, knee, ankle in ((1, (0.17, 0.48), (0.27, 0.09)), (-1, (-0.04, 0.47), (-0.29, 0.12))):
         y = 0.092 * side
         limb(m, [(0.0, y, 0.86), (knee[0], y, knee[1]), (ankle[0], y, ankle[1])], [0.095, 0.066, 0.05], trousers)

@@ -30,7 +30,7 @@ constexpr double kDoorway_m = 1.06;   // 1 m between the frames
 constexpr double kFrame_m = 0.03;
 constexpr double kFrameDepth_m = kWallThickness_m + 0.03;
 constexpr double kDoorHeight_m = 2.1;
-constexpr double kLeaf_m = 0.92;
+constexpr double kLeaf_m = 1.05;
 constexpr double kArch_m = 1.5;  // between living room and kitchen
 constexpr double kBeforeDoor_m = 1.1;
 constexpr double kWallHalf_m = kWallThickness_m / 2;
@@ -150,7 +150,9 @@ void put_leaf(Home& home, HomeRoom& room, std::size_t face, const Vec2& middle) 
   const Pose2 at = wall.at(hinge_s_m);
   const Vec2 hinge = at * Vec2(kOff_m, 0);
   const double heading_rad = wrap_angle(at.theta_rad + side * (std::numbers::pi / 2 - kAjar_rad));
-  put(home.into, "home/door", {hinge.x(), hinge.y(), heading_rad}).movable = true;
+  ObjectSettings& leaf = put(home.into, "home/door", {hinge.x(), hinge.y(), heading_rad});
+  leaf.name = fmt::format("door-{}", home.rooms.size());  // of the room that is being built
+  leaf.movable = true;
   const Vec2 depth = at * Vec2(kOff_m + kLeaf_m * kAjar_rad + 0.03, side * kLeaf_m);
   const Rectangle outline{at.position().cwiseMin(depth), at.position().cwiseMax(depth)};
   home.passages.block(outline);

@@ -349,12 +349,15 @@ void stand_table(Furnisher& room) {
     const Vec2 middle = *at * Vec2(kSkirting_m + 0.74, 0);
     put(room.into(), "home/table",
         {middle.x(), middle.y(), wrap_angle(at->theta_rad + kQuarter_rad)});
+    int chairs = 0;
     for (const double side : {-1.0, 1.0}) {
       for (const double along_m : {-0.35, 0.35}) {
         const Vec2 p = *at * Vec2(kSkirting_m + 0.74 + along_m, side * kChairs_m);
-        put(room.into(), "home/chair",
-            {p.x(), p.y(), wrap_angle(at->theta_rad - side * kQuarter_rad)})
-            .movable = true;
+        ObjectSettings& chair =
+            put(room.into(), "home/chair",
+                {p.x(), p.y(), wrap_angle(at->theta_rad - side * kQuarter_rad)});
+        chair.name = fmt::format("kitchen-chair-{}", ++chairs);
+        chair.movable = true;
       }
     }
     return;
