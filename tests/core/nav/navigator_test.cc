@@ -2,6 +2,9 @@
 #include "core/nav/navigator.h"
 
 #include <map>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -54,6 +57,29 @@ TEST(Navigator, MovesAndMapsFromAStartThatSeesFloor) {
   EXPECT_TRUE(std::any_of(steps.begin(), steps.end(), [](const NavStep& step) {
     return step.command_body.v_mps != 0 || step.command_body.w_radps != 0;
   }));
+}
+
+TEST(Navigator, MapsThroughLensesThatBend) {
+  const Pose2 start{-1, 0, 0.4};
+  for (const Distortion& lens :
+       std::vector<Distortion>{BrownConrady{-0.25, 0.06, 0.001, -0.001, 0}, Equidistant{}}) {
+    test::RoomRobot robot(12);
+    robot.bend(lens);
+    std::map<std::string, int> begun;
+    Navigator navigator(
+        {}, Body{}, robot.rig(), Rng(7),
+        [&begun](std::string_view stage, bool begins) { begun[std::string(stage)] += begins; });
+    constexpr int kFrames = 8;
+    const std::vector<NavStep> steps = drive(navigator, robot, start, kFrames);
+    EXPECT_EQ(begun["rectifying"], kFrames);
+    EXPECT_EQ(navigator.start_fault(), "");
+    EXPECT_GT(steps.back().mapped_free_m2, 1.0);
+    // Floor on the way to the box, and the box.
+    const OccupancyMap map = navigator.map(0.05);
+    const auto in_map = [&start](const Vec2& p_scene) { return start.inverse() * p_scene; };
+    EXPECT_EQ(map.at(in_map({0.5, 0.5})), Cell::kFree);
+    EXPECT_NE(map.at(in_map({1.7, 1.0})), Cell::kFree);
+  }
 }
 
 TEST(Navigator, MapsTheFloorBehindItWithASecondFloorCamera) {

@@ -37,6 +37,12 @@ void RoomRobot::look_back_at_the_floor() {
   rig_.cameras["a-floor-behind"] = camera;  // by its name before the other
 }
 
+void RoomRobot::bend(const Distortion& distortion) {
+  for (auto& [name, camera] : rig_.cameras) {
+    camera.intrinsics = lens_of_view(320, 240, deg_to_rad(90), distortion);
+  }
+}
+
 Observation RoomRobot::look(double at_s, const Pose2& T_scene_body, const Pose2& T_odom_body) {
   Observation seen;
   seen.stamp = time_at(at_s);

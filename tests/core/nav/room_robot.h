@@ -21,6 +21,9 @@ class RoomRobot {
   /// From now on it has another floor camera, which looks back.
   void look_back_at_the_floor();
 
+  /// From now on its cameras see 90 degrees through such lenses.
+  void bend(const Distortion& distortion);
+
  private:
   Rng rng_;
   FloorScene scene_;
