@@ -88,7 +88,9 @@ void bind(Fields& f, MirroredPlan& o) {
   f("desks", o.desks, at_least(0));
   f("seed", o.seed);
   f.require(is_sensible(o.size_m), "size_m", size_rule());
-  f.require(!is_sensible(o.size_m) || has_place(o), "desks", desks_rule(o));
+  if (is_sensible(o.size_m)) {
+    f.require(has_place(o), "desks", desks_rule(o));
+  }
 }
 
 void generate(const MirroredPlan& plan, WorldSettings& into) {
