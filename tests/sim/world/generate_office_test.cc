@@ -190,7 +190,7 @@ TEST(Office, AReachOfFloorThatDoesNotChange) {
 // The shares over 400 places are texture_check's to measure; of a few the poorest is far from poor.
 void expect_rich(const World& world) {
   constexpr int kPoses = 8;
-  const Richness count = richness(look_around(world, kPoses, Rng(1)));
+  const Richness count = richness(world, kPoses, Rng(1));
   EXPECT_GE(count.judged, kPoses / 2);
   EXPECT_EQ(count.rich, count.judged);
 }
@@ -211,7 +211,7 @@ TEST(GenerateOffice, WithoutTextureMostPicturesHaveFewPoints) {
   plan.size_m = Vec2(7, 5.5);
   plan.desks = 4;
   plan.texture = 0;
-  EXPECT_LT(richness(look_around(make_world(generated(plan)), 8, Rng(1))).share(), 0.5);
+  EXPECT_LT(richness(make_world(generated(plan)), 8, Rng(1)).share(), 0.5);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 #include "tests/sim/world/look_around.h"
 
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include <opencv2/core.hpp>
 #include <opencv2/features2d.hpp>
@@ -23,7 +25,7 @@ constexpr int kTries = 100000;
 
 }  // namespace
 
-std::vector<Look> look_around(const World& world, int poses, Rng rng) {
+void look_around(const World& world, int poses, Rng rng, const std::function<void(Look)>& see) {
   const Obstacles obstacles(outlines(world, kFloorLayerTop_m, kRobotHeight_m));
   const FreeRegion region(obstacles, kRobotRadius_m);
   const Vec2 low = obstacles.low_scene();
@@ -31,8 +33,8 @@ std::vector<Look> look_around(const World& world, int poses, Rng rng) {
   const Intrinsics intrinsics = pinhole(640, 480, deg_to_rad(80));
   Renderer renderer(world);
   const cv::Ptr<cv::SIFT> sift = cv::SIFT::create();
-  std::vector<Look> looks;
-  for (int tries = 0; static_cast<int>(looks.size()) < 2 * poses; ++tries) {
+  int found = 0;
+  for (int tries = 0; found < poses; ++tries) {
     PANOPTES_CHECK(tries < kTries, "there is free floor to look from");
     const double x = rng.uniform(low.x(), high.x());
     const double y = rng.uniform(low.y(), high.y());
@@ -52,20 +54,22 @@ std::vector<Look> look_around(const World& world, int poses, Rng rng) {
       std::vector<cv::KeyPoint> points;
       sift->detect(grey, points);
       look.sift_points = static_cast<int>(points.size());
-      looks.push_back(std::move(look));
+      see(std::move(look));
     }
+    ++found;
   }
-  return looks;
 }
 
-Richness richness(const std::vector<Look>& looks) {
-  Richness count;
-  for (const Look& look : looks) {
-    if (look.nearest_m > kFar_m) {
-      ++count.judged;
-      count.rich += look.sift_points >= kManyPoints ? 1 : 0;
-    }
+void Richness::add(const Look& look) {
+  if (look.nearest_m > kFar_m) {
+    ++judged;
+    rich += look.sift_points >= kManyPoints ? 1 : 0;
   }
+}
+
+Richness richness(const World& world, int poses, Rng rng) {
+  Richness count;
+  look_around(world, poses, rng, [&count](const Look& look) { count.add(look); });
   return count;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <vector>
+#include <functional>
 
 #include <opencv2/core/mat.hpp>
 
@@ -22,8 +22,8 @@ struct Look {
 };
 
 /// Pictures of both cameras at random places that a robot of 0.25 m radius gets to and that have
-/// 0.35 m clear all around, headings random.
-std::vector<Look> look_around(const World& world, int poses, Rng rng);
+/// 0.35 m clear all around, headings random; each is shown to `see`.
+void look_around(const World& world, int poses, Rng rng, const std::function<void(Look)>& see);
 
 inline constexpr double kFar_m = 0.6;  ///< pictures with something nearer are not judged
 inline constexpr int kManyPoints = 150;
@@ -32,8 +32,10 @@ inline constexpr int kManyPoints = 150;
 struct Richness {
   int judged = 0;
   int rich = 0;  ///< of these, with kManyPoints or more
+
+  void add(const Look& look);
   double share() const { return judged == 0 ? 1 : static_cast<double>(rich) / judged; }
 };
-Richness richness(const std::vector<Look>& looks);
+Richness richness(const World& world, int poses, Rng rng);
 
 }  // namespace panoptes::sim
