@@ -6,126 +6,12 @@
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 
+#include "apps/run/canvas.h"
 #include "core/base/check.h"
-#include "core/io/digits.h"
 
 namespace panoptes {
 namespace {
-
-// Everything is drawn at twice its size and shrunk, which smooths lines and letters alike.
-constexpr int kOver = 2;
-constexpr int kShift = 4;  // fractional bits of OpenCV's line coordinates
-
-const Colour kInk{38, 42, 48};
-const Colour kFaint{120, 126, 134};
-const Colour kGrid{226, 229, 233};
-const Colour kPaper{255, 255, 255};
-
-cv::Scalar scalar(const Colour& c) { return {double(c.b), double(c.g), double(c.r)}; }
-
-/// Draws in the picture's final pixels.
-class Canvas {
- public:
-  Canvas(int width, int height, const Colour& background)
-      : mat_(height * kOver, width * kOver, CV_8UC3, scalar(background)) {}
-
-  void line(const Vec2& a, const Vec2& b, const Colour& c, double width) {
-    cv::line(mat_, fixed(a), fixed(b), scalar(c), thick(width), cv::LINE_AA, kShift);
-  }
-  void polyline(const std::vector<Vec2>& points, const Colour& c, double width) {
-    std::vector<cv::Point> fixed_points;
-    fixed_points.reserve(points.size());
-    for (const Vec2& p : points) {
-      fixed_points.push_back(fixed(p));
-    }
-    if (fixed_points.size() > 1) {
-      cv::polylines(mat_, fixed_points, false, scalar(c), thick(width), cv::LINE_AA, kShift);
-    }
-  }
-  void disc(const Vec2& centre, double radius, const Colour& c) {
-    cv::circle(mat_, fixed(centre), fixed_length(radius), scalar(c), cv::FILLED, cv::LINE_AA,
-               kShift);
-  }
-  void ring(const Vec2& centre, double radius, const Colour& c, double width) {
-    cv::circle(mat_, fixed(centre), fixed_length(radius), scalar(c), thick(width), cv::LINE_AA,
-               kShift);
-  }
-  void box(const Vec2& low, const Vec2& high, const Colour& c) {
-    cv::rectangle(mat_, whole(low), whole(high), scalar(c), cv::FILLED);
-  }
-  void frame(const Vec2& low, const Vec2& high, const Colour& c, double width) {
-    cv::rectangle(mat_, whole(low), whole(high), scalar(c), thick(width));
-  }
-  /// `at` is the left end of the baseline, or where `anchor` (0 left, 0.5 middle, 1 right) says.
-  void text(const std::string& words, const Vec2& at, const Colour& c, double size_px = 15,
-            double anchor = 0) {
-    const Vec2 left = at - Vec2(anchor * text_width(words, size_px), 0);
-    cv::putText(mat_, words, whole(left), kFont, scale(size_px), scalar(c), weight(size_px),
-                cv::LINE_AA);
-  }
-  void text_upwards(const std::string& words, const Vec2& middle, const Colour& c, double size_px,
-                    const Colour& background) {
-    const int width = static_cast<int>(text_width(words, size_px) * kOver) + 8;
-    const int height = static_cast<int>(size_px * kOver * 1.6);
-    cv::Mat label(height, width, CV_8UC3, scalar(background));
-    cv::putText(label, words, {4, static_cast<int>(size_px * kOver * 1.1)}, kFont, scale(size_px),
-                scalar(c), weight(size_px), cv::LINE_AA);
-    cv::rotate(label, label, cv::ROTATE_90_COUNTERCLOCKWISE);
-    const cv::Rect at(whole(middle).x - label.cols / 2, whole(middle).y - label.rows / 2,
-                      label.cols, label.rows);
-    if ((at & cv::Rect(0, 0, mat_.cols, mat_.rows)) == at) {
-      label.copyTo(mat_(at));
-    }
-  }
-  static double text_width(const std::string& words, double size_px) {
-    int below = 0;
-    return cv::getTextSize(words, kFont, scale(size_px), weight(size_px), &below).width /
-           double(kOver);
-  }
-  void paste(const cv::Mat& bgr, const Vec2& corner) {
-    bgr.copyTo(mat_(cv::Rect(whole(corner), bgr.size())));
-  }
-
-  cv::Mat shrunk() const {
-    cv::Mat result;
-    cv::resize(mat_, result, {mat_.cols / kOver, mat_.rows / kOver}, 0, 0, cv::INTER_AREA);
-    return result;
-  }
-
- private:
-  static constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
-  static double scale(double size_px) { return size_px * kOver / 30.0; }  // capitals are 21/30 high
-  static int weight(double size_px) { return size_px > 17 ? 3 : 2; }
-  static int thick(double width) {
-    return std::max(1, static_cast<int>(std::lround(width * kOver)));
-  }
-  static int fixed_length(double v) {
-    return static_cast<int>(std::lround(v * kOver * (1 << kShift)));
-  }
-  static cv::Point fixed(const Vec2& p) { return {fixed_length(p.x()), fixed_length(p.y())}; }
-  static cv::Point whole(const Vec2& p) {
-    return {static_cast<int>(std::lround(p.x() * kOver)),
-            static_cast<int>(std::lround(p.y() * kOver))};
-  }
-
-  cv::Mat mat_;
-};
-
-/// The round number (1, 2 or 5 times a power of ten) that divides a length into at most `most`
-/// steps.
-double round_step(double length, int most) {
-  const double decade = std::pow(10.0, std::floor(std::log10(length / most)));
-  for (const double step : {1.0, 2.0, 5.0}) {
-    if (step * decade * most >= length * (1 - 1e-9)) {
-      return step * decade;
-    }
-  }
-  return 10 * decade;
-}
-
-std::string number(double value) { return shortest(std::round(value * 1e6) / 1e6); }
 
 struct Extent {
   int column0 = 0, row0 = 0, column1 = -1, row1 = -1;
@@ -185,6 +71,7 @@ cv::Mat draw_map(const MapPicture& picture) {
                 kHead_px + height - (p_map.y() - low.y()) * px_per_m);
   };
 
+  constexpr int kOver = Canvas::kOver;
   cv::Mat floor(height * kOver, width * kOver, CV_8UC3);
   const auto cell_colour = [](Cell cell) -> cv::Vec3b {
     switch (cell) {
@@ -206,7 +93,7 @@ cv::Mat draw_map(const MapPicture& picture) {
       floor.at<cv::Vec3b>(v, u) = cell_colour(map.at(column, row));
     }
   }
-  canvas.paste(floor, {0, kHead_px});
+  canvas.paste_over(floor, {0, kHead_px});
 
   const auto draw_way = [&](const std::vector<Vec2>& way, const Colour& colour, double width_px) {
     std::vector<Vec2> px;
@@ -257,13 +144,8 @@ cv::Mat draw_map(const MapPicture& picture) {
   canvas.text("start", {x + 18, base}, kInk);
   x += 18 + Canvas::text_width("start", 15);
   const double bar_m = round_step(size_m.x() / 3, 2);
-  const double bar_px = bar_m * px_per_m;
-  const double right = width - 16;
-  if (right - bar_px - Canvas::text_width("100 m", 15) - 30 > x) {
-    canvas.line({right - bar_px, base - 5}, {right, base - 5}, kInk, 2);
-    canvas.line({right - bar_px, base - 11}, {right - bar_px, base + 1}, kInk, 2);
-    canvas.line({right, base - 11}, {right, base + 1}, kInk, 2);
-    canvas.text(number(bar_m) + " m", {right - bar_px - 10, base}, kInk, 15, 1);
+  if (width - 16 - bar_m * px_per_m - Canvas::text_width("100 m", 15) - 30 > x) {
+    canvas.scale_bar({width - 16.0, base}, bar_m, px_per_m);
   }
   return canvas.shrunk();
 }
@@ -295,13 +177,13 @@ cv::Mat draw_plot(const Plot& plot) {
   for (int i = 0; i * y_step <= y_end * (1 + 1e-9); ++i) {
     const Vec2 at = to_px(0, i * y_step);
     canvas.line(at, {high.x(), at.y()}, i == 0 ? kFaint : kGrid, 1);
-    canvas.text(number(i * y_step), {low.x() - 9, at.y() + 5}, kFaint, 14, 1);
+    canvas.text(short_number(i * y_step), {low.x() - 9, at.y() + 5}, kFaint, 14, 1);
   }
   const double x_step = round_step(x_end, 12);
   for (int i = 0; i * x_step <= x_end * (1 + 1e-9); ++i) {
     const Vec2 at = to_px(i * x_step, 0);
     canvas.line(at, {at.x(), low.y()}, kGrid, 1);
-    canvas.text(number(i * x_step), {at.x(), at.y() + 22}, kFaint, 14, 0.5);
+    canvas.text(short_number(i * x_step), {at.x(), at.y() + 22}, kFaint, 14, 0.5);
   }
   canvas.line({low.x(), high.y()}, {high.x(), high.y()}, kFaint, 1);
   for (const Level& level : plot.levels) {

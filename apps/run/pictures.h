@@ -7,16 +7,12 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include "apps/run/canvas.h"
 #include "core/geometry/pose2.h"
 #include "core/map/occupancy.h"
 
 namespace panoptes {
 
-struct Colour {
-  unsigned char r = 0;
-  unsigned char g = 0;
-  unsigned char b = 0;
-};
 constexpr Colour kEstimateColour{31, 98, 196};
 constexpr Colour kTruthColour{24, 150, 72};
 constexpr Colour kOdometryColour{226, 125, 20};

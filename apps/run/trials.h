@@ -47,8 +47,9 @@ Vary parse_vary(std::string_view text);
 /// Runs every mission with every combination and every seed, each as a process of its own in
 /// `out_dir/<mission>/<combination>/<seed>`, prints one table and writes trials.csv, metrics.json
 /// and the JUnit file. Runs that are already there, finished with the same settings by the same
-/// version, are kept; other ones are never overwritten: ConfigError. Exit status: 0 when every run met its requirements, 1 when one did not, 130
-/// when interrupted (SIGINT and SIGTERM are passed on to the runs).
+/// version, are kept; other ones are never overwritten: ConfigError. Exit status: 0 when every run
+/// met its requirements, 1 when one did not, 130 when interrupted (SIGINT and SIGTERM are passed on
+/// to the runs).
 int run_trials(const TrialsOptions& options);
 
 }  // namespace panoptes

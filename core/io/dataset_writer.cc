@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/io/dataset_writer.h"
 
+#include <cmath>
+#include <cstdint>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -134,6 +136,20 @@ void PictureFolder::add(Time stamp, const cv::Mat& picture) {
     throw;
   }
   rows_.append(dataset_row(stamp, name));
+}
+
+cv::Mat millimetres(const cv::Mat& depth_m) {
+  constexpr double kMost_mm = 65535;
+  cv::Mat out(depth_m.size(), CV_16UC1);
+  for (int row = 0; row < depth_m.rows; ++row) {
+    const auto* from = depth_m.ptr<float>(row);
+    auto* to = out.ptr<std::uint16_t>(row);
+    for (int column = 0; column < depth_m.cols; ++column) {
+      const double mm = std::round(1000.0 * from[column]);
+      to[column] = mm > 0 && mm <= kMost_mm ? static_cast<std::uint16_t>(mm) : std::uint16_t{0};
+    }
+  }
+  return out;
 }
 
 DatasetWriter::DatasetWriter(fs::path folder, const RecordingInfo& info, const Rig& rig,

@@ -33,6 +33,9 @@ class PictureFolder {
   GrowingFile rows_;
 };
 
+/// Depth as datasets keep it: 16 bit, 0 where nothing is or it is too far.
+cv::Mat millimetres(const cv::Mat& depth_m);
+
 /// Writes a dataset in the layout of EuRoC (Burri et al. 2016) while a robot drives: whatever kills
 /// the recording, all that was added before is readable. Not for many threads at once.
 class DatasetWriter {

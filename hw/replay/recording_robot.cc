@@ -32,20 +32,6 @@ struct Seen {
 };
 using Job = std::variant<Seen, RecordedCommand>;
 
-cv::Mat millimetres(const cv::Mat& depth_m) {
-  constexpr double kMost_mm = 65535;
-  cv::Mat out(depth_m.size(), CV_16UC1);
-  for (int row = 0; row < depth_m.rows; ++row) {
-    const auto* from = depth_m.ptr<float>(row);
-    auto* to = out.ptr<std::uint16_t>(row);
-    for (int column = 0; column < depth_m.cols; ++column) {
-      const double mm = std::round(1000.0 * from[column]);
-      to[column] = mm > 0 && mm <= kMost_mm ? static_cast<std::uint16_t>(mm) : std::uint16_t{0};
-    }
-  }
-  return out;
-}
-
 }  // namespace
 
 /// Writes what it is given, in order, on a thread of its own.

@@ -55,7 +55,7 @@ std::string mission_with(const std::string& world) {
 class RunApp : public ScratchTest {};
 
 TEST_F(RunApp, EverySubcommandHasHelpWithAnExample) {
-  for (const char* subcommand : {"explore", "trials", "render", "check", "doctor"}) {
+  for (const char* subcommand : {"explore", "record", "trials", "render", "check", "doctor"}) {
     const Said said = run({subcommand, "--help"});
     EXPECT_EQ(said.status, 0);
     EXPECT_THAT(said.out, HasSubstr(std::string("Example: panoptes ") + subcommand));
@@ -159,8 +159,9 @@ TEST_F(RunApp, CheckKnowsEveryKindOfFile) {
   EXPECT_EQ(said.status, 2);
   EXPECT_EQ(said.out,
             odd +
-                ": cannot tell what this is; a mission has platform:, a world objects:, a "
-                "rig cameras:, a robot radius_m:, a route waypoints:\n");
+                ": cannot tell what this is; a mission has platform:, a world objects:, boxes:, "
+                "generate: or floor_plan:, a rig cameras:, a robot radius_m:, a route waypoints:, "
+                "a map image: and occupied_thresh:\n");
 }
 
 TEST_F(RunApp, DoctorFindsWhatTheTestsNeed) {
