@@ -145,8 +145,8 @@ std::string rig_fault(const SimulatedOptions& options, const Rig& rig) {
   for (const auto& [name, sensor] : options.sensors) {
     if (!rig.cameras.contains(name)) {
       const std::string near = nearest_word(name, known);
-      return "sensors." + name + ": the rig has no camera " + name +
-             (near.empty() ? "; name one of the rig's" : "; did you mean " + near + "?");
+      return fmt::format("sensors.{0}: the rig has no camera {0}{1}", name,
+                         near.empty() ? "; name one of the rig's" : "; did you mean " + near + "?");
     }
   }
   const std::string fault = trigger_fault(options.trigger, rig);

@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "core/base/check.h"
 
@@ -14,6 +15,18 @@ namespace {
 constexpr double kWithoutCameras_hz = 15;
 // Beats of one camera keep their order whatever the jitter.
 constexpr double kMostJitter = 0.4;
+
+/// The name and the group of a camera; null when no group names it.
+const std::pair<const std::string, TriggerGroup>* group_of(const TriggerOptions& options,
+                                                           const std::string& camera) {
+  for (const auto& entry : options.groups) {
+    const std::vector<std::string>& members = entry.second.cameras;
+    if (std::find(members.begin(), members.end(), camera) != members.end()) {
+      return &entry;
+    }
+  }
+  return nullptr;
+}
 
 }  // namespace
 
@@ -37,19 +50,21 @@ std::string trigger_fault(const TriggerOptions& options, const Rig& rig) {
   for (const auto& [name, camera] : rig.cameras) {
     known.push_back(name);
   }
-  std::map<std::string, std::string> group_of;
+  std::map<std::string, std::string> named_by;
   for (const auto& [name, group] : options.groups) {
-    const std::string key = "groups." + name + ".cameras: ";
+    const auto fault = [&group_name = name](const std::string& what) {
+      return fmt::format("groups.{}.cameras: {}", group_name, what);
+    };
     for (const std::string& camera : group.cameras) {
       if (!rig.cameras.contains(camera)) {
         const std::string near = nearest_word(camera, known);
-        return key + "the rig has no camera " + camera +
-               (near.empty() ? "; name one of the rig's" : "; did you mean " + near + "?");
+        return fault("the rig has no camera " + camera +
+                     (near.empty() ? "; name one of the rig's" : "; did you mean " + near + "?"));
       }
-      const auto [other, is_new] = group_of.emplace(camera, name);
+      const auto [other, is_new] = named_by.emplace(camera, name);
       if (!is_new) {
-        return key + camera + " is in the group " + other->second +
-               " already; a camera has one clock";
+        return fault(camera + " is in the group " + other->second +
+                     " already; a camera has one clock");
       }
     }
   }
@@ -72,12 +87,8 @@ Trigger::Trigger(const TriggerOptions& options, const Rig& rig, const Rng& rng) 
                  rng.fork("drops").fork(camera)};
   };
   for (const auto& [camera, properties] : rig.cameras) {
-    const auto group =
-        std::find_if(options.groups.begin(), options.groups.end(), [&](const auto& entry) {
-          const std::vector<std::string>& members = entry.second.cameras;
-          return std::find(members.begin(), members.end(), camera) != members.end();
-        });
-    clocks_.push_back(group == options.groups.end()
+    const auto* const group = group_of(options, camera);
+    clocks_.push_back(group == nullptr
                           ? clock_of(camera, properties.rate_hz, "", {})
                           : clock_of(camera, properties.rate_hz, group->first, group->second));
     if (clocks_.back().rate_hz > clocks_[lead_].rate_hz) {
