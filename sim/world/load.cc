@@ -240,23 +240,23 @@ class Builder {
   }
 
   bool add_mesh(const ObjectSettings& settings, const Pose3& T_scene_object, Object::Kind kind) {
-    const auto [first, is_new] = seen_.try_emplace(
+    const auto [entry, is_new] = seen_.try_emplace(
         MeshKey{settings.mesh, settings.scale, settings.up, settings.textures}, kUnreadable);
+    std::size_t& first = entry->second;
     if (is_new) {
       faults_.collect([&] {
         std::vector<Triangle> triangles = read_mesh(settings, pictures_);
-        first->second = world_.objects.size();
+        first = world_.objects.size();
         add({settings.name, T_scene_object, std::move(triangles), kind, {}}, settings.mention);
       });
-      return first->second != kUnreadable;
-    }
-    if (first->second != kUnreadable) {
-      add({settings.name, T_scene_object, world_.objects[first->second].triangles, kind, {}},
+    } else if (first != kUnreadable) {
+      add({settings.name, T_scene_object, world_.objects[first].triangles, kind, {}},
           settings.mention);
-    } else if (!settings.name.empty()) {  // events on it are no faults
+    }
+    if (first == kUnreadable && !settings.name.empty()) {  // events on it are no faults
       add({settings.name, T_scene_object, {}, kind, {}}, settings.mention);
     }
-    return first->second != kUnreadable;
+    return first != kUnreadable;
   }
 
   void add_person(const PersonSettings& settings) {
