@@ -70,7 +70,7 @@ std::string format_of(const std::string& file) {
 std::uint64_t count_obj(std::ifstream& stream) {
   std::uint64_t triangles = 0;
   std::string line;
-  while (triangles <= kMostTriangles && std::getline(stream, line)) {
+  while (std::getline(stream, line)) {
     if (line.size() > 1 && line[0] == 'f' && (line[1] == ' ' || line[1] == '\t')) {
       std::uint64_t corners = 0;
       for (std::size_t i = 1; i < line.size(); ++i) {

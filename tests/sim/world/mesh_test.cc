@@ -158,7 +158,7 @@ TEST_F(BadMesh, ATooFineOneIsRefusedByItsHeader) {
   for (int i = 0; i < 500'000; ++i) {
     faces += "f 1 2 3\n";
   }
-  EXPECT_THAT(message_of("m.obj", faces), HasSubstr("has 400001 triangles; a world takes"));
+  EXPECT_THAT(message_of("m.obj", faces), HasSubstr("has 500000 triangles; a world takes"));
 }
 
 TEST_F(BadMesh, AWorldCountsAllItsMeshes) {
