@@ -179,7 +179,7 @@ TEST(TriggerOptions, AreReadAndRefused) {
                 ElementsAre("t.yaml:1:13: groups.a.cameras: missing; it must be given",
                             "t.yaml:1:24: groups.a.jitter_s: must be from 0 to 1, got -1",
                             "t.yaml:1:35: groups.a.drops: must be from 0 to 1, got 2",
-                            "t.yaml:1:53: groups.b.cameras: must name at least one camera"));
+                            "t.yaml:1:52: groups.b.cameras: must name at least one camera"));
   }
 }
 
