@@ -56,7 +56,7 @@ std::string words_of(const RigCamera& camera) {
   const double across = view_deg(lens, {-0.5, lens.cy_px}, {lens.width_px - 0.5, lens.cy_px});
   const double down = view_deg(lens, {lens.cx_px, -0.5}, {lens.cx_px, lens.height_px - 0.5});
   const Vec3 axis = camera.T_body_camera.rotation * Vec3::UnitZ();
-  const double tilt = rad_to_deg(std::asin(std::clamp(-axis.z(), -1.0, 1.0)));
+  const double tilt = std::round(rad_to_deg(std::asin(std::clamp(-axis.z(), -1.0, 1.0)))) + 0.0;
   const std::string lens_words = std::visit(
       [](const auto& distortion) { return std::string(std::decay_t<decltype(distortion)>::kName); },
       lens.distortion);
@@ -281,7 +281,7 @@ cv::Mat contact_sheet(const ExploreMission& mission, const Pose2& T_scene_body, 
   }
   const cv::Mat plan_bgr = draw_plan(plan, kPlan_px);
 
-  // Columns of cameras as high as the plan, and at least one camera each.
+  // Columns of cameras about as high as the plan, and at least one camera each.
   struct Placed {
     int left;
     int top;
@@ -292,7 +292,8 @@ cv::Mat contact_sheet(const ExploreMission& mission, const Pose2& T_scene_body, 
   int column_px = 0;
   int bottom = kHead_px + plan_bgr.rows;
   for (const Row& row : rows) {
-    if (top > kHead_px && top + row.height() > kHead_px + plan_bgr.rows) {
+    constexpr double kTaller = 1.2;  // than the plan, rather than one column more
+    if (top > kHead_px && top + row.height() > kHead_px + kTaller * plan_bgr.rows) {
       left += column_px + kGap_px;
       top = kHead_px;
       column_px = 0;

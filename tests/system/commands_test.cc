@@ -114,9 +114,37 @@ TEST_F(Commands, RenderShowsWhatEveryCameraSees) {
   const Said said = panoptes({"render", kOffice, "--pose", "5,4.4,90", "--out", "r"});
   EXPECT_EQ(said.status, 0) << said.err;
   EXPECT_EQ(said.out, "r/render.png\n");
+  EXPECT_EQ(said.err, "");
   for (const char* name : {"back.png", "floor.png", "front.png", "render.png"}) {
     EXPECT_THAT(read_file(folder_ / "work" / "r" / name), StartsWith("\x89PNG")) << name;
   }
+  const auto m = metrics("r");
+  EXPECT_EQ(m["command"], "render");
+  EXPECT_EQ(m["outcome"], "completed");
+  EXPECT_GT(m["poses"][0]["clearance_m"], 0);
+}
+
+TEST_F(Commands, RenderLooksFromSeveralPlacesAndSaysWhereNoRobotCanStand) {
+  const Said said = panoptes({"render", kOffice, "--pose", "5,4.4,90; 2.1,2,0", "--pose", "-30,2,0",
+                              "--depth", "--labels", "--out", "r"});
+  EXPECT_EQ(said.status, 0);
+  EXPECT_EQ(said.out, "r/pose-1/render.png\nr/pose-2/render.png\nr/pose-3/render.png\n");
+  EXPECT_THAT(said.err, StartsWith("--pose 2.1,2,0: the robot is inside desk-01; drawn all the "
+                                   "same\n--pose -30,2,0: the robot is outside of the world, which "
+                                   "reaches from ("));
+  for (const char* name : {"front_depth.png", "floor_labels.png", "floor_floor.png"}) {
+    EXPECT_THAT(read_file(folder_ / "work/r/pose-2" / name), StartsWith("\x89PNG")) << name;
+  }
+  EXPECT_EQ(metrics("r")["poses"][1]["fault"], "the robot is inside desk-01");
+}
+
+TEST_F(Commands, RenderAsksForAPlaceInWords) {
+  for (const char* pose : {"5,4.4", "5,4.4,x", "5,4.4,90,1", "", ";"}) {
+    const Said said = panoptes({"render", kOffice, "--pose", pose, "--out", "r"});
+    EXPECT_EQ(said.status, 2);
+    EXPECT_THAT(said.err, testing::HasSubstr("must be x,y,theta_deg in scene, metres and degrees"));
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "work" / "r"));
 }
 
 }  // namespace
