@@ -16,8 +16,10 @@ namespace {
 
 constexpr double kSame_m = 1e-4;             // corners closer than this are one
 constexpr double kSamePlaneCosine = 0.9999;  // 0.8 degrees: flat to the eye
-constexpr int kLeastColumns = 1024;          // of the lightmap
-constexpr int kMostSide = 8192;              // of a lightmap that every OpenGL 4.5 takes
+constexpr double kFlat_m = 2e-5;             // roundoff of meshes kept as floats
+constexpr double kSameArea = 1e-4;
+constexpr int kLeastColumns = 1024;  // of the lightmap
+constexpr int kMostSide = 8192;      // of a lightmap that every OpenGL 4.5 takes
 // A texel costs some 70 rays: a million of them are baked in about a minute on one core.
 constexpr double kMostTexels = 1 << 20;
 constexpr double kCoarser = 1.1;
@@ -42,7 +44,8 @@ using Edge = std::pair<std::uint32_t, std::uint32_t>;
 struct Flat {
   LitTriangle triangle;
   Vec3 normal;
-  std::array<Edge, 3> edges;  ///< the i-th from corner i
+  std::array<Edge, 3> edges;    ///< the i-th from corner i
+  std::array<bool, 3> forward;  ///< whether it runs from the smaller number to the larger
 };
 
 std::vector<Flat> flats_of(const Object& object) {
@@ -64,6 +67,7 @@ std::vector<Flat> flats_of(const Object& object) {
     }
     for (std::size_t i = 0; i < 3; ++i) {
       flat.edges[i] = std::minmax(numbers[i], numbers[(i + 1) % 3]);
+      flat.forward[i] = numbers[i] < numbers[(i + 1) % 3];
     }
     flat.triangle.texture = t.texture;
     const auto& p = flat.triangle.p;
@@ -158,6 +162,69 @@ void lay_frame(Chart& chart, const Vec3& along) {
                  chart.normal * chart.normal.dot(chart.triangles[0].p[0]);
 }
 
+/// Whether triangles that all face one way fill their chart's rectangle: what is not the rim of two
+/// of them lies on the rectangle's own rim, so that all of its points are covered as often, and
+/// the area says that this is once.
+bool fills(const Chart& chart, const std::vector<const Flat*>& flats) {
+  struct Side {
+    Edge edge;
+    int sign;
+    Vec3 a;
+    Vec3 b;
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * flats.size());
+  double area_m2 = 0;
+  for (const Flat* flat : flats) {
+    const auto& p = flat->triangle.p;
+    area_m2 += 0.5 * chart.normal.dot((p[1] - p[0]).cross(p[2] - p[0]));
+    for (std::size_t i = 0; i < 3; ++i) {
+      sides.push_back({flat->edges[i], flat->forward[i] ? 1 : -1, p[i], p[(i + 1) % 3]});
+    }
+  }
+  if (std::abs(area_m2 - chart.size_m.prod()) > kSameArea * chart.size_m.prod()) {
+    return false;
+  }
+  std::sort(sides.begin(), sides.end(),
+            [](const Side& a, const Side& b) { return a.edge < b.edge; });
+  const auto on_rim = [&chart](const Side& side) {
+    const Vec3 from_a = side.a - chart.origin;
+    const Vec3 from_b = side.b - chart.origin;
+    const auto on_line = [](double a, double b, double at) {
+      return std::abs(a - at) < kFlat_m && std::abs(b - at) < kFlat_m;
+    };
+    const double ua = chart.u.dot(from_a);
+    const double ub = chart.u.dot(from_b);
+    const double va = chart.v.dot(from_a);
+    const double vb = chart.v.dot(from_b);
+    return on_line(ua, ub, 0) || on_line(ua, ub, chart.size_m.x()) || on_line(va, vb, 0) ||
+           on_line(va, vb, chart.size_m.y());
+  };
+  for (std::size_t i = 0; i < sides.size();) {
+    int net = 0;
+    std::size_t end = i;
+    for (; end < sides.size() && sides[end].edge == sides[i].edge; ++end) {
+      net += sides[end].sign;
+    }
+    if (net != 0 && !on_rim(sides[i])) {
+      return false;
+    }
+    i = end;
+  }
+  return true;
+}
+
+bool is_flat(const Chart& chart) {
+  for (const LitTriangle& t : chart.triangles) {
+    for (const Vec3& p : t.p) {
+      if (std::abs(chart.normal.dot(p - chart.origin)) > kFlat_m) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
 int texels_along(double size_m, double cell_m) {
   return size_m < kEven * cell_m
              ? 1
@@ -250,6 +317,8 @@ void add_charts(const World& world, bool moving, std::vector<Chart>& charts) {
         chart.triangles.push_back(flat->triangle);
       }
       lay_frame(chart, longest_rim(part));
+      chart.flat = is_flat(chart);
+      chart.full = chart.flat && fills(chart, part);
     }
   }
 }

@@ -28,6 +28,8 @@ struct LitTriangle {
 struct Chart {
   std::size_t object = 0;
   bool moves = false;  ///< in its object's frame, else in `scene`
+  bool flat = false;   ///< to roundoff: no triangle leans out of the rectangle
+  bool full = false;   ///< its triangles fill the rectangle
   Vec3 normal = Vec3::UnitZ();
   Vec3 origin = Vec3::Zero();  ///< of the rectangle
   Vec3 u = Vec3::UnitX();      ///< along the columns, unit length

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <utility>
 
 namespace panoptes::sim {
@@ -37,6 +38,15 @@ struct Box {
 
   static constexpr float kFar = std::numeric_limits<float>::infinity();
 };
+
+/// Whether any lane is set.
+template <class LaneBits>
+bool any(const LaneBits& lanes) {
+  std::array<std::uint64_t, 2> halves{};
+  static_assert(sizeof halves == sizeof lanes);
+  std::memcpy(halves.data(), &lanes, sizeof lanes);
+  return (halves[0] | halves[1]) != 0;
+}
 
 }  // namespace
 
@@ -290,6 +300,9 @@ RayTracer::Hit RayTracer::walk(const Vec3& from, const Vec3& direction, double f
       Lanes facing;
       const LaneBits met =
           meets(leaves_[static_cast<std::size_t>(~visit.child)], ray, distance, facing);
+      if (!any(met)) {
+        continue;
+      }
       for (std::size_t i = 0; i < kWide; ++i) {
         if (met[i] != 0 && distance[i] < ray.reach_m) {
           ray.reach_m = distance[i];
@@ -309,6 +322,9 @@ RayTracer::Hit RayTracer::walk(const Vec3& from, const Vec3& direction, double f
       leave = smaller((node.bounds[near[i] ^ 1U] - ray.from[i]) * ray.inverse[i], leave);
     }
     const LaneBits met = enter <= leave * (1.0F + kWider);
+    if (!any(met)) {
+      continue;
+    }
     const std::size_t first = height;
     for (std::size_t i = 0; i < kWide; ++i) {
       if (met[i] == 0) {

@@ -26,6 +26,7 @@
 #include "sim/render/context.h"
 #include "sim/render/lightmap.h"
 #include "sim/render/moment_light.h"
+#include "sim/render/occlusion.h"
 #include "sim/render/texture_arrays.h"
 
 namespace panoptes::sim {
@@ -236,6 +237,9 @@ struct DrawnChart {
   Vec3 normal;
   double offset_m = 0;  ///< of the plane along its normal
   bool backdrop = false;
+  bool flat = false;        ///< within its rectangle
+  bool full = false;        ///< its chart's parts together fill the rectangle
+  Rectangle rectangle;      ///< about the chart
   std::uint32_t array = 0;  ///< of textures
   std::uint32_t first = 0;  ///< in the list of all indices
   std::uint32_t count = 0;
@@ -258,6 +262,13 @@ struct MovingObject {
   std::vector<DrawnChart> charts_in_object;
   std::size_t first_vertex = 0;
   std::vector<Vertex> vertices_in_object;
+};
+
+/// Triangles that show textures of one array.
+struct Call {
+  std::uint32_t array = 0;
+  std::size_t first = 0;  ///< in the drawn indices
+  std::size_t count = 0;
 };
 
 struct Target {
@@ -594,6 +605,10 @@ class Renderer::Impl {
       DrawnChart drawn;
       drawn.normal = chart.normal;
       drawn.offset_m = chart.normal.dot(chart.origin);
+      drawn.flat = chart.flat;
+      drawn.full = chart.full;
+      drawn.rectangle = {chart.origin.cast<float>(), (chart.u * chart.size_m.x()).cast<float>(),
+                         (chart.v * chart.size_m.y()).cast<float>()};
       drawn.array = static_cast<std::uint32_t>(array);
       drawn.first = static_cast<std::uint32_t>(indices_.size());
       std::vector<Vec3> points;
@@ -662,6 +677,11 @@ class Renderer::Impl {
       chart.bounds.centre = T_scene_object * in_object.bounds.centre;
       chart.normal = T_scene_object.rotation * in_object.normal;
       chart.offset_m = in_object.offset_m + chart.normal.dot(T_scene_object.translation);
+      const auto turned = [&T_scene_object](const Eigen::Vector3f& side) -> Eigen::Vector3f {
+        return (T_scene_object.rotation * side.cast<double>()).cast<float>();
+      };
+      chart.rectangle = {(T_scene_object * in_object.rectangle.corner.cast<double>()).cast<float>(),
+                         turned(in_object.rectangle.side_u), turned(in_object.rectangle.side_v)};
     }
     moving.T_scene_drawn = T_scene_object;
     moving.is_drawn = true;
@@ -733,32 +753,41 @@ class Renderer::Impl {
       return;
     }
     std::sort(order_.begin(), order_.end());
-    drawn_indices_.clear();
-    for (const auto& [call, distance, c] : order_) {
-      const auto first = indices_.begin() + charts_[c].first;
-      drawn_indices_.insert(drawn_indices_.end(), first, first + charts_[c].count);
-    }
-    gl_.UseProgram(program.name);
     const Eigen::Matrix4f clip_scene = (clip_from_camera(view.intrinsics, options_.near_m) *
                                         matrix_of(view.T_scene_camera.inverse()))
                                            .cast<float>();
+    occlusion_.start(clip_scene, view.intrinsics.width_px, view.intrinsics.height_px,
+                     static_cast<float>(options_.near_m));
+    drawn_indices_.clear();
+    calls_.clear();
+    for (const auto& [call, distance, c] : order_) {
+      const DrawnChart& chart = charts_[c];
+      if (chart.flat) {
+        if (occlusion_.hides(chart.rectangle)) {
+          continue;
+        }
+        if (chart.full) {
+          occlusion_.add();
+        }
+      }
+      if (calls_.empty() || calls_.back().array != chart.array) {
+        calls_.push_back({chart.array, drawn_indices_.size(), 0});
+      }
+      const auto first = indices_.begin() + chart.first;
+      drawn_indices_.insert(drawn_indices_.end(), first, first + chart.count);
+      calls_.back().count += chart.count;
+    }
+    gl_.UseProgram(program.name);
     gl_.UniformMatrix4fv(program.clip_scene, 1, GL_FALSE, clip_scene.data());
     gl_.Uniform1f(program.gain, static_cast<float>(std::sqrt(light_.most_light() * view.gain)));
     gl_.BufferData(GL_ELEMENT_ARRAY_BUFFER,
                    static_cast<GLsizeiptr>(drawn_indices_.size() * sizeof(std::uint32_t)),
                    drawn_indices_.data(), GL_STREAM_DRAW);
-    std::size_t first_index = 0;
-    for (std::size_t i = 0; i < order_.size();) {
-      const std::size_t array = std::get<0>(order_[i]) % texture_arrays_.size();
-      std::size_t count = 0;
-      for (; i < order_.size() && std::get<0>(order_[i]) % texture_arrays_.size() == array; ++i) {
-        count += charts_[std::get<2>(order_[i])].count;
-      }
-      gl_.BindTexture(GL_TEXTURE_2D_ARRAY, texture_arrays_[array]);
-      const std::size_t offset = first_index * sizeof(std::uint32_t);
-      gl_.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(count), GL_UNSIGNED_INT,
+    for (const Call& call : calls_) {
+      gl_.BindTexture(GL_TEXTURE_2D_ARRAY, texture_arrays_[call.array]);
+      const std::size_t offset = call.first * sizeof(std::uint32_t);
+      gl_.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(call.count), GL_UNSIGNED_INT,
                        reinterpret_cast<const void*>(offset));  // NOLINT(performance-no-int-to-ptr)
-      first_index += count;
     }
   }
 
@@ -789,6 +818,8 @@ class Renderer::Impl {
   std::vector<DrawnObject> objects_;
   std::vector<MovingObject> moving_;
   std::vector<std::tuple<std::uint32_t, float, std::uint32_t>> order_;  ///< call, distance, chart
+  Occlusion occlusion_;
+  std::vector<Call> calls_;
   std::vector<std::uint32_t> drawn_indices_;
   cv::Mat bgra_;
 };
