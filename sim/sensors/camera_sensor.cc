@@ -71,7 +71,8 @@ cv::Mat mean_light(const cv::Mat& sum, int drawings) {
     std::uint8_t* __restrict grey = bgr.ptr<std::uint8_t>(v);
     for (std::size_t i = 0; i < count; ++i) {
       const float s = static_cast<float>(light[i]) * share;
-      grey[i] = static_cast<std::uint8_t>(static_cast<int>(std::sqrt(s) + 0.5F));
+      const float rounded = std::sqrt(s) + 0.5F;  // several at once, which lround is not
+      grey[i] = static_cast<std::uint8_t>(static_cast<int>(rounded));
     }
   }
   return bgr;

@@ -46,7 +46,8 @@ void expose_row(std::uint8_t* __restrict grey, std::size_t count,
     s += z * std::sqrt(s * variance.slope + variance.floor);
     s = s < 0 ? 0 : s;
     s = s > kMost ? kMost : s;
-    grey[i] = static_cast<std::uint8_t>(static_cast<int>(std::sqrt(s * kPerOne) + 0.5F));
+    const float rounded = std::sqrt(s * kPerOne) + 0.5F;
+    grey[i] = static_cast<std::uint8_t>(static_cast<int>(rounded));
   }
 }
 

@@ -77,16 +77,18 @@ Seen corners_seen(const Intrinsics& lens, double near_m, double far_m) {
   Rng rng(2);
   constexpr int kParts = 6;  // of the picture, each way
   constexpr int kMostLooks = 2000;
-  for (int i = 0; i < kMostLooks && seen.px.size() < kParts * kParts; ++i) {
+  for (int i = 0; i < kMostLooks && seen.px.size() < kPictures; ++i) {
     // The board's middle somewhere in the part whose turn it is.
     const auto turn = static_cast<int>(seen.px.size());
+    const int row = turn / kParts;
     const double x = (turn % kParts + rng.uniform()) / kParts;
-    const double y = (turn / kParts + rng.uniform()) / kParts;
+    const double y = (row + rng.uniform()) / kParts;
     const Vec2 at(x * lens.width_px, y * lens.height_px);
     const Vec3 d_camera = lens.direction(at).value();
     const Eigen::Quaterniond facing = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), d_camera);
-    const Eigen::Quaterniond tilt(Eigen::AngleAxisd(
-        rng.uniform(-0.6, 0.6), Vec3(rng.normal(), rng.normal(), 0).normalized()));
+    const double axis_rad = rng.uniform(-3, 3);
+    const Vec3 axis(std::cos(axis_rad), std::sin(axis_rad), 0);
+    const Eigen::Quaterniond tilt(Eigen::AngleAxisd(rng.uniform(-0.6, 0.6), axis));
     const Eigen::Quaterniond roll(Eigen::AngleAxisd(rng.uniform(-0.5, 0.5), Vec3::UnitZ()));
     const Pose3 T_camera_board{facing * tilt * roll, d_camera * rng.uniform(near_m, far_m)};
     const bool whole = std::all_of(p_board.begin(), p_board.end(), [&](const cv::Point3f& p) {
@@ -95,9 +97,9 @@ Seen corners_seen(const Intrinsics& lens, double near_m, double far_m) {
     if (!whole) {
       continue;
     }
-    const Pose3 T_scene_camera = T_camera_board.inverse();
     const cv::Mat bgr =
-        camera.take(draw, [&T_scene_camera](Duration) { return T_scene_camera; }, i, {}).bgr;
+        camera.take(draw, [&T_camera_board](Duration) { return T_camera_board.inverse(); }, i, {})
+            .bgr;
     cv::Mat grey;
     cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
     std::vector<cv::Point2f> px;

@@ -247,7 +247,7 @@ TEST(CameraSensor, AutoExposureFollowsTheLightWithItsTimeConstant) {
 }
 
 TEST(CameraSensor, AutoExposureCountsPicturesThatWereNotTaken) {
-  const auto after = [](std::vector<std::int64_t> pictures) {
+  const auto after = [](const std::vector<std::int64_t>& pictures) {
     SensorOptions options = clean();
     options.exposure = AutoExposure{};
     CameraSensor camera("a", kLens, options, Rng(1));
