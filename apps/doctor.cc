@@ -45,17 +45,19 @@ sim::World one_tile() {
   return world;
 }
 
-Finding renderer() {
+Finding renderer(const std::string& name, sim::GlLibrary library, const std::string& package) {
+  const bool needed = library == sim::GlLibrary::kOsMesa;
   try {
-    sim::Renderer renderer(one_tile());
+    sim::RendererOptions options;
+    options.library = library;
+    sim::Renderer renderer(one_tile(), options);
     const sim::View view{pinhole(32, 24, 1), mounted_camera({0, 0, 1}, 0, std::acos(0.0))};
     const cv::Mat bgr = renderer.draw(view).bgr;
     const bool drawn = !bgr.empty() && bgr.at<cv::Vec3b>(12, 16)[0] > 0;
-    return {
-        "renderer", drawn ? "OSMesa draws" : "OSMesa draws black",
-        drawn ? "" : "install Debian's libosmesa6 again (apt-get install --reinstall libosmesa6)"};
+    return {name, renderer.drawn_by() + (drawn ? "" : " draws black"),
+            drawn ? "" : "apt-get install --reinstall " + package, needed};
   } catch (const DeviceError& error) {
-    return {"renderer", error.what(), "apt-get install libosmesa6"};
+    return {name, error.what(), "apt-get install " + package, needed};
   }
 }
 
@@ -120,8 +122,10 @@ Finding cache() {
 
 int doctor() {
   int status = 0;
-  for (const Finding& finding : {renderer(), processors(), memory(), disk(), data_files(), cache(),
-                                 Finding{"libraries", PANOPTES_LIBRARY_VERSIONS, ""}}) {
+  for (const Finding& finding :
+       {renderer("renderer", sim::GlLibrary::kOsMesa, "libosmesa6"),
+        renderer("egl", sim::GlLibrary::kEgl, "libegl1"), processors(), memory(), disk(),
+        data_files(), cache(), Finding{"libraries", PANOPTES_LIBRARY_VERSIONS, ""}}) {
     const bool well = finding.cure.empty();
     std::printf("%-8s%-12s%s%s\n",
                 well             ? "ok"

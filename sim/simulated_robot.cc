@@ -188,6 +188,7 @@ void bind(Fields& f, SimulatedOptions& o) {
   f.over("sensors", o.sensors, o.sensor);
   f("trigger", o.trigger);
   f("truth", o.truth);
+  f.word("renderer", o.renderer, {{"osmesa", GlLibrary::kOsMesa}, {"egl", GlLibrary::kEgl}});
 }
 
 Surroundings bare_surroundings(const World& world, const Body& body) {
@@ -445,7 +446,8 @@ std::optional<Truth> SimulatedRobot::truth() const {
 
 std::unique_ptr<SimulatedRobot> open_simulated(const SimulatedOptions& options, const Body& body,
                                                const Rig& believed, const Rng& rng,
-                                               const RendererOptions& renderer) {
+                                               RendererOptions renderer) {
+  renderer.library = options.renderer;
   return std::make_unique<SimulatedRobot>(
       options, surroundings(make_world(options.world), body, renderer), body, believed, rng);
 }

@@ -56,6 +56,7 @@ struct SimulatedOptions {
   std::map<std::string, SensorOptions> sensors;  ///< of one camera, what it has besides `sensor`
   TriggerOptions trigger;
   TruthOptions truth;
+  GlLibrary renderer = GlLibrary::kOsMesa;
 };
 void bind(Fields& f, SimulatedOptions& o);
 
@@ -177,6 +178,6 @@ class SimulatedRobot final : public hw::Robot {
 /// made.
 std::unique_ptr<SimulatedRobot> open_simulated(const SimulatedOptions& options, const Body& body,
                                                const Rig& believed, const Rng& rng,
-                                               const RendererOptions& renderer = {});
+                                               RendererOptions renderer = {});
 
 }  // namespace panoptes::sim

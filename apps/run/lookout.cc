@@ -41,6 +41,11 @@ std::string fault_of(const Vec2& at, double radius_m, const sim::Obstacles& obst
                            nearest->distance_m, nearest->outline->object, radius_m);
 }
 
+sim::RendererOptions by(sim::GlLibrary library, sim::RendererOptions options) {
+  options.library = library;
+  return options;
+}
+
 }  // namespace
 
 class Lookout::Impl {
@@ -51,7 +56,7 @@ class Lookout::Impl {
         platform_(platform),
         world_(sim::make_world(platform.world)),
         around_(sim::bare_surroundings(world_, mission.robot)),
-        renderer_(world_, renderer) {}
+        renderer_(world_, by(platform.renderer, renderer)) {}
 
   Sight look(const Pose2& T_scene_body, Time at, const sim::Ask& ask) {
     const Body& body = mission_.robot;

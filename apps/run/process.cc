@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdlib>
+#include <string_view>
 #include <thread>
 
 #include <opencv2/core/utility.hpp>
@@ -18,6 +20,10 @@ void set_up_process() {
   constexpr unsigned kUseful = 2;
   sim::set_render_threads(
       static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, kUseful)));
+  if (const char* wanted = std::getenv("PANOPTES_REPRODUCIBLE");
+      wanted != nullptr && std::string_view(wanted) == "1") {
+    sim::set_same_on_every_processor();
+  }
 }
 
 }  // namespace panoptes

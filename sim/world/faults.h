@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
-
-#include <fmt/format.h>
 
 #include "core/base/error.h"
 
@@ -35,7 +34,11 @@ class Faults {
       throw ConfigError(lines_);
     }
     if (any()) {
-      throw IoError(fmt::format("{}", fmt::join(lines_, "\n")));
+      std::string all = lines_.front();
+      for (std::size_t i = 1; i < lines_.size(); ++i) {
+        all += "\n" + lines_[i];
+      }
+      throw IoError(all);
     }
   }
 
