@@ -9,24 +9,23 @@ from textures import BLUE, COLOURS, GREEN, INK, ORANGE, RED, TEAL, WORDS, YELLOW
 
 
 def linoleum(rng):
-    """2 m of marbled sheets, half a metre each, with a chequered inlay."""
-    base = (146, 158, 150)
+    """2 m of marbled sheets, half a metre each, every other one a shade darker."""
+    base = (158, 168, 156)
     c = Canvas(512, 512, base)
     for j in range(4):
         for i in range(4):
-            tone = shade((150, 162, 154) if (i + j) % 2 else (172, 166, 146), rng.uniform(0.94, 1.06))
-            c.rect(i * 128, j * 128, 128, 128, tone)
-    c.add_field(add(smooth_noise(512, 512, 14, 40, rng, 10), smooth_noise(512, 512, 60, 24, rng, 9)))
-    for _ in range(2600):
-        x, y, r = rng.randrange(512), rng.randrange(512), rng.uniform(0.8, 3.2)
-        col = rng.choice([(96, 108, 104), (206, 210, 200), (120, 100, 84), (186, 190, 176), (70, 84, 84)])
+            c.rect(i * 128, j * 128, 128, 128, shade(base, (0.95 if (i + j) % 2 else 1.05) * rng.uniform(0.98, 1.02)))
+    c.add_field(add(smooth_noise(512, 512, 14, 40, rng, 5), smooth_noise(512, 512, 60, 24, rng, 5)))
+    for _ in range(2400):
+        x, y, r = rng.randrange(512), rng.randrange(512), rng.uniform(0.8, 3.0)
+        col = shade(base, rng.choice((0.76, 0.82, 0.88, 1.12, 1.18, 1.22)))
         around(c, x, y, 4, lambda px, py: c.ellipse(px, py, r, r * 0.8, col))
-    for _ in range(24):   # marks of shoes and wheels
+    for _ in range(20):   # marks of shoes and wheels
         x, y = rng.randrange(512), rng.randrange(512)
-        c.line(x, y, x + rng.randint(-50, 50), y + rng.randint(-14, 14), (74, 78, 76), 2, 0.5)
+        c.line(x, y, x + rng.randint(-50, 50), y + rng.randint(-14, 14), shade(base, 0.6), 2, 0.5)
     for k in range(4):
-        c.rect(k * 128, 0, 2, 512, (84, 92, 88))
-        c.rect(0, k * 128, 512, 2, (84, 92, 88))
+        c.rect(k * 128, 0, 1, 512, shade(base, 0.68))
+        c.rect(0, k * 128, 512, 1, shade(base, 0.68))
     c.grain(rng, 4)
     return c
 

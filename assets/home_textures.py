@@ -51,6 +51,8 @@ def blossom(c, x, y, r, colour, rng):
 
 # --- surfaces of rooms
 
+# Floors keep to one colour in lighter and darker shades, as floors do: a robot that knows them by colour can tell them.
+
 def parquet(rng, base=OAK):
     """1.6 m of boards, 10 cm wide."""
     c = Canvas(512, 512, base)
@@ -61,50 +63,41 @@ def parquet(rng, base=OAK):
             w = min(rng.randint(90, 230), end - x)
             if end - x - w < 60:
                 w = end - x
-            tone = shade(base, rng.uniform(0.80, 1.14))
+            tone = shade(base, rng.uniform(0.91, 1.08))
             for dx in (0, -512):
                 c.rect(x + dx, row * 32, w, 32, tone)
-                c.rect(x + dx, row * 32, 2, 32, shade(base, 0.42))
+                c.rect(x + dx, row * 32, 1, 32, shade(base, 0.6))
                 for px in (6, w - 8):
                     for py in (7, 24):
-                        c.ellipse(x + dx + px, row * 32 + py, 1.6, 1.6, shade(base, 0.4))
-            for _ in range(rng.randint(2, 5)):
+                        c.ellipse(x + dx + px, row * 32 + py, 1.6, 1.6, shade(base, 0.65))
+            for _ in range(rng.randint(1, 3)):
                 kx, ky = x + rng.randint(12, max(13, w - 12)), row * 32 + rng.randint(8, 24)
                 for dx in (0, -512):
-                    c.ellipse(kx + dx, ky, rng.uniform(3, 6), rng.uniform(2, 3), shade(base, 0.55), 0.8)
+                    c.ellipse(kx + dx, ky, rng.uniform(3, 6), rng.uniform(2, 3), shade(base, 0.75), 0.8)
             x += w
-        c.rect(0, row * 32, 512, 1, shade(base, 0.45))
-    c.add_field(add(smooth_noise(512, 512, 6, 150, rng, 11), smooth_noise(512, 512, 20, 256, rng, 9)), (0.9, 1, 1.1))
+        c.rect(0, row * 32, 512, 1, shade(base, 0.62))
+    c.add_field(add(smooth_noise(512, 512, 6, 150, rng, 8), smooth_noise(512, 512, 20, 256, rng, 7)), (1.0, 0.8, 0.55))
     c.grain(rng, 3)
     return c
 
 
 def floor_tiles(rng):
-    """1.2 m of patterned cement tiles of 20 cm."""
-    c = Canvas(512, 512, (214, 208, 196))
+    """1.2 m of clay tiles of 20 cm."""
+    base = (196, 150, 122)
+    c = Canvas(512, 512, base)
     t = 512 / 6
     for j in range(6):
         for i in range(6):
             x, y = i * t, j * t
-            a, b = ((112, 134, 150), (186, 130, 104)) if (i + j) % 2 else ((186, 130, 104), (112, 134, 150))
-            a = shade(a, rng.uniform(0.88, 1.12))
-            m, n = x + t / 2, y + t / 2
-            c.rect(x, y, t, t, shade((214, 208, 196), rng.uniform(0.94, 1.05)))
-            c.poly([(m, y + 8), (x + t - 8, n), (m, y + t - 8), (x + 8, n)], a)
-            c.poly([(m, y + 22), (x + t - 22, n), (m, y + t - 22), (x + 22, n)], (232, 226, 212))
-            c.ellipse(m, n, 11, 11, b)
-            c.ellipse(m, n, 4, 4, (240, 236, 226))
-            for sx in (0, 1):
-                for sy in (0, 1):
-                    c.ellipse(x + sx * t, y + sy * t, 13, 13, b)
-                    c.ellipse(x + sx * t, y + sy * t, 6, 6, (232, 226, 212))
-            for _ in range(rng.randint(1, 4)):
-                c.ellipse(x + rng.uniform(8, t - 8), y + rng.uniform(8, t - 8), rng.uniform(1, 3), rng.uniform(1, 3),
-                          (120, 112, 104), 0.7)
-            c.rect(x, y, t, 2, (146, 142, 134))
-            c.rect(x, y, 2, t, (146, 142, 134))
-    c.add_field(add(smooth_noise(512, 512, 8, 8, rng, 7), smooth_noise(512, 512, 128, 128, rng, 6)))
-    c.grain(rng, 4)
+            c.rect(x, y, t, t, shade(base, rng.uniform(0.93, 1.07)))
+            c.rect(x + 5, y + 5, t - 8, 2, shade(base, 1.12))
+            for _ in range(rng.randint(6, 14)):
+                r = rng.uniform(1, 3.4)
+                c.ellipse(x + rng.uniform(8, t - 8), y + rng.uniform(8, t - 8), r, r * 0.8, shade(base, rng.uniform(0.8, 1.16)), 0.8)
+            c.rect(x, y, t, 3, (170, 150, 132))
+            c.rect(x, y, 3, t, (170, 150, 132))
+    c.add_field(add(smooth_noise(512, 512, 8, 8, rng, 5), smooth_noise(512, 512, 128, 128, rng, 5)), (1.0, 0.77, 0.62))
+    c.grain(rng, 3)
     return c
 
 
@@ -657,26 +650,29 @@ def television(rng):
     return c
 
 
-def rug(rng, base, other):
-    """A carpet of knots, 1.8 m by 1.2 m."""
+def rug(rng, base):
+    """A carpet of one wool in four shades, 1.8 m by 1.2 m."""
+    light, dark = shade(base, 1.16), shade(base, 0.86)
     c = Canvas(512, 512, base)
-    for k, col in enumerate((shade(base, 0.6), other, shade(base, 0.75), (226, 210, 176), base)):
-        c.rect(k * 14, k * 14, 512 - 28 * k, 512 - 28 * k, col)
+    for k, col in enumerate((dark, light, dark, base)):
+        c.rect(k * 16, k * 16, 512 - 32 * k, 512 - 32 * k, col)
     for k in range(24):
-        for x, y in ((34 + k * 19, 34), (34 + k * 19, 478), (34, 34 + k * 19), (478, 34 + k * 19)):
-            c.poly([(x, y - 8), (x + 8, y), (x, y + 8), (x - 8, y)], rng.choice([other, (226, 210, 176), shade(base, 0.5)]))
-    for r, col in ((180, shade(base, 0.7)), (166, other), (150, base), (96, (226, 210, 176)), (84, shade(other, 0.8))):
+        for x, y in ((34 + k * 19, 24), (34 + k * 19, 488), (24, 34 + k * 19), (488, 34 + k * 19)):
+            c.poly([(x, y - 7), (x + 7, y), (x, y + 7), (x - 7, y)], dark)
+    for r, col in ((180, dark), (168, base), (100, light), (88, base)):
         c.poly([(256, 256 - r), (256 + r, 256), (256, 256 + r), (256 - r, 256)], col)
     for j in range(16):
         for i in range(16):
             x, y = 86 + i * 23, 86 + j * 23
             kind = (i * j + abs(i - 7) * 3) % 5
             if kind == 0:
-                blossom(c, x, y, 8, rng.choice([(226, 210, 176), other, (176, 84, 70)]), rng)
+                for a in range(4):
+                    leaf(c, x, y, 11, a * math.pi / 2 + 0.4, light)
             elif kind == 2:
-                leaf(c, x, y, 16, rng.uniform(0, 6.3), rng.choice([(96, 116, 96), (60, 76, 110), (226, 210, 176)]))
-    c.add_field(add(smooth_noise(512, 512, 8, 8, rng, 7), smooth_noise(512, 512, 170, 170, rng, 12)))
-    c.grain(rng, 5)
+                leaf(c, x, y, 16, rng.uniform(0, 6.3), dark)
+    weights = tuple(v / max(base) for v in base)
+    c.add_field(add(smooth_noise(512, 512, 8, 8, rng, 6), smooth_noise(512, 512, 170, 170, rng, 9)), weights)
+    c.grain(rng, 4)
     return c
 
 
@@ -820,7 +816,7 @@ TEXTURES = {
     "door": door,
     "curtain": curtain,
     "television": television,
-    "rug_a": lambda r: rug(r, (150, 66, 58), (52, 66, 104)),
-    "rug_b": lambda r: rug(r, (76, 110, 112), (206, 160, 92)),
+    "rug_a": lambda r: rug(r, (160, 84, 72)),
+    "rug_b": lambda r: rug(r, (96, 128, 132)),
     "things": things,
 }

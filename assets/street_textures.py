@@ -11,21 +11,22 @@ from warehouse_textures import brick
 
 def asphalt(rng):
     """2 m of road: stones of all shades, patches, a crack, oil."""
-    c = Canvas(512, 512, (112, 114, 118))
-    c.add_field(add(smooth_noise(512, 512, 4, 4, rng, 8), smooth_noise(512, 512, 20, 20, rng, 6)))
+    base = (122, 123, 126)
+    c = Canvas(512, 512, base)
+    c.add_field(add(smooth_noise(512, 512, 4, 4, rng, 5), smooth_noise(512, 512, 20, 20, rng, 4)))
     for _ in range(4200):
-        x, y, r = rng.randrange(512), rng.randrange(512), rng.uniform(0.8, 3.4)
-        col = rng.choice([(70, 72, 78), (150, 150, 150), (176, 172, 164), (90, 84, 80), (60, 62, 66), (134, 126, 118)])
+        x, y, r = rng.randrange(512), rng.randrange(512), rng.uniform(0.8, 2.8)
+        col = shade(base, rng.choice((0.74, 0.8, 0.86, 1.12, 1.2, 1.28)))
         around(c, x, y, 4, lambda px, py: c.ellipse(px, py, r, r * 0.8, col))
     for _ in range(5):
         x, y, points = rng.randrange(512), rng.randrange(512), []
         for _ in range(8):
             points.append((x, y))
             x, y = x + rng.randint(4, 30), y + rng.randint(-26, 26)
-        around(c, 0, 0, 600, lambda px, py: c.polyline([(a + px, b + py) for a, b in points], (46, 46, 50), 2))
+        around(c, 0, 0, 600, lambda px, py: c.polyline([(a + px, b + py) for a, b in points], shade(base, 0.6), 2))
     for _ in range(3):
-        c.rect(rng.randint(20, 380), rng.randint(20, 380), rng.randint(50, 110), rng.randint(40, 90), (84, 86, 92), 0.5)
-    for _ in range(12):   # leaves, chewing gum, a ticket
+        c.rect(rng.randint(20, 380), rng.randint(20, 380), rng.randint(50, 110), rng.randint(40, 90), shade(base, 0.85), 0.6)
+    for _ in range(9):   # leaves, chewing gum, a ticket
         x, y = rng.randrange(500), rng.randrange(500)
         leaf(c, x, y, rng.uniform(9, 16), rng.uniform(0, 6.3), rng.choice([(176, 130, 60), (150, 90, 50), (140, 150, 70)]))
     c.grain(rng, 6)
@@ -34,41 +35,43 @@ def asphalt(rng):
 
 def paving(rng):
     """2 m of slabs of half a metre in a bond of halves."""
-    c = Canvas(512, 512, (168, 164, 156))
+    base = (174, 169, 160)
+    c = Canvas(512, 512, base)
     for j in range(4):
         for i in range(4):
             x, y = (i * 128 + (64 if j % 2 else 0)), j * 128
-            tone = shade((172, 166, 156), rng.uniform(0.84, 1.12))
+            tone = shade(base, rng.uniform(0.92, 1.07))
             for dx in (0, -512):
                 c.rect(x + dx, y, 128, 128, tone)
-                c.rect(x + dx, y, 128, 4, (92, 90, 84))
-                c.rect(x + dx, y, 4, 128, (92, 90, 84))
-                c.rect(x + dx + 4, y + 4, 124, 2, (226, 222, 214), 0.6)
+                c.rect(x + dx, y, 128, 3, shade(base, 0.62))
+                c.rect(x + dx, y, 3, 128, shade(base, 0.62))
+                c.rect(x + dx + 3, y + 3, 125, 2, shade(base, 1.2), 0.6)
     for _ in range(2600):
         x, y, r = rng.randrange(512), rng.randrange(512), rng.uniform(0.8, 2.8)
-        col = rng.choice([(120, 116, 110), (206, 202, 194), (140, 124, 110), (96, 94, 92)])
+        col = shade(base, rng.choice((0.78, 0.84, 0.9, 1.1, 1.18)))
         around(c, x, y, 4, lambda px, py: c.ellipse(px, py, r, r, col))
     for _ in range(26):
         x, y = rng.randrange(512), rng.randrange(512)
-        c.ellipse(x, y, rng.uniform(3, 7), rng.uniform(3, 6), (110, 106, 100), 0.8)
+        c.ellipse(x, y, rng.uniform(3, 7), rng.uniform(3, 6), shade(base, 0.78), 0.8)
     for j in range(5):   # moss in the joints
-        for _ in range(40):
-            c.ellipse(rng.randrange(512), j * 128 + rng.randint(-1, 5), 3, 2, (104, 120, 74), 0.8)
-    c.add_field(smooth_noise(512, 512, 6, 6, rng, 8))
+        for _ in range(20):
+            c.ellipse(rng.randrange(512), j * 128 + rng.randint(-1, 4), 3, 2, (112, 120, 84), 0.7)
+    c.add_field(smooth_noise(512, 512, 6, 6, rng, 5))
     c.grain(rng, 5)
     return c
 
 
 def kerb(rng):
-    """Kerb stones, flush with the road: 2 m long."""
-    c = Canvas(256, 256, (190, 188, 182))
+    """Kerb stones, flush with the road, of the paving's stone: 2 m long."""
+    base = (178, 173, 164)
+    c = Canvas(256, 256, base)
     for _ in range(1100):
-        r = rng.uniform(0.8, 2.6)
-        c.ellipse(rng.randrange(256), rng.randrange(256), r, r, rng.choice([(130, 128, 124), (226, 224, 216), (150, 130, 120), (84, 84, 86)]))
+        r = rng.uniform(0.8, 2.4)
+        c.ellipse(rng.randrange(256), rng.randrange(256), r, r, shade(base, rng.choice((0.78, 0.86, 1.12, 1.2))))
     for k in range(2):
-        c.rect(k * 128, 0, 4, 256, (80, 78, 74))
-    c.rect(0, 0, 256, 10, (84, 82, 80))
-    c.rect(0, 246, 256, 10, (84, 82, 80))
+        c.rect(k * 128, 0, 3, 256, shade(base, 0.62))
+    c.rect(0, 0, 256, 7, shade(base, 0.62))
+    c.rect(0, 249, 256, 7, shade(base, 0.62))
     c.grain(rng, 5)
     return c
 

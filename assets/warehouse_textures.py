@@ -12,27 +12,28 @@ CARDBOARD = (190, 150, 102)
 
 def concrete(rng):
     """2.5 m of worn floor: stones in the screed, cracks, tyre marks, stains."""
-    c = Canvas(512, 512, (160, 158, 152))
-    c.add_field(add(smooth_noise(512, 512, 5, 5, rng, 10), smooth_noise(512, 512, 24, 24, rng, 8),
-                    smooth_noise(512, 512, 128, 128, rng, 10)))
-    for _ in range(2600):
-        x, y, r = rng.randrange(512), rng.randrange(512), rng.uniform(0.8, 3.0)
-        col = rng.choice([(110, 108, 104), (196, 194, 186), (90, 90, 92), (176, 160, 140), (214, 212, 206)])
+    base = (162, 158, 150)
+    c = Canvas(512, 512, base)
+    c.add_field(add(smooth_noise(512, 512, 5, 5, rng, 5), smooth_noise(512, 512, 24, 24, rng, 5),
+                    smooth_noise(512, 512, 128, 128, rng, 6)))
+    for _ in range(2400):
+        x, y, r = rng.randrange(512), rng.randrange(512), rng.uniform(0.8, 2.6)
+        col = shade(base, rng.choice((0.78, 0.84, 0.9, 1.1, 1.16, 1.2)))
         around(c, x, y, 4, lambda px, py: c.ellipse(px, py, r, r * 0.85, col))
     for _ in range(6):
         x, y, points = rng.randrange(512), rng.randrange(512), []
         for _ in range(9):
             points.append((x, y))
             x, y = x + rng.randint(-26, 26), y + rng.randint(4, 26)
-        around(c, 0, 0, 600, lambda px, py: c.polyline([(a + px, b + py) for a, b in points], (84, 82, 80), 1.4))
+        around(c, 0, 0, 600, lambda px, py: c.polyline([(a + px, b + py) for a, b in points], shade(base, 0.62), 1.4))
     for _ in range(7):
         x, y, w = rng.randrange(512), rng.randrange(512), rng.randint(60, 200)
         for k in range(0, w, 7):
-            c.rect(x + k, y + (k % 14) // 7, 4, 11, (70, 70, 72), 0.5)
+            c.rect(x + k, y + (k % 14) // 7, 4, 11, shade(base, 0.55), 0.4)
     for _ in range(8):
-        c.ellipse(rng.randrange(512), rng.randrange(512), rng.randint(6, 24), rng.randint(6, 20), (96, 90, 84), 0.35)
-    c.rect(0, 0, 512, 3, (90, 88, 84))
-    c.rect(0, 0, 3, 512, (90, 88, 84))
+        c.ellipse(rng.randrange(512), rng.randrange(512), rng.randint(6, 24), rng.randint(6, 20), shade(base, 0.7), 0.3)
+    c.rect(0, 0, 512, 2, shade(base, 0.6))
+    c.rect(0, 0, 2, 512, shade(base, 0.6))
     c.grain(rng, 4)
     return c
 
