@@ -61,38 +61,51 @@ class Furnisher {
   WallFace& face(std::size_t f) { return room_.faces[f]; }
   WorldSettings& into() { return into_; }
 
-  /// Room on the floor with its back to a face, its middle at s; the pose is on the face.
-  std::optional<Pose2> claim(std::size_t f, double s_m, const Vec2& size_m, double height_m,
-                             double before_m = kBeforeFurniture_m, double gap_m = kSkirting_m) {
-    const WallFace& wall = room_.faces[f];
-    const double half_m = size_m.y() / 2;
-    if (s_m < half_m || s_m > wall.length_m() - half_m ||
-        !wall.is_clear({{s_m - half_m, 0}, {s_m + half_m, height_m}})) {
-      return std::nullopt;
-    }
-    const Pose2 at = wall.at(s_m);
+  /// Floor with its back to a face, its middle at s, with room before it.
+  struct Stand {
+    Rectangle outline;
+    Rectangle before;
+  };
+  Stand stand_at(std::size_t f, double s_m, const Vec2& size_m, double before_m,
+                 double gap_m) const {
+    const Pose2 at = room_.faces[f].at(s_m);
     const auto outline_at = [&](double from_m, double depth_m) {
       const Vec2 middle = at * Vec2(from_m + depth_m / 2, 0);
       return FloorSpace::outline({middle.x(), middle.y(), at.theta_rad}, {depth_m, size_m.y()});
     };
-    const Rectangle outline = outline_at(gap_m, size_m.x());
-    const Rectangle before = outline_at(gap_m + size_m.x(), before_m);
-    if (!take(outline, before, height_m)) {
-      return std::nullopt;
-    }
-    return at;
+    return {outline_at(gap_m, size_m.x()), outline_at(gap_m + size_m.x(), before_m)};
   }
 
-  /// The piece itself; returns its number among the objects.
-  std::optional<std::size_t> stand(const Piece& piece, std::size_t f, double s_m,
-                                   const std::map<std::string, std::string>& textures = {}) {
+  /// Whether wall and floor are clear there; passages are another matter.
+  bool fits(std::size_t f, double s_m, const Vec2& size_m, double height_m,
+            double before_m = kBeforeFurniture_m, double gap_m = kSkirting_m) const {
+    const double half_m = size_m.y() / 2;
+    const Stand there = stand_at(f, s_m, size_m, before_m, gap_m);
+    return room_.faces[f].is_clear({{s_m - half_m, 0}, {s_m + half_m, height_m}}) &&
+           is_clear(there.outline, there.before);
+  }
+
+  /// Takes it; returns the pose on the face, or nothing without room.
+  std::optional<Pose2> claim(std::size_t f, double s_m, const Vec2& size_m, double height_m,
+                             double before_m = kBeforeFurniture_m, double gap_m = kSkirting_m) {
+    const Stand there = stand_at(f, s_m, size_m, before_m, gap_m);
+    if (!fits(f, s_m, size_m, height_m, before_m, gap_m) ||
+        !take(there.outline, there.before, height_m)) {
+      return std::nullopt;
+    }
+    return room_.faces[f].at(s_m);
+  }
+
+  /// The piece itself; false without room.
+  bool stand(const Piece& piece, std::size_t f, double s_m,
+             const std::map<std::string, std::string>& textures = {}) {
     const std::optional<Pose2> at = claim(f, s_m, piece.size_m, piece.height_m);
     if (!at) {
-      return std::nullopt;
+      return false;
     }
     const Vec2 middle = *at * Vec2(kSkirting_m + piece.size_m.x() / 2, 0);
     put(into_, piece.mesh, {middle.x(), middle.y(), at->theta_rad}, 0, textures);
-    return into_.objects.size() - 1;
+    return true;
   }
 
   /// Places along the walls where something of that width could stand: corners and some between, in
@@ -230,13 +243,14 @@ class Furnisher {
   }
 
  private:
+  bool is_clear(const Rectangle& outline, const Rectangle& before) const {
+    return room_.area.contains(before) && floor_.is_clear(outline) && floor_.is_clear(before) &&
+           std::none_of(room_.keep_clear.begin(), room_.keep_clear.end(),
+                        [&outline](const Rectangle& r) { return r.overlaps(outline); });
+  }
+
   bool take(const Rectangle& outline, const Rectangle& before, double height_m) {
-    const auto overlaps = [](const std::vector<Rectangle>& there, const Rectangle& what) {
-      return std::any_of(there.begin(), there.end(),
-                         [&what](const Rectangle& r) { return r.overlaps(what); });
-    };
-    if (!room_.area.contains(before) || !floor_.is_clear(outline) || !floor_.is_clear(before) ||
-        overlaps(room_.keep_clear, outline) || !passages_.block_if_passable(outline)) {
+    if (!is_clear(outline, before) || !passages_.block_if_passable(outline)) {
       return false;
     }
     floor_.take(outline);
@@ -274,28 +288,48 @@ void stand_shelves(Furnisher& room, int count) {
   }
 }
 
-void furnish_living(Furnisher& room) {
-  // The sofa looks at the television, a rug and a low table between them.
+/// A sofa and a television that look at each other, a rug and a low table between them.
+void stand_sofa(Furnisher& room) {
+  struct Seat {
+    std::size_t face;
+    double s_m;
+    double television_s_m;
+  };
+  std::vector<Seat> seats;
   for (const auto& [f, s_m] : room.places(kSofa.size_m.y())) {
-    if (!room.stand(kSofa, f, s_m)) {
+    const std::size_t opposite = (f + 2) % 4;
+    for (const double aside_m : {0.0, -0.3, 0.3, -0.6, 0.6}) {
+      const double television_s_m = room.face(opposite).length_m() - s_m + aside_m;
+      if (room.fits(f, s_m, kSofa.size_m, kSofa.height_m) &&
+          room.fits(opposite, television_s_m, kTelevision.size_m, kTelevision.height_m)) {
+        seats.push_back({f, s_m, television_s_m});
+        break;
+      }
+    }
+  }
+  for (const Seat& seat : seats) {
+    if (!room.stand(kSofa, seat.face, seat.s_m)) {
       continue;
     }
-    const std::size_t opposite = (f + 2) % 4;
-    if (!room.stand(kTelevision, opposite, room.face(opposite).length_m() - s_m)) {
-      room.stand(kTelevision);
-    }
-    const Pose2 at = room.face(f).at(s_m);
+    room.stand(kTelevision, (seat.face + 2) % 4, seat.television_s_m);
+    const Pose2 at = room.face(seat.face).at(seat.s_m);
     const auto ahead = [&at](double by_m) {
       const Vec2 p = at * Vec2(by_m, 0);
       return Pose2{p.x(), p.y(), at.theta_rad};
     };
-    room.stand_free("home/coffee_table", ahead(0.92 + kBeforeFurniture_m + 0.34), {0.64, 1.04},
-                    0.45);
-    const Pose2 rug = ahead(0.92 + 0.95);
+    room.stand_free("home/coffee_table", ahead(kSofa.size_m.x() + kBeforeFurniture_m + 0.34),
+                    {0.64, 1.04}, 0.45);
+    const Pose2 rug = ahead(kSofa.size_m.x() + 0.95);
     room.lay_rug("home/rug_a", {rug.x_m, rug.y_m, wrap_angle(rug.theta_rad + kQuarter_rad)},
                  {2.2, 1.5});
-    break;
+    return;
   }
+  room.stand(kSofa);
+  room.stand(kTelevision);
+}
+
+void furnish_living(Furnisher& room) {
+  stand_sofa(room);
   stand_shelves(room, 3);
   room.stand(kArmchair);
   room.stand(kPlant);
