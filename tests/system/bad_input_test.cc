@@ -97,10 +97,10 @@ TEST_F(BadInput, RigsThatWillNotDo) {
                      "loop_front, loop_back and floor",
                  {"--set", "rig.cameras.back.roles=[]"}, kOffice);
   expect_refused(2,
-                 kRig +
-                     ":7:1: rig: cameras.front.rate_hz: is 30, but back has 15; the simulated "
-                     "cameras are synchronous and must have one rate",
-                 {"--set", "rig.cameras.front.rate_hz=30"}, kOffice);
+                 kOffice +
+                     ":6:3: platform: trigger.groups.slow.cameras: the rig has no camera bakc; did "
+                     "you mean back?",
+                 {"--set", "platform.trigger.groups={slow: {cameras: [bakc]}}"}, kOffice);
 }
 
 TEST_F(BadInput, StartsInsideADesk) {
