@@ -82,6 +82,7 @@ std::vector<RoomKind> kinds_of_row(int row, int count) {
 /// The widths of a row's rooms: by weight and chance, none below the least.
 std::vector<double> widths_of(const std::vector<RoomKind>& kinds, double total_m, Rng& rng) {
   std::vector<double> parts;
+  parts.reserve(kinds.size());
   for (const RoomKind kind : kinds) {
     parts.push_back(weight(kind) * rng.uniform(0.94, 1.06));
   }

@@ -47,7 +47,7 @@ void Passages::lower_clearance(const Rectangle& what) {
          column <= clamped(to.x() + reach, columns_); ++column) {
       const Vec2 middle = low_ + kCell_m * Vec2(column + 0.5, row + 0.5);
       const Vec2 off = (what.low - middle).cwiseMax(middle - what.high).cwiseMax(0);
-      float& there = clearance_m_[static_cast<std::size_t>(row * columns_ + column)];
+      float& there = clearance_m_[cell(column, row)];
       there = std::min(there, static_cast<float>(off.norm()));
     }
   }
@@ -59,39 +59,44 @@ void Passages::keep_open(const std::vector<Vec2>& places) {
   places_.insert(places_.end(), places.begin(), places.end());
 }
 
+std::size_t Passages::cell(int column, int row) const {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+         static_cast<std::size_t>(column);
+}
+
 std::size_t Passages::cell_of(const Vec2& p) const {
-  const Vec2 cell = (p - low_) / kCell_m;
-  const int column = std::clamp(static_cast<int>(cell.x()), 0, columns_ - 1);
-  const int row = std::clamp(static_cast<int>(cell.y()), 0, rows_ - 1);
-  return static_cast<std::size_t>(row * columns_ + column);
+  const Vec2 at = (p - low_) / kCell_m;
+  const int column = std::clamp(static_cast<int>(at.x()), 0, columns_ - 1);
+  const int row = std::clamp(static_cast<int>(at.y()), 0, rows_ - 1);
+  return cell(column, row);
 }
 
 /// The cells with that clearance that hang together with the first of the places.
 std::vector<char> Passages::region(double clearance_m) const {
   std::vector<char> inside(clearance_m_.size(), 0);
   std::vector<std::size_t> stack;
-  const auto visit = [&](std::size_t cell) {
-    if (inside[cell] == 0 && clearance_m_[cell] >= clearance_m) {
-      inside[cell] = 1;
-      stack.push_back(cell);
+  const auto visit = [&](std::size_t next) {
+    if (inside[next] == 0 && clearance_m_[next] >= clearance_m) {
+      inside[next] = 1;
+      stack.push_back(next);
     }
   };
   visit(cell_of(places_.front()));
   const auto width = static_cast<std::size_t>(columns_);
   while (!stack.empty()) {
-    const std::size_t cell = stack.back();
+    const std::size_t here = stack.back();
     stack.pop_back();
-    if (cell % width > 0) {
-      visit(cell - 1);
+    if (here % width > 0) {
+      visit(here - 1);
     }
-    if (cell % width + 1 < width) {
-      visit(cell + 1);
+    if (here % width + 1 < width) {
+      visit(here + 1);
     }
-    if (cell >= width) {
-      visit(cell - width);
+    if (here >= width) {
+      visit(here - width);
     }
-    if (cell + width < clearance_m_.size()) {
-      visit(cell + width);
+    if (here + width < clearance_m_.size()) {
+      visit(here + width);
     }
   }
   return inside;
@@ -107,15 +112,15 @@ bool Passages::is_passable() const {
   const std::vector<char> open = region(kSurelyOpen_m);
   for (int row = 0; row < rows_; ++row) {
     for (int column = 0; column < columns_; ++column) {
-      const auto cell = static_cast<std::size_t>(row * columns_ + column);
-      if (clearance_m_[cell] < kPerhapsOpen_m || open[cell] != 0) {
+      const std::size_t here = cell(column, row);
+      if (clearance_m_[here] < kPerhapsOpen_m || open[here] != 0) {
         continue;
       }
       bool is_near = false;
       for (int y = std::max(0, row - kNearCells); y <= std::min(rows_ - 1, row + kNearCells); ++y) {
         for (int x = std::max(0, column - kNearCells);
              x <= std::min(columns_ - 1, column + kNearCells); ++x) {
-          is_near = is_near || open[static_cast<std::size_t>(y * columns_ + x)] != 0;
+          is_near = is_near || open[cell(x, y)] != 0;
         }
       }
       if (!is_near) {

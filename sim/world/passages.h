@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "core/geometry/pose2.h"
@@ -27,6 +28,7 @@ class Passages {
  private:
   bool is_passable() const;
   std::vector<char> region(double clearance_m) const;
+  std::size_t cell(int column, int row) const;
   std::size_t cell_of(const Vec2& p) const;
   void lower_clearance(const Rectangle& what);
 
