@@ -49,7 +49,7 @@ Finding renderer(const std::string& name, sim::GlLibrary library, const std::str
   const bool needed = library == sim::GlLibrary::kOsMesa;
   try {
     sim::RendererOptions options;
-    options.library = library;
+    options.gl_library = library;
     sim::Renderer renderer(one_tile(), options);
     const sim::View view{pinhole(32, 24, 1), mounted_camera({0, 0, 1}, 0, std::acos(0.0))};
     const cv::Mat bgr = renderer.draw(view).bgr;

@@ -447,7 +447,7 @@ std::optional<Truth> SimulatedRobot::truth() const {
 std::unique_ptr<SimulatedRobot> open_simulated(const SimulatedOptions& options, const Body& body,
                                                const Rig& believed, const Rng& rng,
                                                RendererOptions renderer) {
-  renderer.library = options.renderer;
+  renderer.gl_library = options.renderer;
   return std::make_unique<SimulatedRobot>(
       options, surroundings(make_world(options.world), body, renderer), body, believed, rng);
 }

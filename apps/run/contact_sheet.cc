@@ -15,6 +15,7 @@
 #include "apps/run/canvas.h"
 #include "apps/run/plan_picture.h"
 #include "core/base/check.h"
+#include "core/base/text.h"
 #include "sim/sensors/floor_pixels.h"
 
 namespace panoptes {
@@ -64,14 +65,6 @@ std::string words_of(const RigCamera& camera) {
                      lens.width_px, lens.height_px, across, down,
                      lens.is_pinhole() ? "" : " " + lens_words,
                      camera.T_body_camera.translation.z(), tilt);
-}
-
-std::string roles_of(const RigCamera& camera) {
-  std::string all;
-  for (const std::string& role : camera.roles) {
-    all += (all.empty() ? "" : ", ") + role;
-  }
-  return all;
 }
 
 PlanCamera plan_camera(const Shot& shot, const Colour& colour, const Body& body,
@@ -231,7 +224,7 @@ cv::Mat fitting(const cv::Mat& bgr) {
 }
 
 Row row_of(const Shot& shot, const Body& body, const Colour& colour) {
-  Row row{shot.name, roles_of(shot.camera), words_of(shot.camera), colour, {}};
+  Row row{shot.name, joined(shot.camera.roles), words_of(shot.camera), colour, {}};
   const bool alone = shot.taken.depth_m.empty() && shot.taken.instance.empty();
   row.pictures.push_back(
       {fitting(with_mapped_edge(shot, body, colour)), alone               ? ""

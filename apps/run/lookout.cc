@@ -42,7 +42,7 @@ std::string fault_of(const Vec2& at, double radius_m, const sim::Obstacles& obst
 }
 
 sim::RendererOptions by(sim::GlLibrary library, sim::RendererOptions options) {
-  options.library = library;
+  options.gl_library = library;
   return options;
 }
 

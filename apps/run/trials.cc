@@ -25,6 +25,7 @@
 
 #include "apps/run/stage_clock.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/base/time.h"
 #include "core/eval/statistics.h"
 #include "core/io/csv.h"
@@ -412,13 +413,10 @@ void write_junit(const std::filesystem::path& path, const std::vector<Trial>& tr
       const bool broken = trial.status == Status::kBroken;
       ++(broken ? errors : failures);
       const std::vector<std::string> lines = faults(trial);
-      std::string text;
-      for (const std::string& line : lines) {
-        text += (text.empty() ? "" : "\n") + line;
-      }
       const char* kind = broken ? "error" : "failure";
       cases += std::string("    <") + kind + " message=\"" +
-               xml(lines.empty() ? "" : lines.front()) + "\">" + xml(text) + "</" + kind + ">\n";
+               xml(lines.empty() ? "" : lines.front()) + "\">" + xml(joined(lines, "\n")) + "</" +
+               kind + ">\n";
     }
     cases += "  </testcase>\n";
   }

@@ -3,22 +3,13 @@
 
 #include <utility>
 
+#include "core/base/text.h"
+
 namespace panoptes {
-namespace {
-
-std::string joined(const std::vector<std::string>& lines) {
-  std::string all;
-  for (const std::string& line : lines) {
-    all += (all.empty() ? "" : "\n") + line;
-  }
-  return all;
-}
-
-}  // namespace
 
 ConfigError::ConfigError(std::string line) : ConfigError(std::vector{std::move(line)}) {}
 
 ConfigError::ConfigError(std::vector<std::string> lines)
-    : std::runtime_error(joined(lines)), lines_(std::move(lines)) {}
+    : std::runtime_error(joined(lines, "\n")), lines_(std::move(lines)) {}
 
 }  // namespace panoptes

@@ -12,6 +12,7 @@
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/config/data_files.h"
 #include "core/config/settings_tree.h"
 #include "core/config/sha256.h"
@@ -61,14 +62,6 @@ std::string got(const SettingsTree& node) {
   return ", got " + (node.quoted ? "\"" + text + "\"" : text);
 }
 
-std::string listed(const std::vector<std::string>& words) {
-  std::string out;
-  for (const std::string& word : words) {
-    out += (out.empty() ? "" : ", ") + word;
-  }
-  return out;
-}
-
 // Optimal string alignment: insertions, deletions, replacements and swaps of neighbours.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
@@ -93,7 +86,7 @@ std::string suggestion(const std::string& word, const std::vector<std::string>& 
   if (!near.empty()) {
     return "did you mean " + near + "?";
   }
-  return known.empty() ? "none is known here" : "known: " + listed(known);
+  return known.empty() ? "none is known here" : "known: " + joined(known);
 }
 
 // A `--set` of the command line.
@@ -249,11 +242,7 @@ struct Document {
     }
     if (std::all_of(faults.begin(), faults.end(),
                     [](const SettingsFault& f) { return f.missing_asset; })) {
-      std::string all;
-      for (const std::string& line : lines) {
-        all += (all.empty() ? "" : "\n") + line;
-      }
-      throw IoError(all);
+      throw IoError(joined(lines, "\n"));
     }
     throw ConfigError(lines);
   }
@@ -791,7 +780,7 @@ std::size_t Fields::word_index(std::string_view key, const std::vector<std::stri
   if (node_->document->faults.size() == faults_before) {
     const std::string near = nearest_word(word, words);
     node_->document->fault(*node_->tree->find(key), plus(node_->path, std::string(key)),
-                           "must be one of " + listed(words) + got(*node_->tree->find(key)) +
+                           "must be one of " + joined(words) + got(*node_->tree->find(key)) +
                                (near.empty() ? "" : "; did you mean " + near + "?"));
   }
   return current;
@@ -814,7 +803,7 @@ std::size_t Fields::kind_index(std::string_view key, const std::vector<std::stri
     child->kind = Kind::kMapping;
   }
   if (child->kind != Kind::kMapping) {
-    document.fault(*child, path, "must be one of " + listed(kinds) + got(*child));
+    document.fault(*child, path, "must be one of " + joined(kinds) + got(*child));
     child->kind = Kind::kBroken;
     return current;
   }
@@ -838,7 +827,7 @@ std::size_t Fields::kind_index(std::string_view key, const std::vector<std::stri
   }
   const std::string near = nearest_word(word, kinds);
   document.fault(*kind, path,
-                 "must be one of " + listed(kinds) + got(*kind) +
+                 "must be one of " + joined(kinds) + got(*kind) +
                      (near.empty() ? "" : "; did you mean " + near + "?"));
   child->kind = Kind::kBroken;
   return current;
@@ -891,13 +880,13 @@ std::optional<std::size_t> Fields::named_kind(std::string_view key,
     child->kind = Kind::kMapping;
   }
   if (child->kind != Kind::kMapping) {
-    document.fault(*child, path, "must be one of " + listed(kinds) + got(*child));
+    document.fault(*child, path, "must be one of " + joined(kinds) + got(*child));
     return std::nullopt;
   }
   document.apply_overrides(*child, path);
   if (child->keys.size() != 1) {
     document.fault(*child, path,
-                   "must name one of " + listed(kinds) + ", got " +
+                   "must name one of " + joined(kinds) + ", got " +
                        std::to_string(child->keys.size()) + " keys");
     return std::nullopt;
   }
@@ -912,7 +901,7 @@ std::optional<std::size_t> Fields::named_kind(std::string_view key,
   word.place = name.place;
   const std::string near = nearest_word(name.name, kinds);
   document.fault(word, path,
-                 "must be one of " + listed(kinds) + got(word) +
+                 "must be one of " + joined(kinds) + got(word) +
                      (near.empty() ? "" : "; did you mean " + near + "?"));
   return std::nullopt;
 }

@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/config/geometry_fields.h"
 #include "core/io/dataset_table.h"
 #include "core/io/file.h"
@@ -43,12 +44,9 @@ RecordedBeliefs beliefs(const std::string& folder, const DatasetText& text) {
 }
 
 ConfigError no_odometry(const std::string& folder, const std::vector<std::string>& cameras) {
-  std::string has;
-  for (const std::string& camera : cameras) {
-    has += (has.empty() ? "" : ", ") + camera;
-  }
-  return ConfigError(folder + ": has pictures of " + (has.empty() ? "no camera" : has) +
-                     " but no " + std::string(kOdometry) +
+  return ConfigError(folder + ": has pictures of " +
+                     (cameras.empty() ? "no camera" : joined(cameras)) + " but no " +
+                     std::string(kOdometry) +
                      " (#timestamp [ns], x [m], y [m], theta [rad], v [m/s], w [rad/s]): the "
                      "wheels' odometry at the instant of each picture is needed");
 }

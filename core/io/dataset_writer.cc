@@ -12,6 +12,7 @@
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/config/geometry_fields.h"
 #include "core/io/dataset_table.h"
 #include "core/io/digits.h"
@@ -33,11 +34,11 @@ std::string yaml_number(double number) {
 }
 
 std::string listed(const std::vector<double>& numbers) {
-  std::string text;
+  std::vector<std::string> texts;
   for (const double number : numbers) {
-    text += (text.empty() ? "" : ", ") + yaml_number(number);
+    texts.push_back(yaml_number(number));
   }
-  return "[" + text + "]";
+  return "[" + joined(texts) + "]";
 }
 
 /// The lens in the words of EuRoC and Kalibr.

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "core/base/error.h"
+#include "core/io/descriptor.h"
 
 namespace panoptes {
 namespace {
@@ -44,16 +45,8 @@ void AtomicFile::append(std::string_view bytes) {
 }
 
 void AtomicFile::flush() {
-  std::size_t done = 0;
-  while (done < buffer_.size()) {
-    const ssize_t n = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
-    if (n < 0 && errno == EINTR) {
-      continue;
-    }
-    if (n < 0) {
-      fail("written");
-    }
-    done += static_cast<std::size_t>(n);
+  if (write_all(descriptor_, buffer_) < buffer_.size()) {
+    fail("written");
   }
   buffer_.clear();
 }

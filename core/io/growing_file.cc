@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "core/base/error.h"
+#include "core/io/descriptor.h"
 
 namespace panoptes {
 namespace {
@@ -40,21 +41,14 @@ GrowingFile::~GrowingFile() {
 }
 
 void GrowingFile::append(std::string_view bytes) {
-  std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t n = ::write(descriptor_, bytes.data() + done, bytes.size() - done);
-    if (n < 0 && errno == EINTR) {
-      continue;
+  const std::size_t done = write_all(descriptor_, bytes);
+  if (done < bytes.size()) {
+    const IoError error = fault(path_, "written");
+    if (done > 0) {
+      std::error_code ignored;  // a torn row is still read
+      std::filesystem::resize_file(path_, size_, ignored);
     }
-    if (n < 0) {
-      const IoError error = fault(path_, "written");
-      if (done > 0) {
-        std::error_code ignored;  // a torn row is still read
-        std::filesystem::resize_file(path_, size_, ignored);
-      }
-      throw error;
-    }
-    done += static_cast<std::size_t>(n);
+    throw error;
   }
   size_ += done;
 }

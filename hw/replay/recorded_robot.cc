@@ -14,6 +14,7 @@
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/config/data_files.h"
 
 namespace panoptes::hw {
@@ -21,14 +22,6 @@ namespace {
 
 bool same(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
-}
-
-std::string names_of(const std::vector<std::string>& cameras) {
-  std::string all;
-  for (const std::string& camera : cameras) {
-    all += (all.empty() ? "" : ", ") + camera;
-  }
-  return all;
 }
 
 }  // namespace
@@ -58,7 +51,7 @@ Rig recorded_rig(const RecordedOptions& options, const Dataset& dataset, Rig bel
   for (auto& [name, camera] : believed.cameras) {
     if (std::find(dataset.cameras.begin(), dataset.cameras.end(), name) == dataset.cameras.end()) {
       throw ConfigError(where + "platform.dataset: has no pictures of the rig's camera " + name +
-                        "; it has " + names_of(dataset.cameras));
+                        "; it has " + joined(dataset.cameras));
     }
     if (!camera.floor || camera.floor->H_body_px || !camera.floor->marks.empty()) {
       continue;

@@ -15,7 +15,7 @@ void GlContext::make_current() {
     return;
   }
   // The libraries share OpenGL's table of functions: one lets go of it before another takes it.
-  if (current != nullptr && std::string_view(current->library()) != library()) {
+  if (current != nullptr && std::string_view(current->name()) != name()) {
     current->release();
   }
   current = nullptr;

@@ -18,7 +18,7 @@ class GlContext {
   /// From here on OpenGL's functions mean this context in this thread.
   void make_current();
   virtual Function function(const char* name) const = 0;
-  virtual const char* library() const = 0;
+  virtual const char* name() const = 0;
 
  protected:
   virtual void bind() = 0;

@@ -128,7 +128,7 @@ class EglContext final : public GlContext {
   EglContext& operator=(const EglContext&) = delete;
 
   Function function(const char* name) const override { return egl_.get_proc_address(name); }
-  const char* library() const override { return "EGL"; }
+  const char* name() const override { return "EGL"; }
 
  private:
   bool create_on(EGLDisplay display) {

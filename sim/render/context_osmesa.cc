@@ -41,7 +41,7 @@ class OsMesaContext final : public GlContext {
   OsMesaContext& operator=(const OsMesaContext&) = delete;
 
   Function function(const char* name) const override { return OSMesaGetProcAddress(name); }
-  const char* library() const override { return "OSMesa"; }
+  const char* name() const override { return "OSMesa"; }
 
  private:
   void bind() override {

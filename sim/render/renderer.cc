@@ -167,7 +167,7 @@ struct Gl {
           reinterpret_cast<std::remove_reference_t<decltype(function)>>(context.function(name));
       if (function == nullptr) {
         throw DeviceError(fmt::format("{} has no {}; install Debian 12's Mesa packages again",
-                                      context.library(), name));
+                                      context.name(), name));
       }
     };
 #define PANOPTES_GL_FIND(type, name) find(name, "gl" #name);
@@ -401,7 +401,7 @@ class Renderer::Impl {
 
   std::string drawn_by() {
     context_->make_current();
-    return fmt::format("{}, {}", context_->library(),
+    return fmt::format("{}, {}", context_->name(),
                        reinterpret_cast<const char*>(gl_.GetString(GL_RENDERER)));
   }
 
@@ -411,7 +411,7 @@ class Renderer::Impl {
         sky_bgr_(world.sky_bgr),
         ambient_group_(world.ambient_group),
         light_(charts, cached_light(world, charts, options.bake_threads, options.bake_progress)),
-        context_(make_context(options.library)),
+        context_(make_context(options.gl_library)),
         gl_((context_->make_current(), *context_)) {
     const TextureArrays textures = sort_textures(world);
     upload_textures(world, textures);
@@ -444,7 +444,7 @@ class Renderer::Impl {
       std::array<char, 1024> log{};
       gl_.GetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
       throw DeviceError(fmt::format("{} does not take our shader: {}; install Debian 12's Mesa",
-                                    context_->library(), log.data()));
+                                    context_->name(), log.data()));
     }
     return shader;
   }
@@ -466,7 +466,7 @@ class Renderer::Impl {
       gl_.GetProgramiv(p.name, GL_LINK_STATUS, &good);
       if (good == 0) {
         throw DeviceError(fmt::format("{} does not link our shaders; install Debian 12's Mesa",
-                                      context_->library()));
+                                      context_->name()));
       }
       gl_.UseProgram(p.name);
       p.clip_scene = gl_.GetUniformLocation(p.name, "clip_scene");
@@ -709,7 +709,7 @@ class Renderer::Impl {
     gl_.DrawBuffers(with_instance ? 2 : 1, kDrawn.data());
     if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
       throw DeviceError(fmt::format("{} cannot draw a picture of {}x{}; ask for a smaller one",
-                                    context_->library(), width, height));
+                                    context_->name(), width, height));
     }
     return t.framebuffer;
   }

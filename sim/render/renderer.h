@@ -21,7 +21,7 @@ enum class GlLibrary {
 };
 
 struct RendererOptions {
-  GlLibrary library = GlLibrary::kOsMesa;
+  GlLibrary gl_library = GlLibrary::kOsMesa;
   double lightmap_cell_m =
       0.05;                ///< how finely light and shadow are kept, in worlds of a few rooms
   int bake_threads = 2;    ///< the picture does not depend on it

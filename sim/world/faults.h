@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstddef>
 #include <string>
 #include <vector>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 
 namespace panoptes::sim {
 
@@ -34,11 +34,7 @@ class Faults {
       throw ConfigError(lines_);
     }
     if (any()) {
-      std::string all = lines_.front();
-      for (std::size_t i = 1; i < lines_.size(); ++i) {
-        all += "\n" + lines_[i];
-      }
-      throw IoError(all);
+      throw IoError(joined(lines_, "\n"));
     }
   }
 

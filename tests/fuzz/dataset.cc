@@ -2,42 +2,44 @@
 // Recordings: the tables and settings of a dataset.
 #include "core/io/dataset.h"
 
-#include <iterator>
 #include <set>
+#include <string>
+#include <vector>
 
 #include "tests/fuzz/fuzz.h"
 
 namespace panoptes::fuzz {
 
-const char* const kWords[] = {"#timestamp [ns],filename\n",
-                              "1000000000,",
-                              ",deadline,,\n",
-                              ",now,,",
-                              ",bumper,,1\n",
-                              ",motors,,0\n",
-                              ",picture,front,",
-                              ",missing,front,\n",
-                              ",contact,,\n",
-                              "\n",
-                              ",",
-                              "nan",
-                              "inf",
-                              "-1",
-                              "9223372036854775807",
-                              "9223372036854775808",
-                              "0x1",
-                              "..",
-                              "a/b.png",
-                              "=== mav0/odom0/data.csv\n",
-                              "=== mav0/cmd0/data.csv\n",
-                              "=== mav0/events.csv\n",
-                              "=== recording.yaml\n",
-                              "=== rig.yaml\n",
-                              "=== mav0/front/data.csv\n",
-                              "\r\n",
-                              "\"",
-                              "#"};
-const int kWordCount = std::size(kWords);
+std::vector<std::string> words() {
+  return {"#timestamp [ns],filename\n",
+          "1000000000,",
+          ",deadline,,\n",
+          ",now,,",
+          ",bumper,,1\n",
+          ",motors,,0\n",
+          ",picture,front,",
+          ",missing,front,\n",
+          ",contact,,\n",
+          "\n",
+          ",",
+          "nan",
+          "inf",
+          "-1",
+          "9223372036854775807",
+          "9223372036854775808",
+          "0x1",
+          "..",
+          "a/b.png",
+          "=== mav0/odom0/data.csv\n",
+          "=== mav0/cmd0/data.csv\n",
+          "=== mav0/events.csv\n",
+          "=== recording.yaml\n",
+          "=== rig.yaml\n",
+          "=== mav0/front/data.csv\n",
+          "\r\n",
+          "\"",
+          "#"};
+}
 
 void read_input(std::string_view bytes) {
   const std::map<std::string, std::string> files = files_in(bytes);

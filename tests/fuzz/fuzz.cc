@@ -15,6 +15,7 @@
 #include <exception>
 #include <fstream>
 #include <iterator>
+#include <string>
 #include <vector>
 
 #include <fcntl.h>
@@ -118,6 +119,7 @@ void change_number(std::string& input, Rng& rng) {
 }
 
 void change_once(std::string& input, const std::vector<std::string>& corpus, Rng& rng) {
+  static const std::vector<std::string> known = words();
   const std::size_t at = pick(rng, input.size() + 1);
   const std::size_t length = 1 + pick(rng, pick(rng, 4) == 0 ? 200 : 8);
   switch (pick(rng, 9)) {
@@ -139,7 +141,7 @@ void change_once(std::string& input, const std::vector<std::string>& corpus, Rng
       break;
     case 4:
     case 5:
-      input.insert(at, kWords[pick(rng, static_cast<std::size_t>(kWordCount))]);
+      input.insert(at, known[pick(rng, known.size())]);
       break;
     case 6: {  // the beginning of this, the end of another
       const std::string& other = corpus[pick(rng, corpus.size())];
@@ -227,6 +229,14 @@ int run(double seconds, std::uint64_t seed, const std::vector<std::string>& name
 }
 
 }  // namespace
+
+std::vector<std::string> with_yaml(std::vector<std::string> words) {
+  for (const char* const word :
+       {"null", "[", "]", "{", "}", "&a ", "*a", "\"", "'", "- ", "? ", "---\n"}) {
+    words.emplace_back(word);
+  }
+  return words;
+}
 
 std::map<std::string, std::string> files_in(std::string_view bytes) {
   constexpr std::string_view kMark = "=== ";

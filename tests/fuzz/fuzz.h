@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace panoptes::fuzz {
 
@@ -12,9 +13,11 @@ namespace panoptes::fuzz {
 /// user is told (ConfigError, IoError) and nothing else. Each target's own .cc defines it.
 void read_input(std::string_view bytes);
 
-/// Words that mean something to the reader, to put in.
-extern const char* const kWords[];
-extern const int kWordCount;
+/// Words that mean something to the reader, to put in. Each target's own .cc defines it.
+std::vector<std::string> words();
+
+/// With what means something in any yaml.
+std::vector<std::string> with_yaml(std::vector<std::string> words);
 
 /// The files inside of one input: each begins with a line `=== name`. Names have letters, digits,
 /// dots, dashes, slashes and underscores and lead nowhere else; what has another is left out.

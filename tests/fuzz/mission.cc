@@ -2,47 +2,37 @@
 // Missions: mission.yaml beside what it names.
 #include "apps/run/mission.h"
 
-#include <iterator>
+#include <string>
+#include <vector>
 
 #include "tests/fuzz/fuzz.h"
 
 namespace panoptes::fuzz {
 
-const char* const kWords[] = {"rig: ",
-                              "robot: ",
-                              "platform: ",
-                              "{kind: simulated, ",
-                              "{kind: recorded, ",
-                              "world: w.yaml",
-                              "data:worlds/office.yaml",
-                              "data:rigs/front-back-floor.yaml",
-                              "data:robots/pioneer3dx.yaml",
-                              "seed: ",
-                              "until: {duration_s: 600}",
-                              "drive: navigator",
-                              "drive: {route: r.yaml}",
-                              "require: [\"collisions == 0\"]",
-                              "navigator: {",
-                              "keyframe: {distance_m: 0.25}",
-                              "start: {x_m: 1",
-                              "mounting_error: ",
-                              "wheel_error: ",
-                              "cameras:\n",
-                              "intrinsics",
-                              "null",
-                              "[",
-                              "]",
-                              "{",
-                              "}",
-                              "&a ",
-                              "*a",
-                              "\"",
-                              "'",
-                              "- ",
-                              "? ",
-                              "---\n",
-                              "sha256:"};
-const int kWordCount = std::size(kWords);
+std::vector<std::string> words() {
+  return with_yaml({"rig: ",
+                    "robot: ",
+                    "platform: ",
+                    "{kind: simulated, ",
+                    "{kind: recorded, ",
+                    "world: w.yaml",
+                    "data:worlds/office.yaml",
+                    "data:rigs/front-back-floor.yaml",
+                    "data:robots/pioneer3dx.yaml",
+                    "seed: ",
+                    "until: {duration_s: 600}",
+                    "drive: navigator",
+                    "drive: {route: r.yaml}",
+                    "require: [\"collisions == 0\"]",
+                    "navigator: {",
+                    "keyframe: {distance_m: 0.25}",
+                    "start: {x_m: 1",
+                    "mounting_error: ",
+                    "wheel_error: ",
+                    "cameras:\n",
+                    "intrinsics",
+                    "sha256:"});
+}
 
 void read_input(std::string_view bytes) {
   const std::filesystem::path folder = written_files(bytes);

@@ -45,7 +45,7 @@ int main() {
     std::vector<std::unique_ptr<Renderer>> renderers;
     for (const GlLibrary l : libraries) {
       RendererOptions options;
-      options.library = l;
+      options.gl_library = l;
       renderers.push_back(std::make_unique<Renderer>(world, options));
     }
     std::uint64_t hash = 0;

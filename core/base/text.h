@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace panoptes {
+
+/// The words in their order with `between` between them.
+std::string joined(const std::vector<std::string>& words, std::string_view between = ", ");
+
+}  // namespace panoptes
