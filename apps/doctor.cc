@@ -45,11 +45,11 @@ sim::World one_tile() {
   return world;
 }
 
-Finding renderer(const std::string& name, sim::GlLibrary library, const std::string& package) {
-  const bool needed = library == sim::GlLibrary::kOsMesa;
+Finding renderer(const std::string& name, sim::PainterKind painter, const std::string& package) {
+  const bool needed = painter == sim::PainterKind::kSoftware;
   try {
     sim::RendererOptions options;
-    options.gl_library = library;
+    options.painter = painter;
     sim::Renderer renderer(one_tile(), options);
     const sim::View view{pinhole(32, 24, 1), mounted_camera({0, 0, 1}, 0, std::acos(0.0))};
     const cv::Mat bgr = renderer.draw(view).bgr;
@@ -123,8 +123,9 @@ Finding cache() {
 int doctor() {
   int status = 0;
   for (const Finding& finding :
-       {renderer("renderer", sim::GlLibrary::kOsMesa, "libosmesa6"),
-        renderer("egl", sim::GlLibrary::kEgl, "libegl1"), processors(), memory(), disk(),
+       {renderer("renderer", sim::PainterKind::kSoftware, "panoptes"),
+        renderer("osmesa", sim::PainterKind::kOsMesa, "libosmesa6"),
+        renderer("egl", sim::PainterKind::kEgl, "libegl1"), processors(), memory(), disk(),
         data_files(), cache(), Finding{"libraries", PANOPTES_LIBRARY_VERSIONS, ""}}) {
     const bool well = finding.cure.empty();
     std::printf("%-8s%-12s%s%s\n",

@@ -188,7 +188,10 @@ void bind(Fields& f, SimulatedOptions& o) {
   f.over("sensors", o.sensors, o.sensor);
   f("trigger", o.trigger);
   f("truth", o.truth);
-  f.word("renderer", o.renderer, {{"osmesa", GlLibrary::kOsMesa}, {"egl", GlLibrary::kEgl}});
+  f.word("renderer", o.renderer,
+         {{"software", PainterKind::kSoftware},
+          {"osmesa", PainterKind::kOsMesa},
+          {"egl", PainterKind::kEgl}});
 }
 
 Surroundings bare_surroundings(const World& world, const Body& body) {
@@ -447,7 +450,7 @@ std::optional<Truth> SimulatedRobot::truth() const {
 std::unique_ptr<SimulatedRobot> open_simulated(const SimulatedOptions& options, const Body& body,
                                                const Rig& believed, const Rng& rng,
                                                RendererOptions renderer) {
-  renderer.gl_library = options.renderer;
+  renderer.painter = options.renderer;
   return std::make_unique<SimulatedRobot>(
       options, surroundings(make_world(options.world), body, renderer), body, believed, rng);
 }

@@ -56,7 +56,7 @@ struct SimulatedOptions {
   std::map<std::string, SensorOptions> sensors;  ///< of one camera, what it has besides `sensor`
   TriggerOptions trigger;
   TruthOptions truth;
-  GlLibrary renderer = GlLibrary::kOsMesa;
+  PainterKind renderer = PainterKind::kSoftware;
 };
 void bind(Fields& f, SimulatedOptions& o);
 

@@ -41,8 +41,8 @@ std::string fault_of(const Vec2& at, double radius_m, const sim::Obstacles& obst
                            nearest->distance_m, nearest->outline->object, radius_m);
 }
 
-sim::RendererOptions by(sim::GlLibrary library, sim::RendererOptions options) {
-  options.gl_library = library;
+sim::RendererOptions by(sim::PainterKind painter, sim::RendererOptions options) {
+  options.painter = painter;
   return options;
 }
 

@@ -17,174 +17,21 @@
 #include <utility>
 #include <vector>
 
-#include <GL/glcorearb.h>
-#include <fmt/format.h>
-#include <opencv2/imgproc.hpp>
-
 #include "core/base/check.h"
-#include "core/base/error.h"
-#include "sim/render/context.h"
+#include "sim/render/clip.h"
 #include "sim/render/lightmap.h"
 #include "sim/render/moment_light.h"
 #include "sim/render/occlusion.h"
+#include "sim/render/painter.h"
 #include "sim/render/texture_arrays.h"
 
 namespace panoptes::sim {
 namespace {
 
-constexpr double kFloorTop_m = 0.02;
 // A chart this wide is a wall, floor or ceiling, in front of which everything else stands: drawn
 // last.
 constexpr double kBackdropRadius_m = 1.5;
 constexpr std::size_t kMostObjects = 0xFFFE;
-
-constexpr const char* kVertexShader = R"(
-layout(location = 0) in vec3 p_scene;
-layout(location = 1) in vec2 picture;
-layout(location = 2) in float picture_layer;
-layout(location = 3) in vec2 lit;
-layout(location = 4) in uint number;
-uniform mat4 clip_scene;
-out vec2 at_picture;
-flat out float layer;
-out vec2 at_lit;
-#ifdef LABEL
-out float z_m;
-#endif
-#ifdef INSTANCE
-flat out uint object;
-#endif
-void main() {
-  at_picture = picture;
-  layer = picture_layer;
-  at_lit = lit;
-#ifdef LABEL
-  z_m = p_scene.z;
-#endif
-#ifdef INSTANCE
-  object = number;
-#endif
-  gl_Position = clip_scene * vec4(p_scene, 1.0);
-}
-)";
-
-// Pictures and lightmap hold square roots, so that their product is the root of the light seen.
-constexpr const char* kFragmentShader = R"(
-in vec2 at_picture;
-flat in float layer;
-in vec2 at_lit;
-#ifdef LABEL
-in float z_m;
-#endif
-#ifdef INSTANCE
-flat in uint object;
-layout(location = 1) out uint instance;
-#endif
-uniform sampler2DArray pictures;
-uniform sampler2D light;
-uniform float gain;
-layout(location = 0) out vec4 colour;
-void main() {
-  colour.rgb = texture(pictures, vec3(at_picture, layer)).rgb * (texture(light, at_lit).r * gain);
-#ifdef LABEL
-  colour.a = z_m < FLOOR_TOP_M ? 1.0 : 0.0;
-#else
-  colour.a = 0.0;
-#endif
-#ifdef INSTANCE
-  instance = object;
-#endif
-}
-)";
-
-// What we call of OpenGL: type, name.
-// clang-format off
-#define PANOPTES_GL_FUNCTIONS(X) \
-  X(PFNGLACTIVETEXTUREPROC, ActiveTexture) \
-  X(PFNGLATTACHSHADERPROC, AttachShader) \
-  X(PFNGLBINDBUFFERPROC, BindBuffer) \
-  X(PFNGLBINDFRAMEBUFFERPROC, BindFramebuffer) \
-  X(PFNGLBINDRENDERBUFFERPROC, BindRenderbuffer) \
-  X(PFNGLBINDTEXTUREPROC, BindTexture) \
-  X(PFNGLBINDVERTEXARRAYPROC, BindVertexArray) \
-  X(PFNGLBUFFERDATAPROC, BufferData) \
-  X(PFNGLBUFFERSUBDATAPROC, BufferSubData) \
-  X(PFNGLCHECKFRAMEBUFFERSTATUSPROC, CheckFramebufferStatus) \
-  X(PFNGLCLEARBUFFERFVPROC, ClearBufferfv) \
-  X(PFNGLCLEARBUFFERUIVPROC, ClearBufferuiv) \
-  X(PFNGLCLIPCONTROLPROC, ClipControl) \
-  X(PFNGLCOMPILESHADERPROC, CompileShader) \
-  X(PFNGLCREATEPROGRAMPROC, CreateProgram) \
-  X(PFNGLCREATESHADERPROC, CreateShader) \
-  X(PFNGLCULLFACEPROC, CullFace) \
-  X(PFNGLDELETESHADERPROC, DeleteShader) \
-  X(PFNGLDEPTHFUNCPROC, DepthFunc) \
-  X(PFNGLDRAWBUFFERSPROC, DrawBuffers) \
-  X(PFNGLDRAWELEMENTSPROC, DrawElements) \
-  X(PFNGLENABLEPROC, Enable) \
-  X(PFNGLENABLEVERTEXATTRIBARRAYPROC, EnableVertexAttribArray) \
-  X(PFNGLFRAMEBUFFERRENDERBUFFERPROC, FramebufferRenderbuffer) \
-  X(PFNGLFRONTFACEPROC, FrontFace) \
-  X(PFNGLGENBUFFERSPROC, GenBuffers) \
-  X(PFNGLGENFRAMEBUFFERSPROC, GenFramebuffers) \
-  X(PFNGLGENRENDERBUFFERSPROC, GenRenderbuffers) \
-  X(PFNGLGENTEXTURESPROC, GenTextures) \
-  X(PFNGLGENVERTEXARRAYSPROC, GenVertexArrays) \
-  X(PFNGLGETPROGRAMIVPROC, GetProgramiv) \
-  X(PFNGLGETSHADERINFOLOGPROC, GetShaderInfoLog) \
-  X(PFNGLGETSHADERIVPROC, GetShaderiv) \
-  X(PFNGLGETSTRINGPROC, GetString) \
-  X(PFNGLGETUNIFORMLOCATIONPROC, GetUniformLocation) \
-  X(PFNGLLINKPROGRAMPROC, LinkProgram) \
-  X(PFNGLPIXELSTOREIPROC, PixelStorei) \
-  X(PFNGLREADBUFFERPROC, ReadBuffer) \
-  X(PFNGLREADPIXELSPROC, ReadPixels) \
-  X(PFNGLRENDERBUFFERSTORAGEPROC, RenderbufferStorage) \
-  X(PFNGLSHADERSOURCEPROC, ShaderSource) \
-  X(PFNGLTEXPARAMETERIPROC, TexParameteri) \
-  X(PFNGLTEXSTORAGE2DPROC, TexStorage2D) \
-  X(PFNGLTEXSTORAGE3DPROC, TexStorage3D) \
-  X(PFNGLTEXSUBIMAGE2DPROC, TexSubImage2D) \
-  X(PFNGLTEXSUBIMAGE3DPROC, TexSubImage3D) \
-  X(PFNGLUNIFORM1FPROC, Uniform1f) \
-  X(PFNGLUNIFORM1IPROC, Uniform1i) \
-  X(PFNGLUNIFORMMATRIX4FVPROC, UniformMatrix4fv) \
-  X(PFNGLUSEPROGRAMPROC, UseProgram) \
-  X(PFNGLVERTEXATTRIBIPOINTERPROC, VertexAttribIPointer) \
-  X(PFNGLVERTEXATTRIBPOINTERPROC, VertexAttribPointer) \
-  X(PFNGLVIEWPORTPROC, Viewport)
-// clang-format on
-
-/// OpenGL's functions, as the context has them.
-struct Gl {
-#define PANOPTES_GL_DECLARE(type, name) type name = nullptr;
-  PANOPTES_GL_FUNCTIONS(PANOPTES_GL_DECLARE)
-#undef PANOPTES_GL_DECLARE
-
-  explicit Gl(const GlContext& context) {
-    const auto find = [&context](auto& function, const char* name) {
-      function =
-          reinterpret_cast<std::remove_reference_t<decltype(function)>>(context.function(name));
-      if (function == nullptr) {
-        throw DeviceError(fmt::format("{} has no {}; install Debian 12's Mesa packages again",
-                                      context.name(), name));
-      }
-    };
-#define PANOPTES_GL_FIND(type, name) find(name, "gl" #name);
-    PANOPTES_GL_FUNCTIONS(PANOPTES_GL_FIND)
-#undef PANOPTES_GL_FIND
-  }
-};
-#undef PANOPTES_GL_FUNCTIONS
-
-struct Vertex {
-  std::array<float, 3> p_scene;
-  std::array<float, 2> picture;
-  std::array<float, 2> lit;
-  std::uint16_t layer;   ///< of the texture array
-  std::uint16_t object;  ///< 1 + its number
-};
-static_assert(sizeof(Vertex) == 32);
 
 /// The vertices of a chart, each once.
 class VertexTable {
@@ -264,54 +111,11 @@ struct MovingObject {
   std::vector<Vertex> vertices_in_object;
 };
 
-/// Triangles that show textures of one array.
-struct Call {
-  std::uint32_t array = 0;
-  std::size_t first = 0;  ///< in the drawn indices
-  std::size_t count = 0;
-};
-
-struct Target {
-  GLuint framebuffer = 0;
-  GLuint colour = 0;
-  GLuint instance = 0;
-  GLuint depth = 0;
-};
-
-struct Program {
-  GLuint name = 0;
-  GLint clip_scene = -1;
-  GLint gain = -1;
-};
-
 struct Plane {
   Vec3 inwards;
   double offset_m = 0;
   double height(const Vec3& p) const { return inwards.dot(p) + offset_m; }
 };
-
-/// Our picture's rows run downwards, OpenGL's upwards: the picture is drawn upside down and read
-/// back right. So clip y points down like the camera's own. Depth is near_m over the distance along
-/// the axis: as exact far away as floating point is.
-Eigen::Matrix4d clip_from_camera(const Intrinsics& camera, double near_m) {
-  const double w = camera.width_px;
-  const double h = camera.height_px;
-  Eigen::Matrix4d clip = Eigen::Matrix4d::Zero();
-  clip(0, 0) = 2 * camera.fx_px / w;
-  clip(0, 2) = 2 * (camera.cx_px + 0.5) / w - 1;
-  clip(1, 1) = 2 * camera.fy_px / h;
-  clip(1, 2) = 2 * (camera.cy_px + 0.5) / h - 1;
-  clip(2, 3) = near_m;
-  clip(3, 2) = 1;
-  return clip;
-}
-
-Eigen::Matrix4d matrix_of(const Pose3& pose) {
-  Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
-  matrix.topLeftCorner<3, 3>() = pose.rotation.toRotationMatrix();
-  matrix.topRightCorner<3, 1>() = pose.translation;
-  return matrix;
-}
 
 std::array<Plane, 5> frustum(const View& view, double near_m) {
   const Intrinsics& c = view.intrinsics;
@@ -353,11 +157,11 @@ bool same_pose(const Pose3& a, const Pose3& b) {
   return a.rotation.coeffs() == b.rotation.coeffs() && a.translation == b.translation;
 }
 
-/// Whether set_same_on_every_processor was called, or somebody asked for the like.
-bool software_only() { return std::getenv("GALLIUM_OVERRIDE_CPU_CAPS") != nullptr; }
-
-std::unique_ptr<GlContext> make_context(GlLibrary library) {
-  return library == GlLibrary::kEgl ? make_egl_context(software_only()) : make_osmesa_context();
+std::unique_ptr<Painter> make_painter(const RendererOptions& options, const World& world,
+                                      const TextureArrays& textures) {
+  return options.painter == PainterKind::kSoftware
+             ? make_software_painter(world, textures, options.narrow_vectors)
+             : make_gl_painter(options.painter, world, textures);
 }
 
 }  // namespace
@@ -369,59 +173,28 @@ class Renderer::Impl {
 
   Drawn draw(const View& view, const Ask& ask, const Moment& moment) {
     PANOPTES_CHECK(view.intrinsics.is_pinhole(), "the renderer draws what a pinhole sees");
-    const int width = view.intrinsics.width_px;
-    const int height = view.intrinsics.height_px;
-    context_->make_current();
     bring_to(moment);
-    gl_.BindFramebuffer(GL_FRAMEBUFFER, target(width, height, ask.instance));
-    gl_.Viewport(0, 0, width, height);
-    clear(view.gain, ask.instance);
-    draw_geometry(view, program(ask));
-
-    Drawn drawn;
-    bgra_.create(height, width, CV_8UC4);
-    gl_.ReadBuffer(GL_COLOR_ATTACHMENT0);
-    gl_.ReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, bgra_.data);
-    cv::cvtColor(bgra_, drawn.bgr, cv::COLOR_BGRA2BGR);
-    if (ask.floor_label) {
-      cv::extractChannel(bgra_, drawn.floor_label, 3);
+    list_visible(view);
+    Sitting sitting{view, options_.near_m, std::sqrt(light_.most_light() * view.gain), {}, ask};
+    const double shown = light_.power(ambient_group_) * view.gain;
+    for (std::size_t i = 0; i < sky_bgr_.size(); ++i) {
+      sitting.sky_bgr[i] = static_cast<float>(std::sqrt(std::clamp(sky_bgr_[i] * shown, 0.0, 1.0)));
     }
-    if (ask.instance) {
-      drawn.instance.create(height, width, CV_16U);
-      gl_.ReadBuffer(GL_COLOR_ATTACHMENT1);
-      gl_.PixelStorei(GL_PACK_ALIGNMENT, 2);
-      gl_.ReadPixels(0, 0, width, height, GL_RED_INTEGER, GL_UNSIGNED_SHORT, drawn.instance.data);
-      gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
-    }
-    if (ask.depth) {
-      drawn.depth_m = read_depth(width, height);
-    }
-    return drawn;
+    return painter_->paint(sitting, list_);
   }
 
-  std::string drawn_by() {
-    context_->make_current();
-    return fmt::format("{}, {}", context_->name(),
-                       reinterpret_cast<const char*>(gl_.GetString(GL_RENDERER)));
-  }
+  std::string drawn_by() { return painter_->name(); }
 
  private:
   Impl(const World& world, const RendererOptions& options, const Charts& charts)
       : options_(options),
         sky_bgr_(world.sky_bgr),
         ambient_group_(world.ambient_group),
-        light_(charts, cached_light(world, charts, options.bake_threads, options.bake_progress)),
-        context_(make_context(options.gl_library)),
-        gl_((context_->make_current(), *context_)) {
+        light_(charts, cached_light(world, charts, options.bake_threads, options.bake_progress)) {
     const TextureArrays textures = sort_textures(world);
-    upload_textures(world, textures);
-    make_lightmap();
-    upload_geometry(world, charts, textures);
-    gl_.Enable(GL_DEPTH_TEST);
-    gl_.DepthFunc(GL_GREATER);
-    gl_.ClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-    gl_.Enable(GL_CULL_FACE);
-    gl_.FrontFace(GL_CW);  // counter-clockwise, seen upside down
+    painter_ = make_painter(options, world, textures);
+    painter_->set_light(light_.texels(), {0, 0, light_.texels().cols, light_.texels().rows});
+    lay_out_geometry(world, charts, textures);
   }
 
   static const RendererOptions& checked(const World& world, const RendererOptions& options) {
@@ -430,113 +203,7 @@ class Renderer::Impl {
     return options;
   }
 
-  GLuint compiled(GLenum kind, const char* source, const Ask& ask) const {
-    const std::string text = fmt::format("#version 330 core\n#define FLOOR_TOP_M {}\n{}{}{}",
-                                         kFloorTop_m, ask.floor_label ? "#define LABEL\n" : "",
-                                         ask.instance ? "#define INSTANCE\n" : "", source);
-    const char* pointer = text.c_str();
-    const GLuint shader = gl_.CreateShader(kind);
-    gl_.ShaderSource(shader, 1, &pointer, nullptr);
-    gl_.CompileShader(shader);
-    GLint good = 0;
-    gl_.GetShaderiv(shader, GL_COMPILE_STATUS, &good);
-    if (good == 0) {
-      std::array<char, 1024> log{};
-      gl_.GetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
-      throw DeviceError(fmt::format("{} does not take our shader: {}; install Debian 12's Mesa",
-                                    context_->name(), log.data()));
-    }
-    return shader;
-  }
-
-  /// Compiled when it is first needed.
-  const Program& program(const Ask& ask) {
-    Program& p = programs_[(ask.floor_label ? 1U : 0U) + (ask.instance ? 2U : 0U)];
-    if (p.name == 0) {
-      p.name = gl_.CreateProgram();
-      for (const auto& [kind, source] :
-           {std::pair<GLenum, const char*>{GL_VERTEX_SHADER, kVertexShader},
-            std::pair<GLenum, const char*>{GL_FRAGMENT_SHADER, kFragmentShader}}) {
-        const GLuint shader = compiled(kind, source, ask);
-        gl_.AttachShader(p.name, shader);
-        gl_.DeleteShader(shader);
-      }
-      gl_.LinkProgram(p.name);
-      GLint good = 0;
-      gl_.GetProgramiv(p.name, GL_LINK_STATUS, &good);
-      if (good == 0) {
-        throw DeviceError(fmt::format("{} does not link our shaders; install Debian 12's Mesa",
-                                      context_->name()));
-      }
-      gl_.UseProgram(p.name);
-      p.clip_scene = gl_.GetUniformLocation(p.name, "clip_scene");
-      p.gain = gl_.GetUniformLocation(p.name, "gain");
-      gl_.Uniform1i(gl_.GetUniformLocation(p.name, "pictures"), 0);
-      gl_.Uniform1i(gl_.GetUniformLocation(p.name, "light"), 1);
-    }
-    return p;
-  }
-
-  void upload_textures(const World& world, const TextureArrays& textures) {
-    gl_.ActiveTexture(GL_TEXTURE0);
-    for (const TextureArray& array : textures.arrays) {
-      const std::size_t layers = array.textures.size() + array.palettes.size();
-      GLuint name = 0;
-      gl_.GenTextures(1, &name);
-      gl_.BindTexture(GL_TEXTURE_2D_ARRAY, name);
-      GLsizei levels = 1;
-      for (int side = std::max(array.width_px, array.height_px); side > 1; side /= 2) {
-        ++levels;
-      }
-      gl_.TexStorage3D(GL_TEXTURE_2D_ARRAY, levels, GL_RGBA8, array.width_px, array.height_px,
-                       static_cast<GLsizei>(layers));
-      for (std::size_t l = 0; l < layers; ++l) {
-        GLint level = 0;  // blue comes first in memory all the way from file to picture
-        for (const cv::Mat& bgra : detail_levels(world, array, l)) {
-          gl_.TexSubImage3D(GL_TEXTURE_2D_ARRAY, level++, 0, 0, static_cast<GLint>(l), bgra.cols,
-                            bgra.rows, 1, GL_RGBA, GL_UNSIGNED_BYTE, bgra.data);
-        }
-      }
-      const auto set = [this](GLenum what, GLint value) {
-        gl_.TexParameteri(GL_TEXTURE_2D_ARRAY, what, value);
-      };
-      set(GL_TEXTURE_MIN_FILTER,
-          options_.trilinear ? GL_LINEAR_MIPMAP_LINEAR : GL_LINEAR_MIPMAP_NEAREST);
-      set(GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-      set(GL_TEXTURE_WRAP_S, GL_REPEAT);
-      set(GL_TEXTURE_WRAP_T, GL_REPEAT);
-      texture_arrays_.push_back(name);
-    }
-  }
-
-  void make_lightmap() {
-    GLuint name = 0;
-    gl_.GenTextures(1, &name);
-    gl_.ActiveTexture(GL_TEXTURE1);
-    gl_.BindTexture(GL_TEXTURE_2D, name);
-    const cv::Mat& texels = light_.texels();
-    gl_.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, texels.cols, texels.rows);
-    gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-    gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    gl_.ActiveTexture(GL_TEXTURE0);
-    upload_light({0, 0, texels.cols, texels.rows});
-  }
-
-  void upload_light(const cv::Rect& place) {
-    if (place.empty()) {
-      return;
-    }
-    cv::Mat four;  // one channel would do, but four are looked up by a faster way
-    cv::cvtColor(light_.texels()(place), four, cv::COLOR_GRAY2BGRA);
-    gl_.ActiveTexture(GL_TEXTURE1);
-    gl_.TexSubImage2D(GL_TEXTURE_2D, 0, place.x, place.y, four.cols, four.rows, GL_RGBA,
-                      GL_UNSIGNED_BYTE, four.data);
-    gl_.ActiveTexture(GL_TEXTURE0);
-  }
-
-  void upload_geometry(const World& world, const Charts& charts, const TextureArrays& textures) {
+  void lay_out_geometry(const World& world, const Charts& charts, const TextureArrays& textures) {
     std::vector<Vertex> vertices;
     VertexTable table(vertices);
     std::vector<Vec3> object_points;
@@ -567,31 +234,7 @@ class Renderer::Impl {
         first_vertex = vertices.size();
       }
     }
-    GLuint array = 0;
-    gl_.GenVertexArrays(1, &array);
-    gl_.BindVertexArray(array);
-    std::array<GLuint, 2> buffers{};
-    gl_.GenBuffers(2, buffers.data());
-    gl_.BindBuffer(GL_ARRAY_BUFFER, buffers[0]);
-    gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)),
-                   vertices.data(), moving_.empty() ? GL_STATIC_DRAW : GL_DYNAMIC_DRAW);
-    gl_.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers[1]);
-    // OpenGL takes offsets into its buffer as pointers.
-    const auto at = [](std::size_t offset) {
-      return reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr)
-    };
-    const auto floats = [&](GLuint location, GLint size, std::size_t offset) {
-      gl_.VertexAttribPointer(location, size, GL_FLOAT, GL_FALSE, sizeof(Vertex), at(offset));
-      gl_.EnableVertexAttribArray(location);
-    };
-    floats(0, 3, offsetof(Vertex, p_scene));
-    floats(1, 2, offsetof(Vertex, picture));
-    gl_.VertexAttribPointer(2, 1, GL_UNSIGNED_SHORT, GL_FALSE, sizeof(Vertex),
-                            at(offsetof(Vertex, layer)));
-    gl_.EnableVertexAttribArray(2);
-    floats(3, 2, offsetof(Vertex, lit));
-    gl_.VertexAttribIPointer(4, 1, GL_UNSIGNED_SHORT, sizeof(Vertex), at(offsetof(Vertex, object)));
-    gl_.EnableVertexAttribArray(4);
+    painter_->set_vertices(vertices);
   }
 
   /// One for each array of textures that the chart shows.
@@ -651,11 +294,11 @@ class Renderer::Impl {
       }
       const cv::Rect lit = light_.light_object(moving.object, pose);
       if (!all_changed) {
-        upload_light(lit);
+        painter_->set_light(light_.texels(), lit);
       }
     }
     if (all_changed) {
-      upload_light({0, 0, light_.texels().cols, light_.texels().rows});
+      painter_->set_light(light_.texels(), {0, 0, light_.texels().cols, light_.texels().rows});
     }
   }
 
@@ -667,8 +310,7 @@ class Renderer::Impl {
       vertex.p_scene = {static_cast<float>(p_scene.x()), static_cast<float>(p_scene.y()),
                         static_cast<float>(p_scene.z())};
     }
-    gl_.BufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(moving.first_vertex * sizeof(Vertex)),
-                      static_cast<GLsizeiptr>(vertices.size() * sizeof(Vertex)), vertices.data());
+    painter_->move_vertices(moving.first_vertex, vertices);
     DrawnObject& object = objects_[moving.drawn];
     object.bounds.centre = T_scene_object * moving.in_object.bounds.centre;
     for (std::size_t c = 0; c < moving.charts_in_object.size(); ++c) {
@@ -687,50 +329,8 @@ class Renderer::Impl {
     moving.is_drawn = true;
   }
 
-  GLuint target(int width, int height, bool with_instance) {
-    Target& t = targets_[{width, height, with_instance}];
-    if (t.framebuffer != 0) {
-      return t.framebuffer;
-    }
-    gl_.GenFramebuffers(1, &t.framebuffer);
-    gl_.BindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);
-    const auto attach = [&](GLuint& buffer, GLenum format, GLenum where) {
-      gl_.GenRenderbuffers(1, &buffer);
-      gl_.BindRenderbuffer(GL_RENDERBUFFER, buffer);
-      gl_.RenderbufferStorage(GL_RENDERBUFFER, format, width, height);
-      gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, where, GL_RENDERBUFFER, buffer);
-    };
-    attach(t.colour, GL_RGBA8, GL_COLOR_ATTACHMENT0);
-    if (with_instance) {
-      attach(t.instance, GL_R16UI, GL_COLOR_ATTACHMENT1);
-    }
-    attach(t.depth, GL_DEPTH_COMPONENT32F, GL_DEPTH_ATTACHMENT);
-    constexpr std::array<GLenum, 2> kDrawn{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
-    gl_.DrawBuffers(with_instance ? 2 : 1, kDrawn.data());
-    if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
-      throw DeviceError(fmt::format("{} cannot draw a picture of {}x{}; ask for a smaller one",
-                                    context_->name(), width, height));
-    }
-    return t.framebuffer;
-  }
-
-  void clear(double gain, bool with_instance) const {
-    const double shown = light_.power(ambient_group_) * gain;
-    std::array<float, 4> sky{};
-    for (std::size_t i = 0; i < sky_bgr_.size(); ++i) {
-      sky[i] = static_cast<float>(std::sqrt(std::clamp(sky_bgr_[i] * shown, 0.0, 1.0)));
-    }
-    gl_.ClearBufferfv(GL_COLOR, 0, sky.data());
-    constexpr std::array<GLuint, 4> kNothing{};
-    if (with_instance) {
-      gl_.ClearBufferuiv(GL_COLOR, 1, kNothing.data());
-    }
-    constexpr GLfloat kInfinity = 0;
-    gl_.ClearBufferfv(GL_DEPTH, 0, &kInfinity);
-  }
-
-  /// What may be seen, near things first: a pixel behind a drawn one costs next to nothing.
-  void draw_geometry(const View& view, const Program& program) {
+  /// What may be seen, near things first: what is behind a drawn thing costs next to nothing.
+  void list_visible(const View& view) {
     const std::array<Plane, 5> planes = frustum(view, options_.near_m);
     const Vec3& eye = view.T_scene_camera.translation;
     order_.clear();
@@ -741,87 +341,58 @@ class Renderer::Impl {
       for (std::size_t c = object.first_chart; c < object.end_chart; ++c) {
         const DrawnChart& chart = charts_[c];
         if (chart.normal.dot(eye) > chart.offset_m && !outside(planes, chart.bounds)) {
-          // Array by array, which are a call each; backdrops of every array last.
-          const auto call = chart.array + (chart.backdrop ? texture_arrays_.size() : 0);
-          order_.emplace_back(static_cast<std::uint32_t>(call),
+          order_.emplace_back(chart.backdrop,
                               static_cast<float>((chart.bounds.centre - eye).norm()),
                               static_cast<std::uint32_t>(c));
         }
       }
     }
-    if (order_.empty()) {
-      return;
-    }
     std::sort(order_.begin(), order_.end());
-    const Eigen::Matrix4f clip_scene = (clip_from_camera(view.intrinsics, options_.near_m) *
-                                        matrix_of(view.T_scene_camera.inverse()))
-                                           .cast<float>();
-    occlusion_.start(clip_scene, view.intrinsics.width_px, view.intrinsics.height_px,
-                     static_cast<float>(options_.near_m));
-    drawn_indices_.clear();
-    calls_.clear();
-    for (const auto& [call, distance, c] : order_) {
-      const DrawnChart& chart = charts_[c];
-      if (chart.flat) {
-        if (occlusion_.hides(chart.rectangle)) {
-          continue;
-        }
-        if (chart.full) {
-          occlusion_.add();
-        }
+    occlusion_.start(clip_from_scene(view, options_.near_m), view.intrinsics.width_px,
+                     view.intrinsics.height_px, static_cast<float>(options_.near_m));
+    std::erase_if(order_, [this](const auto& seen) {
+      const DrawnChart& chart = charts_[std::get<2>(seen)];
+      if (chart.flat && occlusion_.hides(chart.rectangle)) {
+        return true;
       }
-      if (calls_.empty() || calls_.back().array != chart.array) {
-        calls_.push_back({chart.array, drawn_indices_.size(), 0});
+      if (chart.full) {
+        occlusion_.add();
+      }
+      return false;
+    });
+    if (painter_->prefers_few_calls()) {
+      std::stable_sort(order_.begin(), order_.end(), [this](const auto& a, const auto& b) {
+        const auto call = [this](const auto& seen) {
+          return std::pair(std::get<0>(seen), charts_[std::get<2>(seen)].array);
+        };
+        return call(a) < call(b);
+      });
+    }
+    list_.indices.clear();
+    list_.calls.clear();
+    for (const auto& [backdrop, distance, c] : order_) {
+      const DrawnChart& chart = charts_[c];
+      if (list_.calls.empty() || list_.calls.back().array != chart.array) {
+        list_.calls.push_back({chart.array, list_.indices.size(), 0});
       }
       const auto first = indices_.begin() + chart.first;
-      drawn_indices_.insert(drawn_indices_.end(), first, first + chart.count);
-      calls_.back().count += chart.count;
+      list_.indices.insert(list_.indices.end(), first, first + chart.count);
+      list_.calls.back().count += chart.count;
     }
-    gl_.UseProgram(program.name);
-    gl_.UniformMatrix4fv(program.clip_scene, 1, GL_FALSE, clip_scene.data());
-    gl_.Uniform1f(program.gain, static_cast<float>(std::sqrt(light_.most_light() * view.gain)));
-    gl_.BufferData(GL_ELEMENT_ARRAY_BUFFER,
-                   static_cast<GLsizeiptr>(drawn_indices_.size() * sizeof(std::uint32_t)),
-                   drawn_indices_.data(), GL_STREAM_DRAW);
-    for (const Call& call : calls_) {
-      gl_.BindTexture(GL_TEXTURE_2D_ARRAY, texture_arrays_[call.array]);
-      const std::size_t offset = call.first * sizeof(std::uint32_t);
-      gl_.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(call.count), GL_UNSIGNED_INT,
-                       reinterpret_cast<const void*>(offset));  // NOLINT(performance-no-int-to-ptr)
-    }
-  }
-
-  cv::Mat read_depth(int width, int height) const {
-    cv::Mat depth(height, width, CV_32F);
-    gl_.ReadPixels(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, depth.data);
-    const auto near_m = static_cast<float>(options_.near_m);
-    for (int row = 0; row < height; ++row) {
-      auto* z = depth.ptr<float>(row);
-      for (int column = 0; column < width; ++column) {
-        z[column] = near_m / z[column];  // 0, where nothing is, gives infinity
-      }
-    }
-    return depth;
   }
 
   RendererOptions options_;
   std::array<double, 3> sky_bgr_;
   std::string ambient_group_;
   MomentLight light_;
-  std::unique_ptr<GlContext> context_;
-  Gl gl_;
-  std::array<Program, 4> programs_;                       ///< by floor label, instance
-  std::map<std::tuple<int, int, bool>, Target> targets_;  ///< by width, height, instance
-  std::vector<GLuint> texture_arrays_;
+  std::unique_ptr<Painter> painter_;
   std::vector<std::uint32_t> indices_;
   std::vector<DrawnChart> charts_;
   std::vector<DrawnObject> objects_;
   std::vector<MovingObject> moving_;
-  std::vector<std::tuple<std::uint32_t, float, std::uint32_t>> order_;  ///< call, distance, chart
+  std::vector<std::tuple<bool, float, std::uint32_t>> order_;  ///< backdrop, distance, chart
   Occlusion occlusion_;
-  std::vector<Call> calls_;
-  std::vector<std::uint32_t> drawn_indices_;
-  cv::Mat bgra_;
+  DrawList list_;
 };
 
 Renderer::Renderer(const World& world, const RendererOptions& options)

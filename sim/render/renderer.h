@@ -14,19 +14,21 @@
 
 namespace panoptes::sim {
 
-/// What draws. Both give the same bits where EGL finds no graphics card.
-enum class GlLibrary {
-  kOsMesa,  ///< the rasteriser in software, always there
-  kEgl      ///< a graphics card where there is one, else the same rasteriser
+/// What draws. The two of OpenGL give the same bits where EGL finds no graphics card.
+enum class PainterKind {
+  kSoftware,  ///< our own, the fastest without a graphics card: the same bits on every processor
+  kOsMesa,    ///< OpenGL in software
+  kEgl        ///< OpenGL on a graphics card where there is one, else as OSMesa
 };
 
 struct RendererOptions {
-  GlLibrary gl_library = GlLibrary::kOsMesa;
+  PainterKind painter = PainterKind::kSoftware;
   double lightmap_cell_m =
-      0.05;                ///< how finely light and shadow are kept, in worlds of a few rooms
-  int bake_threads = 2;    ///< the picture does not depend on it
-  bool trilinear = false;  ///< smoother far textures for a fifth more time
-  double near_m = 0.03;    ///< nothing nearer to the camera is drawn
+      0.05;                     ///< how finely light and shadow are kept, in worlds of a few rooms
+  int bake_threads = 2;         ///< the picture does not depend on it
+  bool narrow_vectors = false;  ///< our own painter with instructions that every processor has:
+                                ///< slower, the same bits
+  double near_m = 0.03;         ///< nothing nearer to the camera is drawn
   /// Called now and then, in the constructing thread, with the share that is done while light and
   /// shadow are computed (not when they are known already); false stops it with BakeStopped.
   std::function<bool(double done)> bake_progress;
@@ -81,14 +83,14 @@ class Renderer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// How many threads draw besides the calling one, for every renderer of this process: call it
-/// before the first one is made. Does nothing where the environment says so already
-/// (LP_NUM_THREADS).
+/// How many threads draw, for every renderer of this process: call it before the first one is made.
+/// Does nothing where the environment says so already (LP_NUM_THREADS, where 0 and 1 are the
+/// calling thread alone).
 void set_render_threads(int num_threads);
 
-/// From here on every x86-64 processor draws the same bits (with the same Mesa), by instructions
-/// that all of them have (SSE 4.1) and never on a graphics card; for a quarter more time. For every
-/// renderer of this process: call it before the first one is made.
+/// From here on OpenGL, too, draws the same bits on every x86-64 processor (with the same Mesa), by
+/// instructions that all of them have (SSE 4.1) and never on a graphics card; for a quarter more
+/// time. For every renderer of this process: call it before the first one is made.
 void set_same_on_every_processor();
 
 }  // namespace panoptes::sim

@@ -33,19 +33,22 @@ int main() {
   if (!setting("PANOPTES_TEST_SAME").empty()) {
     set_same_on_every_processor();
   }
-  const std::string library = setting("PANOPTES_TEST_LIBRARY");
-  std::vector<GlLibrary> libraries{library == "egl" ? GlLibrary::kEgl : GlLibrary::kOsMesa};
-  if (library == "both") {
-    libraries.push_back(GlLibrary::kEgl);
+  const std::string painter = setting("PANOPTES_TEST_PAINTER");
+  std::vector<PainterKind> painters{painter == "egl"      ? PainterKind::kEgl
+                                    : painter == "osmesa" ? PainterKind::kOsMesa
+                                                          : PainterKind::kSoftware};
+  if (painter == "osmesa and egl") {
+    painters = {PainterKind::kOsMesa, PainterKind::kEgl};
   }
   try {
     World world = flag_world();
     world.ambient = 0.4;
     world.lights = {{{1, 1, 2.2}, {0.5, 0.3}, {0, 0, -1}, 2.0, ""}};
     std::vector<std::unique_ptr<Renderer>> renderers;
-    for (const GlLibrary l : libraries) {
+    for (const PainterKind kind : painters) {
       RendererOptions options;
-      options.gl_library = l;
+      options.painter = kind;
+      options.narrow_vectors = !setting("PANOPTES_TEST_SAME").empty();
       renderers.push_back(std::make_unique<Renderer>(world, options));
     }
     std::uint64_t hash = 0;

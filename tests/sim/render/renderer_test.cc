@@ -32,8 +32,24 @@ bool is_red(const cv::Vec3b& c) { return c[2] > 2 * c[1] && c[2] > 2 * c[0]; }
 bool is_green(const cv::Vec3b& c) { return c[1] > 2 * c[0] && c[1] > 2 * c[2]; }
 bool is_blue(const cv::Vec3b& c) { return c[0] > 2 * c[1] && c[0] > 2 * c[2]; }
 
-TEST(Renderer, LeftIsLeftAndWritingIsNotMirrored) {
-  Renderer renderer(flag_world());
+/// Everything holds for our painter and for OpenGL's.
+class RendererOf : public ::testing::TestWithParam<PainterKind> {
+ protected:
+  static RendererOptions by_painter() {
+    RendererOptions options;
+    options.painter = GetParam();
+    return options;
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Painter, RendererOf,
+                         ::testing::Values(PainterKind::kSoftware, PainterKind::kOsMesa),
+                         [](const auto& painter) {
+                           return painter.param == PainterKind::kSoftware ? "Software" : "OsMesa";
+                         });
+
+TEST_P(RendererOf, LeftIsLeftAndWritingIsNotMirrored) {
+  Renderer renderer(flag_world(), by_painter());
   const View view = ahead();
   const Drawn drawn = renderer.draw(view);
   ASSERT_EQ(drawn.bgr.size(), cv::Size(kWidth_px, kHeight_px));
@@ -46,8 +62,8 @@ TEST(Renderer, LeftIsLeftAndWritingIsNotMirrored) {
   EXPECT_LT(seen_at(view, {2.8, 1.0, 0.6}).x(), kWidth_px / 2.0);
 }
 
-TEST(Renderer, EdgesFallWhereTheIntrinsicsSay) {
-  Renderer renderer(flag_world());
+TEST_P(RendererOf, EdgesFallWhereTheIntrinsicsSay) {
+  Renderer renderer(flag_world(), by_painter());
   View view = ahead();
   view.intrinsics.cx_px += 7;  // off centre, so that a wrong sign shows
   view.intrinsics.cy_px -= 5;
@@ -62,8 +78,8 @@ TEST(Renderer, EdgesFallWhereTheIntrinsicsSay) {
   EXPECT_FALSE(is_red(at(bgr, {column_px, std::ceil(top_px) - 1})));
 }
 
-TEST(Renderer, TheLabelIsTheFloorAndNothingElse) {
-  Renderer renderer(flag_world());
+TEST_P(RendererOf, TheLabelIsTheFloorAndNothingElse) {
+  Renderer renderer(flag_world(), by_painter());
   const View view = ahead(0.5, deg_to_rad(20));
   const Drawn drawn = renderer.draw(view, {.floor_label = true});
   const auto label = [&](const Vec3& p) {
@@ -79,8 +95,8 @@ TEST(Renderer, TheLabelIsTheFloorAndNothingElse) {
             0);  // same picture without it
 }
 
-TEST(Renderer, DepthIsMetresAlongTheAxis) {
-  Renderer renderer(flag_world());
+TEST_P(RendererOf, DepthIsMetresAlongTheAxis) {
+  Renderer renderer(flag_world(), by_painter());
   const View view = ahead();
   const Drawn drawn = renderer.draw(view, {.depth = true});
   const auto depth = [&](const Vec2& px) {
@@ -94,22 +110,22 @@ TEST(Renderer, DepthIsMetresAlongTheAxis) {
   EXPECT_NEAR(depth({80.0, static_cast<double>(row)}), 0.5 / slope, kDepth_m);
 }
 
-TEST(Renderer, DepthIsAsExactFarAwayAsNear) {
+TEST_P(RendererOf, DepthIsAsExactFarAwayAsNear) {
   World world = flag_world();
   world.objects[1].triangles = box({299, -6, 0}, {300, 6, 12}, 1);
-  Renderer renderer(world);
+  Renderer renderer(world, by_painter());
   const float depth = renderer.draw(ahead(), {.depth = true}).depth_m.at<float>(58, 80);
   EXPECT_NEAR(depth, 299, 1e-5 * 299);  // a hundred ulps of its inverse
 }
 
-TEST(Renderer, InstancesAreTheObjectsInTheirOrder) {
+TEST_P(RendererOf, InstancesAreTheObjectsInTheirOrder) {
   World world = flag_world();
   for (int i = 0; i < 300; ++i) {  // more than fit into 8 bits
     world.objects.push_back(
         {"pebble", {}, box({1.0 + 0.001 * i, -3, 0}, {1.001 + 0.001 * i, -2, 0.01})});
   }
   world.objects.push_back({"last", {}, box({2, -0.5, 0}, {2.1, -0.2, 0.8})});
-  Renderer renderer(world);
+  Renderer renderer(world, by_painter());
   const View view = ahead();
   const Ask all{.floor_label = true, .depth = true, .instance = true};
   const Drawn drawn = renderer.draw(view, all);
@@ -139,8 +155,8 @@ TEST(Renderer, InstancesAreTheObjectsInTheirOrder) {
   }
 }
 
-TEST(Renderer, DepthAndInstanceAreThoseOfABoxByArithmetic) {
-  Renderer renderer(flag_world());
+TEST_P(RendererOf, DepthAndInstanceAreThoseOfABoxByArithmetic) {
+  Renderer renderer(flag_world(), by_painter());
   const View view = ahead(0.9, deg_to_rad(15));
   const Drawn drawn = renderer.draw(view, {.depth = true, .instance = true});
   const Vec3 eye = view.T_scene_camera.translation;
@@ -177,11 +193,11 @@ TEST(Renderer, DepthAndInstanceAreThoseOfABoxByArithmetic) {
   EXPECT_GT(compared, 800);
 }
 
-TEST(Renderer, TheSkyIsSeenWhereNothingIsAndGoesWithTheDay) {
+TEST_P(RendererOf, TheSkyIsSeenWhereNothingIsAndGoesWithTheDay) {
   World world = flag_world();
   world.sky_bgr = {0.9, 0.5, 0.25};
   world.ambient_group = "day";
-  Renderer renderer(world);
+  Renderer renderer(world, by_painter());
   View view = ahead();
   EXPECT_EQ(renderer.draw(view).bgr.at<cv::Vec3b>(0, 0), cv::Vec3b(242, 180, 128));
   view.gain = 0.5;
@@ -202,8 +218,8 @@ World chair_world() {
   return world;
 }
 
-TEST(Renderer, WhatMovesIsSeenWhereItIs) {
-  Renderer renderer(chair_world());
+TEST_P(RendererOf, WhatMovesIsSeenWhereItIs) {
+  Renderer renderer(chair_world(), by_painter());
   const View view = ahead();
   const Ask ask{.depth = true, .instance = true};
   const Drawn before = renderer.draw(view, ask);
@@ -228,10 +244,10 @@ TEST(Renderer, WhatMovesIsSeenWhereItIs) {
   EXPECT_TRUE(is_green(at(after.bgr, seen_at(view, {2.8, -1.0, 0.6}))));
 }
 
-TEST(Renderer, APictureDependsOnItsMomentNotOnThoseBefore) {
+TEST_P(RendererOf, APictureDependsOnItsMomentNotOnThoseBefore) {
   const World world = chair_world();
-  Renderer renderer(world);
-  Renderer other(world);
+  Renderer renderer(world, by_painter());
+  Renderer other(world, by_painter());
   const View view = ahead();
   const Moment first{{{1, {Eigen::Quaterniond::Identity(), {2, 0.3, 0}}}}, {{"lamps", 0.2}}};
   const Moment second{{{1, {Eigen::Quaterniond::Identity(), {2.5, 0, 0}}}}, {{"day", 0.7}}};
@@ -242,8 +258,8 @@ TEST(Renderer, APictureDependsOnItsMomentNotOnThoseBefore) {
   EXPECT_EQ(cv::norm(renderer.draw(view).bgr, start, cv::NORM_INF), 0);
 }
 
-TEST(Renderer, LampsThatGoOutLeaveTheDay) {
-  Renderer renderer(chair_world());
+TEST_P(RendererOf, LampsThatGoOutLeaveTheDay) {
+  Renderer renderer(chair_world(), by_painter());
   const View view = ahead(0.5, deg_to_rad(30));
   const Vec2 floor_px = seen_at(view, {1, -0.3, 0});
   const cv::Vec3b lit = at(renderer.draw(view).bgr, floor_px);
@@ -255,8 +271,8 @@ TEST(Renderer, LampsThatGoOutLeaveTheDay) {
   EXPECT_NEAR(twice[0], kGrey[0], kGreyLevels);
 }
 
-TEST(Renderer, WhatMovesIsDarkerAwayFromTheLamp) {
-  Renderer renderer(chair_world());
+TEST_P(RendererOf, WhatMovesIsDarkerAwayFromTheLamp) {
+  Renderer renderer(chair_world(), by_painter());
   const auto brightness = [&](double x_m) {
     const View view = ahead();
     const Moment moment{{{1, {Eigen::Quaterniond::Identity(), {x_m, 0, 0}}}}, {{"day", 0.1}}};
@@ -266,7 +282,7 @@ TEST(Renderer, WhatMovesIsDarkerAwayFromTheLamp) {
   EXPECT_GT(brightness(1.5), 1.2 * brightness(4.5));
 }
 
-TEST(Renderer, AMeshOfManyTrianglesOfManyColoursIsDrawn) {
+TEST_P(RendererOf, AMeshOfManyTrianglesOfManyColoursIsDrawn) {
   World world = flag_world();
   constexpr int kSide = 100;
   Object hill{"hill", {}, {}};
@@ -288,7 +304,7 @@ TEST(Renderer, AMeshOfManyTrianglesOfManyColoursIsDrawn) {
     hill.triangles.push_back(t);
   }
   world.objects = {hill};
-  Renderer renderer(world);
+  Renderer renderer(world, by_painter());
   const View view = ahead(2, deg_to_rad(50));
   const Drawn drawn = renderer.draw(view, {.depth = true, .instance = true});
   int compared = 0;
@@ -307,23 +323,23 @@ TEST(Renderer, AMeshOfManyTrianglesOfManyColoursIsDrawn) {
   EXPECT_GT(compared, 50);
 }
 
-TEST(Renderer, AmbientOneShowsAnOpenSurfaceAsItsPictureIs) {
-  Renderer renderer(flag_world());
+TEST_P(RendererOf, AmbientOneShowsAnOpenSurfaceAsItsPictureIs) {
+  Renderer renderer(flag_world(), by_painter());
   const View view = ahead(0.5, deg_to_rad(40));
   const cv::Vec3b seen = at(renderer.draw(view).bgr, seen_at(view, {0.8, -0.2, 0}));
   EXPECT_NEAR(seen[0], kGrey[0], kGreyLevels);
 }
 
-TEST(Renderer, GainScalesLightNotItsRoot) {
-  Renderer renderer(flag_world());
+TEST_P(RendererOf, GainScalesLightNotItsRoot) {
+  Renderer renderer(flag_world(), by_painter());
   View view = ahead(0.5, deg_to_rad(40));
   view.gain = 0.25;
   const cv::Vec3b seen = at(renderer.draw(view).bgr, seen_at(view, {0.8, -0.2, 0}));
   EXPECT_NEAR(seen[0], kGrey[0] / 2, kGreyLevels);
 }
 
-TEST(Renderer, PicturesOfOneRendererAreIndependent) {
-  Renderer renderer(flag_world());
+TEST_P(RendererOf, PicturesOfOneRendererAreIndependent) {
+  Renderer renderer(flag_world(), by_painter());
   const cv::Mat first = renderer.draw(ahead()).bgr;
   const cv::Mat kept = first.clone();
   View other = ahead(0.9, 0.3);
@@ -333,20 +349,20 @@ TEST(Renderer, PicturesOfOneRendererAreIndependent) {
   EXPECT_EQ(cv::norm(renderer.draw(ahead()).bgr, kept, cv::NORM_INF), 0);
 }
 
-TEST(Renderer, TwoRenderersDoNotDisturbOneAnother) {
-  Renderer one(flag_world());
+TEST_P(RendererOf, TwoRenderersDoNotDisturbOneAnother) {
+  Renderer one(flag_world(), by_painter());
   const cv::Mat before = one.draw(ahead()).bgr;
   World empty = flag_world();
   empty.objects.pop_back();
-  Renderer two(empty);
+  Renderer two(empty, by_painter());
   EXPECT_GT(cv::norm(two.draw(ahead()).bgr, before, cv::NORM_INF), 0);
   EXPECT_EQ(cv::norm(one.draw(ahead()).bgr, before, cv::NORM_INF), 0);
 }
 
-TEST(Renderer, AnEmptyWorldIsBlack) {
+TEST_P(RendererOf, AnEmptyWorldIsBlack) {
   World world;
   world.objects.push_back({"nothing", {}, {}});
-  Renderer renderer(world);
+  Renderer renderer(world, by_painter());
   EXPECT_EQ(cv::countNonZero(renderer.draw(ahead()).bgr.reshape(1)), 0);
 }
 
@@ -364,11 +380,15 @@ std::string drawn_elsewhere(const std::string& environment) {
 }
 
 TEST(Renderer, SameBitsForAnyNumberOfThreads) {
-  const std::string alone = drawn_elsewhere("LP_NUM_THREADS=0");
-  EXPECT_THAT(alone, ::testing::StartsWith("LP_NUM_THREADS=0 pictures="));
-  for (const std::string threads : {"1", "2", "3"}) {
-    EXPECT_EQ(drawn_elsewhere("LP_NUM_THREADS=" + threads),
-              "LP_NUM_THREADS=" + threads + alone.substr(alone.find(' ')));
+  for (const std::string painter : {"software", "osmesa"}) {
+    const auto with_threads = [&painter](const std::string& threads) {
+      return drawn_elsewhere("PANOPTES_TEST_PAINTER=" + painter + " LP_NUM_THREADS=" + threads);
+    };
+    const std::string alone = with_threads("0");
+    EXPECT_THAT(alone, ::testing::StartsWith("LP_NUM_THREADS=0 pictures="));
+    for (const std::string threads : {"1", "2", "3"}) {
+      EXPECT_EQ(with_threads(threads), "LP_NUM_THREADS=" + threads + alone.substr(alone.find(' ')));
+    }
   }
 }
 
@@ -380,34 +400,41 @@ TEST(Renderer, TheProgramDecidesAboutThreadsWhereTheEnvironmentDoesNot) {
 std::string pictures_of(const std::string& said) { return said.substr(said.find("pictures=")); }
 
 TEST(Renderer, EglDrawsTheSameBits) {
-  const std::string drawn = drawn_elsewhere("PANOPTES_TEST_LIBRARY=egl LIBGL_ALWAYS_SOFTWARE=1");
+  const std::string drawn = drawn_elsewhere("PANOPTES_TEST_PAINTER=egl LIBGL_ALWAYS_SOFTWARE=1");
   if (drawn.find("pictures=") == std::string::npos) {
     GTEST_SKIP() << drawn;
   }
-  EXPECT_EQ(pictures_of(drawn), pictures_of(drawn_elsewhere("PANOPTES_TEST_LIBRARY=osmesa")));
+  EXPECT_EQ(pictures_of(drawn), pictures_of(drawn_elsewhere("PANOPTES_TEST_PAINTER=osmesa")));
 }
 
-TEST(Renderer, BothLibrariesTakeTurnsInOneProcess) {
-  const std::string both = drawn_elsewhere("PANOPTES_TEST_LIBRARY=both LIBGL_ALWAYS_SOFTWARE=1");
+TEST(Renderer, BothContextsTakeTurnsInOneProcess) {
+  const std::string both =
+      drawn_elsewhere("'PANOPTES_TEST_PAINTER=osmesa and egl' LIBGL_ALWAYS_SOFTWARE=1");
   if (both.find("pictures=") == std::string::npos) {
     GTEST_SKIP() << both;
   }
-  EXPECT_EQ(pictures_of(both), pictures_of(drawn_elsewhere("PANOPTES_TEST_LIBRARY=osmesa")));
+  EXPECT_EQ(pictures_of(both), pictures_of(drawn_elsewhere("PANOPTES_TEST_PAINTER=osmesa")));
 }
 
-TEST(Renderer, SameBitsOnEveryProcessorWhereThatIsAskedFor) {
-  const std::string here = drawn_elsewhere("PANOPTES_TEST_SAME=1");
+TEST(Renderer, OurPainterDrawsTheSameBitsWithAnyInstructions) {
+  EXPECT_EQ(drawn_elsewhere("PANOPTES_TEST_SAME=1"), drawn_elsewhere(""));
+}
+
+TEST(Renderer, OpenGlDrawsTheSameBitsOnEveryProcessorWhereThatIsAskedFor) {
+  const std::string painter = "PANOPTES_TEST_PAINTER=osmesa ";
+  const std::string here = drawn_elsewhere(painter + "PANOPTES_TEST_SAME=1");
   // As wide as the narrowest processor's vectors, and as wide as this one's.
   for (const std::string bits : {"128", "256"}) {
-    EXPECT_EQ(drawn_elsewhere("PANOPTES_TEST_SAME=1 LP_NATIVE_VECTOR_WIDTH=" + bits), here);
+    EXPECT_EQ(drawn_elsewhere(painter + "PANOPTES_TEST_SAME=1 LP_NATIVE_VECTOR_WIDTH=" + bits),
+              here);
   }
   // The environment says the same.
-  EXPECT_EQ(drawn_elsewhere("GALLIUM_OVERRIDE_CPU_CAPS=sse4.1"), here);
+  EXPECT_EQ(drawn_elsewhere(painter + "GALLIUM_OVERRIDE_CPU_CAPS=sse4.1"), here);
 }
 
 TEST(Renderer, AMachineThatCannotDrawIsSaid) {
   EXPECT_EQ(
-      drawn_elsewhere("MESA_GL_VERSION_OVERRIDE=2.1"),
+      drawn_elsewhere("PANOPTES_TEST_PAINTER=osmesa MESA_GL_VERSION_OVERRIDE=2.1"),
       "no OpenGL 4.5 from OSMesa, so nothing can be drawn; install the package libosmesa6 and "
       "unset GALLIUM_DRIVER and MESA_GL_VERSION_OVERRIDE\n");
 }

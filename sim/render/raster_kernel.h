@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// No include guard: software_painter.cc includes this once for each set of instructions, each time
+// in a namespace of its own. Every operation is one that IEEE 754 defines, in the same order in
+// each of them, so all find the same bits.
+
+using F8 = float __attribute__((vector_size(32)));
+using I8 = std::int32_t __attribute__((vector_size(32)));
+using U8 = std::uint32_t __attribute__((vector_size(32)));
+using H16 = std::uint16_t __attribute__((vector_size(32)));
+
+constexpr I8 kLanes_i{0, 1, 2, 3, 4, 5, 6, 7};
+constexpr F8 kLanes{0, 1, 2, 3, 4, 5, 6, 7};
+
+inline F8 all(float value) { return F8{} + value; }
+
+/// Of a comparison: a bit for each lane.
+inline unsigned bits(const I8& mask) {
+#ifdef PANOPTES_AVX2_KERNEL
+  return static_cast<unsigned>(_mm256_movemask_ps(reinterpret_cast<__m256>(mask)));
+#else
+  unsigned out = 0;
+  for (int i = 0; i < 8; ++i) {
+    out |= (static_cast<std::uint32_t>(mask[i]) >> 31U) << static_cast<unsigned>(i);
+  }
+  return out;
+#endif
+}
+
+/// The 32-bit words at each place.
+inline I8 gather(const std::uint32_t* base, const I8& at) {
+#ifdef PANOPTES_AVX2_KERNEL
+  return reinterpret_cast<I8>(
+      _mm256_i32gather_epi32(reinterpret_cast<const int*>(base), reinterpret_cast<__m256i>(at), 4));
+#else
+  I8 words;
+  for (int i = 0; i < 8; ++i) {
+    words[i] = static_cast<std::int32_t>(base[at[i]]);
+  }
+  return words;
+#endif
+}
+
+/// Two words next to one another at each of eight places: those of lanes 0, 1, 4, 5 and of lanes
+/// 2, 3, 6, 7.
+struct Pairs {
+  H16 first;
+  H16 second;
+};
+
+inline Pairs gather_pairs(const std::uint32_t* base, const I8& at) {
+#ifdef PANOPTES_AVX2_KERNEL
+  const auto* words = reinterpret_cast<const long long*>(base);
+  const auto lanes = [&at](auto order) {
+    return _mm256_castsi256_si128(
+        _mm256_permute4x64_epi64(reinterpret_cast<__m256i>(at), decltype(order)::value));
+  };
+  return {reinterpret_cast<H16>(
+              _mm256_i32gather_epi64(words, lanes(std::integral_constant<int, 0x08>()), 4)),
+          reinterpret_cast<H16>(
+              _mm256_i32gather_epi64(words, lanes(std::integral_constant<int, 0x0D>()), 4))};
+#else
+  const auto lanes = [&](int a, int b, int c, int d) {
+    U8 words{base[at[a]], base[at[a] + 1], base[at[b]], base[at[b] + 1],
+             base[at[c]], base[at[c] + 1], base[at[d]], base[at[d] + 1]};
+    return reinterpret_cast<H16>(words);
+  };
+  return {lanes(0, 1, 4, 5), lanes(2, 3, 6, 7)};
+#endif
+}
+
+inline F8 at_lanes(const Plane3& plane, float dx_px, float dy_px) {
+  return (plane.at_origin + plane.per_y * dy_px) + plane.per_x * (dx_px + kLanes);
+}
+
+/// Each value as its whole part, towards minus infinity, and 256ths above it.
+inline I8 split(const F8& value, I8& part) {
+  I8 whole = __builtin_convertvector(value, I8);
+  whole += value < __builtin_convertvector(whole, F8);  // true is -1
+  part = __builtin_convertvector((value - __builtin_convertvector(whole, F8)) * 256.0F, I8);
+  return whole;
+}
+
+/// Between bytes of a and b, `part` 256ths from a to b.
+inline H16 blend(const H16& a, const H16& b, const H16& part) {
+  const H16 rest = 256 - part;
+  const H16 even = ((a & 255) * rest + (b & 255) * part + 128) >> 8;
+  const H16 odd = ((a >> 8) * rest + (b >> 8) * part + 128) & 0xFF00;
+  return even | odd;
+}
+
+/// The same number in both halves of each word.
+inline U8 in_both_halves(const I8& part) { return reinterpret_cast<U8>(part | part << 16); }
+
+/// Where eight pixels of one triangle look for their colour.
+struct Places {
+  I8 upper;  ///< words of the pool: the left one of two texels
+  I8 lower;
+  I8 part_u;  ///< 256ths from the left texel to the right
+  I8 part_v;
+  I8 light;  ///< a word of the lightmap
+  I8 light_part_u;
+  I8 light_part_v;
+};
+
+/// The four texels around each place, in the level of detail whose texels are nearest to a pixel's
+/// size.
+inline void find_texels(const PaintedTexture& texture, const F8& u_px, const F8& v_px,
+                        const F8& footprint_px2, Places& out) {
+  // Half the logarithm of the footprint's square, rounded: its exponent tells.
+  I8 level = ((reinterpret_cast<I8>(footprint_px2) >> 23) - 126) >> 1;
+  level = level > 0 ? level : I8{};
+  level = level < texture.last_level ? level : I8{} + texture.last_level;
+  const auto scale = reinterpret_cast<F8>((127 - level) << 23);
+  I8 column = split(u_px * scale - 0.5F, out.part_u);
+  I8 row = split(v_px * scale - 0.5F, out.part_v);
+  const I8 mask_v = (I8{} + (texture.height_px - 1)) >> level;
+  I8 shift = texture.width_log2 - level;
+  shift = shift > 0 ? shift : I8{};
+  column &= (I8{} + (texture.width_px - 1)) >> level;
+  const I8 next = (row + 1) & mask_v;
+  row &= mask_v;
+  const I8 base = gather(texture.level_at.data(), level);
+  out.upper = (row << shift) + row + column + base;
+  out.lower = (next << shift) + next + column + base;
+}
+
+inline void find_light(const PaintedLight& lightmap, const F8& column, const F8& row, Places& out) {
+  const auto inside = [](const F8& value, float most) {
+    const F8 high = value > 0 ? value : F8{};  // nothing, where it is not a number
+    return high < most ? high : all(most);
+  };
+  const I8 left = split(inside(column, lightmap.last_column), out.light_part_u);
+  out.light = split(inside(row, lightmap.last_row), out.light_part_v) * lightmap.columns + left;
+}
+
+inline Places find_places(const Shade& t, const Paint& paint, int x, int y) {
+  const auto dx_px = static_cast<float>(x - t.origin_x_px);
+  const auto dy_px = static_cast<float>(y - t.origin_y_px);
+  const F8 distance = 1.0F / at_lanes(t.nearness, dx_px, dy_px);
+  const F8 u = at_lanes(t.u, dx_px, dy_px) * distance;
+  const F8 v = at_lanes(t.v, dx_px, dy_px) * distance;
+  const F8 u_x = (t.u.per_x - u * t.nearness.per_x) * distance;
+  const F8 v_x = (t.v.per_x - v * t.nearness.per_x) * distance;
+  const F8 u_y = (t.u.per_y - u * t.nearness.per_y) * distance;
+  const F8 v_y = (t.v.per_y - v * t.nearness.per_y) * distance;
+  const F8 across = u_x * u_x + v_x * v_x;
+  const F8 down = u_y * u_y + v_y * v_y;
+  Places places;
+  find_texels(paint.textures[t.texture], u, v, across > down ? across : down, places);
+  find_light(paint.light, at_lanes(t.column, dx_px, dy_px) * distance,
+             at_lanes(t.row, dx_px, dy_px) * distance, places);
+  return places;
+}
+
+inline U8 texels(const std::uint32_t* pool, const Places& at) {
+  const Pairs top = gather_pairs(pool, at.upper);
+  const Pairs bottom = gather_pairs(pool, at.lower);
+  const U8 down = in_both_halves(at.part_v);
+  const auto first = reinterpret_cast<U8>(
+      blend(top.first, bottom.first,
+            reinterpret_cast<H16>(__builtin_shuffle(down, U8{0, 0, 1, 1, 4, 4, 5, 5}))));
+  const auto second = reinterpret_cast<U8>(
+      blend(top.second, bottom.second,
+            reinterpret_cast<H16>(__builtin_shuffle(down, U8{2, 2, 3, 3, 6, 6, 7, 7}))));
+  const U8 left = __builtin_shuffle(first, second, U8{0, 2, 8, 10, 4, 6, 12, 14});
+  const U8 right = __builtin_shuffle(first, second, U8{1, 3, 9, 11, 5, 7, 13, 15});
+  return reinterpret_cast<U8>(blend(reinterpret_cast<H16>(left), reinterpret_cast<H16>(right),
+                                    reinterpret_cast<H16>(in_both_halves(at.part_u))));
+}
+
+/// 255 * 2^16 times the lightmap's value.
+inline F8 light(const std::uint32_t* fours, const Places& at) {
+  const I8 four = gather(fours, at.light);
+  const auto part = reinterpret_cast<H16>(in_both_halves(at.light_part_u));
+  const auto left = reinterpret_cast<H16>(four & 0x00FF00FF);
+  const auto right = reinterpret_cast<H16>(four >> 8 & 0x00FF00FF);
+  const auto rows = reinterpret_cast<I8>(left * (256 - part) + right * part);  // upper, lower
+  return __builtin_convertvector(rows & 0xFFFF, F8) *
+             __builtin_convertvector(256 - at.light_part_v, F8) +
+         __builtin_convertvector((rows >> 16) & 0xFFFF, F8) *
+             __builtin_convertvector(at.light_part_v, F8);
+}
+
+inline U8 lit_texels(const Paint& paint, const Places& at) {
+  const U8 picture = texels(paint.pool, at);
+  const F8 lit = light(paint.light.fours, at) * paint.gain;
+  const auto channel = [&](int shift) {
+    const F8 value =
+        __builtin_convertvector(reinterpret_cast<I8>((picture >> shift) & 255), F8) * lit + 0.5F;
+    return reinterpret_cast<U8>(__builtin_convertvector(value < 255.0F ? value : all(255), I8))
+           << shift;
+  };
+  return channel(0) | channel(8) | channel(16);
+}
+
+/// Puts a triangle into a tile: where it is nearer than what is there, its number and how near.
+inline void raster_tile(const Covered& t, const std::array<std::int64_t, 3>& edges, bool whole,
+                        float near_at_tile, float* nearness, std::uint32_t* numbers,
+                        float& farthest) {
+  std::array<I8, 3> inside{};
+  std::array<I8, 3> down{};
+  if (!whole) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      // An edge that does not cross the tile may be too far to count in 32 bits.
+      const std::int64_t e = std::clamp<std::int64_t>(edges[i], -kFarEdge, kFarEdge);
+      const bool crosses = e == edges[i];
+      inside[i] = static_cast<std::int32_t>(e) - (crosses ? t.edges[i].dy : 0) * kLanes_i;
+      down[i] = I8{} + (crosses ? t.edges[i].dx : 0);
+    }
+  }
+  const F8 along = t.nearness.per_x * kLanes;
+  const U8 number = U8{} + t.number;
+  F8 least = all(std::numeric_limits<float>::infinity());
+  bool changed = false;
+  for (int row = 0; row < kTile; ++row) {
+    const F8 z = (near_at_tile + t.nearness.per_y * static_cast<float>(row)) + along;
+    auto* stored = reinterpret_cast<F8*>(nearness + row * kTile);
+    I8 nearer = z > *stored;
+    if (!whole) {
+      nearer &= ~((inside[0] | inside[1] | inside[2]) >> 31);
+      for (std::size_t i = 0; i < 3; ++i) {
+        inside[i] += down[i];
+      }
+    }
+    if (bits(nearer) != 0) {
+      changed = true;
+      *stored = nearer ? z : *stored;
+      auto* of = reinterpret_cast<U8*>(numbers + row * kTile);
+      *of = nearer ? number : *of;
+    }
+    least = *stored < least ? *stored : least;
+  }
+  if (changed) {
+    farthest = least[0];
+    for (int i = 1; i < 8; ++i) {
+      farthest = std::min(farthest, least[i]);
+    }
+  }
+}
+
+/// The nearest triangle at each pixel of a row of tiles.
+void raster_row(const std::vector<Covered>& triangles, const std::vector<std::uint32_t>& row_of,
+                int tile_row, int columns, TileRow& tiles) {
+  std::fill(tiles.nearness.begin(), tiles.nearness.end(), 0.0F);
+  std::fill(tiles.numbers.begin(), tiles.numbers.end(), kNothing);
+  std::fill(tiles.farthest.begin(), tiles.farthest.end(), 0.0F);
+  const int y = tile_row * kTile;
+  for (const std::uint32_t k : row_of) {
+    const Covered& t = triangles[k];
+    const int x = t.first_column * kTile;
+    std::array<std::int64_t, 3> edge;
+    std::array<std::int64_t, 3> most;  // over a tile, above its first pixel's
+    std::array<std::int64_t, 3> least;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Edge& e = t.edges[i];
+      edge[i] = e.at_origin + std::int64_t{e.dx} * y - std::int64_t{e.dy} * x;
+      const std::int64_t across = std::int64_t{-(kTile - 1)} * e.dy;
+      const std::int64_t down = std::int64_t{kTile - 1} * e.dx;
+      most[i] = std::max<std::int64_t>(across, 0) + std::max<std::int64_t>(down, 0);
+      least[i] = std::min<std::int64_t>(across, 0) + std::min<std::int64_t>(down, 0);
+    }
+    const float near_at_row =
+        t.nearness.at_origin + t.nearness.per_y * static_cast<float>(y - t.origin_y_px);
+    const float steps = static_cast<float>(kTile - 1);
+    const float nearest_in_tile = std::max(t.nearness.per_y * steps, 0.0F);
+    const float nearest_across = std::max(t.nearness.per_x * steps, 0.0F);
+    for (int column = t.first_column; column <= t.last_column && column < columns; ++column) {
+      const bool outside = edge[0] + most[0] < 0 || edge[1] + most[1] < 0 || edge[2] + most[2] < 0;
+      if (!outside) {
+        const float near_at_tile =
+            near_at_row + t.nearness.per_x * static_cast<float>(column * kTile - t.origin_x_px);
+        const auto c = static_cast<std::size_t>(column);
+        if (std::min((near_at_tile + nearest_in_tile) + nearest_across, t.nearest) >
+            tiles.farthest[c]) {
+          const bool whole =
+              edge[0] + least[0] >= 0 && edge[1] + least[1] >= 0 && edge[2] + least[2] >= 0;
+          raster_tile(t, edge, whole, near_at_tile, &tiles.nearness[c * kTile * kTile],
+                      &tiles.numbers[c * kTile * kTile], tiles.farthest[c]);
+        }
+      }
+      for (std::size_t i = 0; i < 3; ++i) {
+        edge[i] -= std::int64_t{t.edges[i].dy} * kTile;
+      }
+    }
+  }
+}
+
+/// The pixels of a row of tiles, each triangle shaded once where it is seen. First all places of a
+/// tile are found, then all are looked up, so that many waits for memory pass at once.
+void shade_row(const std::vector<Shade>& triangles, const Paint& paint, const TileRow& tiles,
+               int tile_row, int columns, int rows_px, PixelRows& out) {
+  struct Part {
+    Places places;
+    U8 mask;
+    int row;
+  };
+  std::array<Part, kTile * kTile> parts;
+  const int stride = columns * kTile;
+  for (int column = 0; column < columns; ++column) {
+    const auto first = static_cast<std::size_t>(column) * kTile * kTile;
+    std::size_t count = 0;
+    for (int row = 0; row < rows_px; ++row) {
+      const std::size_t at = first + static_cast<std::size_t>(row) * kTile;
+      const auto& numbers = *reinterpret_cast<const U8*>(&tiles.numbers[at]);
+      unsigned left = bits(reinterpret_cast<I8>(numbers != kNothing));
+      while (left != 0) {
+        const std::uint32_t number =
+            tiles.numbers[at + static_cast<std::size_t>(std::countr_zero(left))];
+        Part& part = parts[count++];
+        part.places = find_places(triangles[number], paint, column * kTile, tile_row * kTile + row);
+        part.mask = reinterpret_cast<U8>(numbers == number);
+        part.row = row;
+        left &= ~bits(reinterpret_cast<I8>(part.mask));
+      }
+    }
+    for (int row = 0; row < rows_px; ++row) {
+      const U8 sky = U8{} + paint.sky;
+      std::memcpy(&out.bgra[static_cast<std::size_t>(row * stride + column * kTile)], &sky,
+                  sizeof sky);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      const Part& part = parts[i];
+      auto* to = &out.bgra[static_cast<std::size_t>(part.row * stride + column * kTile)];
+      U8 bgra;
+      std::memcpy(&bgra, to, sizeof bgra);
+      bgra = (lit_texels(paint, part.places) & part.mask) | (bgra & ~part.mask);
+      std::memcpy(to, &bgra, sizeof bgra);
+    }
+  }
+}
+
+/// 255 where what is seen is low enough for a floor.
+void label_row(const std::vector<Shade>& triangles, const TileRow& tiles, int tile_row, int columns,
+               int rows_px, PixelRows& out) {
+  for (int column = 0; column < columns; ++column) {
+    for (int row = 0; row < rows_px; ++row) {
+      const auto at = static_cast<std::size_t>((column * kTile + row) * kTile);
+      const auto& numbers = *reinterpret_cast<const U8*>(&tiles.numbers[at]);
+      U8 floor{};
+      unsigned left = bits(reinterpret_cast<I8>(numbers != kNothing));
+      while (left != 0) {
+        const std::uint32_t number =
+            tiles.numbers[at + static_cast<std::size_t>(std::countr_zero(left))];
+        const Shade& t = triangles[number];
+        const auto dx_px = static_cast<float>(column * kTile - t.origin_x_px);
+        const auto dy_px = static_cast<float>(tile_row * kTile + row - t.origin_y_px);
+        const auto mine = reinterpret_cast<U8>(numbers == number);
+        const I8 low = at_lanes(t.height_m, dx_px, dy_px) <
+                       static_cast<float>(kFloorTop_m) * at_lanes(t.nearness, dx_px, dy_px);
+        floor |= reinterpret_cast<U8>(low) & mine;
+        left &= ~bits(reinterpret_cast<I8>(mine));
+      }
+      auto* to = &out.floor[static_cast<std::size_t>((row * columns + column) * kTile)];
+      for (int i = 0; i < kTile; ++i) {
+        to[i] = static_cast<std::uint8_t>(floor[i]);
+      }
+    }
+  }
+}

@@ -1,0 +1,652 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Three steps: every triangle becomes what it covers and how it is shaded; each row of tiles of the
+// picture finds the nearest triangle at each pixel; then each pixel is shaded, once. Rows of tiles
+// are independent, so that threads share them as they come.
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cmath>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <opencv2/imgproc.hpp>
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+#include "core/base/check.h"
+#include "sim/render/painter.h"
+
+namespace panoptes::sim {
+namespace {
+
+constexpr int kTile = 8;  // pixels along each side
+constexpr std::uint32_t kNothing = 0xFFFFFFFF;
+constexpr int kPerPixel = 256;  // corners are moved to such parts of a pixel
+// Corners farther outside the picture than this are cut off, so that edges can be counted.
+constexpr double kGuard_px = 16384;
+constexpr std::int64_t kFarEdge = std::int64_t{1} << 28U;
+constexpr std::size_t kMostLevels = 16;
+
+/// Something that is linear over the picture, seen from a pixel near the triangle.
+struct Plane3 {
+  float at_origin = 0;
+  float per_x = 0;
+  float per_y = 0;
+};
+
+/// Where one side of a triangle lies: at_origin + dx * y - dy * x >= 0 inside, for the centre of
+/// pixel (x, y).
+struct Edge {
+  std::int64_t at_origin = 0;
+  std::int32_t dx = 0;
+  std::int32_t dy = 0;
+};
+
+/// What a triangle, or a part of it, covers.
+struct Covered {
+  std::array<Edge, 3> edges;
+  Plane3 nearness;    ///< 1 / distance along the camera's axis, in 1/m
+  float nearest = 0;  ///< at its corners
+  int origin_x_px = 0;
+  int origin_y_px = 0;
+  int first_column = 0;  ///< of tiles
+  int last_column = 0;
+  std::uint32_t number = 0;  ///< of its Shade
+};
+
+/// How a triangle looks; all but `nearness` over the distance.
+struct Shade {
+  Plane3 nearness;
+  Plane3 u;  ///< in its texture, pixels
+  Plane3 v;
+  Plane3 column;  ///< in the lightmap
+  Plane3 row;
+  Plane3 height_m;  ///< in the scene
+  int origin_x_px = 0;
+  int origin_y_px = 0;
+  std::uint16_t texture = 0;
+  std::uint16_t object = 0;
+};
+
+/// A picture with all its levels of detail in the pool of texels.
+struct PaintedTexture {
+  std::array<std::uint32_t, kMostLevels> level_at{};  ///< in the pool
+  std::int32_t last_level = 0;
+  std::int32_t width_px = 1;  ///< powers of two
+  std::int32_t height_px = 1;
+  std::int32_t width_log2 = 0;
+};
+
+/// Each word has a texel of the lightmap, its right neighbour, and the two below.
+struct PaintedLight {
+  const std::uint32_t* fours = nullptr;
+  std::int32_t columns = 0;
+  float last_column = 0;
+  float last_row = 0;
+};
+
+struct Paint {
+  const PaintedTexture* textures = nullptr;
+  const std::uint32_t* pool = nullptr;
+  PaintedLight light;
+  float gain = 1;  ///< takes light() to what texels are multiplied with
+  std::uint32_t sky = 0;
+};
+
+template <typename T>
+struct Aligned {
+  using value_type = T;
+  Aligned() = default;
+  template <typename U>
+  explicit Aligned(const Aligned<U>& /*other*/) {}
+  T* allocate(std::size_t count) {
+    return static_cast<T*>(::operator new (count * sizeof(T), std::align_val_t{32}));
+  }
+  void deallocate(T* at, std::size_t /*count*/) { ::operator delete (at, std::align_val_t{32}); }
+  bool operator==(const Aligned& /*other*/) const { return true; }
+};
+template <typename T>
+using AlignedVector = std::vector<T, Aligned<T>>;
+
+/// A row of tiles: tile by tile, in each row by row.
+struct TileRow {
+  AlignedVector<float> nearness;
+  AlignedVector<std::uint32_t> numbers;  ///< of the triangle that is seen
+  std::vector<float> farthest;           ///< the least nearness in each tile
+};
+
+/// The same as rows of the picture.
+struct PixelRows {
+  std::vector<std::uint32_t> bgra;
+  std::vector<std::uint8_t> floor;
+};
+
+namespace plain {
+#include "sim/render/raster_kernel.h"  // NOLINT(bugprone-suspicious-include)
+}  // namespace plain
+
+#if defined(__x86_64__)
+#pragma GCC push_options
+#pragma GCC target("avx2")
+#define PANOPTES_AVX2_KERNEL
+namespace avx2 {
+#include "sim/render/raster_kernel.h"  // NOLINT(bugprone-suspicious-include)
+}  // namespace avx2
+#undef PANOPTES_AVX2_KERNEL
+#pragma GCC pop_options
+#endif
+
+struct Kernel {
+  const char* name;
+  decltype(&plain::raster_row) raster_row;
+  decltype(&plain::shade_row) shade_row;
+  decltype(&plain::label_row) label_row;
+};
+
+/// The fastest that this processor has, or the one that all have.
+Kernel kernel([[maybe_unused]] bool narrow_vectors) {
+#if defined(__x86_64__)
+  if (!narrow_vectors && __builtin_cpu_supports("avx2")) {
+    return {"8 pixels at once", avx2::raster_row, avx2::shade_row, avx2::label_row};
+  }
+#endif
+  return {"4 pixels at once", plain::raster_row, plain::shade_row, plain::label_row};
+}
+
+/// Threads that share a number of tasks among them and the calling one.
+class Crew {
+ public:
+  explicit Crew(int helpers) {
+    for (int i = 0; i < helpers; ++i) {
+      threads_.emplace_back([this, i] { help(i + 1); });
+    }
+  }
+  ~Crew() {
+    {
+      const std::lock_guard lock(mutex_);
+      stopped_ = true;
+    }
+    start_.notify_all();
+    for (std::thread& thread : threads_) {
+      thread.join();
+    }
+  }
+  Crew(const Crew&) = delete;
+  Crew& operator=(const Crew&) = delete;
+
+  int size() const { return static_cast<int>(threads_.size()) + 1; }
+
+  /// Calls task(number, who) for each number below `count`, in any order; `who` is below size().
+  void share(int count, const std::function<void(int, int)>& task) {
+    {
+      const std::lock_guard lock(mutex_);
+      task_ = &task;
+      count_ = count;
+      next_ = 0;
+      busy_ = static_cast<int>(threads_.size());
+      ++round_;
+    }
+    start_.notify_all();
+    work(0);
+    std::unique_lock lock(mutex_);
+    done_.wait(lock, [this] { return busy_ == 0; });
+  }
+
+ private:
+  void work(int who) {
+    for (int number = next_++; number < count_; number = next_++) {
+      (*task_)(number, who);
+    }
+  }
+
+  void help(int who) {
+    std::uint64_t seen = 0;
+    std::unique_lock lock(mutex_);
+    while (true) {
+      start_.wait(lock, [&] { return stopped_ || round_ != seen; });
+      if (stopped_) {
+        return;
+      }
+      seen = round_;
+      lock.unlock();
+      work(who);
+      lock.lock();
+      if (--busy_ == 0) {
+        done_.notify_one();
+      }
+    }
+  }
+
+  std::vector<std::thread> threads_;
+  std::mutex mutex_;
+  std::condition_variable start_;
+  std::condition_variable done_;
+  const std::function<void(int, int)>* task_ = nullptr;
+  int count_ = 0;
+  std::atomic<int> next_ = 0;
+  int busy_ = 0;
+  std::uint64_t round_ = 0;
+  bool stopped_ = false;
+};
+
+int helpers_wanted() {
+  const char* threads = std::getenv("LP_NUM_THREADS");
+  return threads == nullptr ? 0 : std::clamp(std::atoi(threads) - 1, 0, 63);
+}
+
+class SoftwarePainter final : public Painter {
+ public:
+  SoftwarePainter(const World& world, const TextureArrays& textures, bool narrow_vectors)
+      : kernel_(kernel(narrow_vectors)),
+        crew_(helpers_wanted()),
+        rows_(static_cast<std::size_t>(crew_.size())) {
+    for (const TextureArray& array : textures.arrays) {
+      first_texture_.push_back(textures_.size());
+      for (std::size_t l = 0; l < array.textures.size() + array.palettes.size(); ++l) {
+        PaintedTexture& texture = textures_.emplace_back();
+        texture.width_px = array.width_px;
+        texture.height_px = array.height_px;
+        while (1 << texture.width_log2 < texture.width_px) {
+          ++texture.width_log2;
+        }
+        std::size_t level = 0;
+        for (const cv::Mat& bgra : detail_levels(world, array, l)) {
+          PANOPTES_CHECK(level < kMostLevels, "textures are at most 32768 pixels wide");
+          texture.level_at[level++] = static_cast<std::uint32_t>(pool_.size());
+          for (int row = 0; row < bgra.rows; ++row) {
+            const auto* first = bgra.ptr<std::uint32_t>(row);
+            pool_.insert(pool_.end(), first, first + bgra.cols);
+            pool_.push_back(*first);  // what is right of the last
+          }
+        }
+        texture.last_level = static_cast<std::int32_t>(level) - 1;
+      }
+    }
+    PANOPTES_CHECK(textures_.size() <= 0xFFFF, "a texture's number has 16 bits");
+  }
+
+  std::string name() const override { return std::string("Panoptes, ") + kernel_.name; }
+  bool prefers_few_calls() const override { return false; }
+
+  void set_vertices(const std::vector<Vertex>& vertices) override {
+    vertices_ = vertices;
+    projected_.resize(vertices.size());
+    stamps_.assign(vertices.size(), 0);
+  }
+
+  void move_vertices(std::size_t first, const std::vector<Vertex>& vertices) override {
+    std::copy(vertices.begin(), vertices.end(),
+              vertices_.begin() + static_cast<std::ptrdiff_t>(first));
+  }
+
+  void set_light(const cv::Mat& texels, const cv::Rect& changed) override {
+    lightmap_ = texels.size();
+    light_.resize(texels.total());
+    for (int row = std::max(changed.y - 1, 0); row < changed.y + changed.height; ++row) {
+      const auto* upper = texels.ptr<std::uint8_t>(row);
+      const auto* lower = texels.ptr<std::uint8_t>(std::min(row + 1, texels.rows - 1));
+      auto* fours = &light_[static_cast<std::size_t>(row) * static_cast<std::size_t>(texels.cols)];
+      for (int column = std::max(changed.x - 1, 0); column < changed.x + changed.width; ++column) {
+        const int next = std::min(column + 1, texels.cols - 1);
+        fours[column] = std::uint32_t{upper[column]} | std::uint32_t{upper[next]} << 8U |
+                        std::uint32_t{lower[column]} << 16U | std::uint32_t{lower[next]} << 24U;
+      }
+    }
+  }
+
+  Drawn paint(const Sitting& sitting, const DrawList& list) override {
+    lay_out(sitting);
+    for (const Call& call : list.calls) {
+      for (std::size_t i = call.first; i < call.first + call.count; i += 3) {
+        add_triangle({list.indices[i], list.indices[i + 1], list.indices[i + 2]},
+                     first_texture_[call.array]);
+      }
+    }
+    Drawn drawn;
+    drawn.bgr.create(height_px_, width_px_, CV_8UC3);
+    if (sitting.ask.floor_label) {
+      drawn.floor_label.create(height_px_, width_px_, CV_8U);
+    }
+    if (sitting.ask.depth) {
+      drawn.depth_m.create(height_px_, width_px_, CV_32F);
+    }
+    if (sitting.ask.instance) {
+      drawn.instance.create(height_px_, width_px_, CV_16U);
+    }
+    const Paint paint = paint_of(sitting);
+    crew_.share(static_cast<int>(bins_.size()), [&](int tile_row, int who) {
+      RowMemory& memory = rows_[static_cast<std::size_t>(who)];
+      const int rows_px = std::min(kTile, height_px_ - tile_row * kTile);
+      memory.fit(columns_);
+      kernel_.raster_row(covered_, bins_[static_cast<std::size_t>(tile_row)], tile_row, columns_,
+                         memory.tiles);
+      kernel_.shade_row(shades_, paint, memory.tiles, tile_row, columns_, rows_px, memory.pixels);
+      if (sitting.ask.floor_label) {
+        kernel_.label_row(shades_, memory.tiles, tile_row, columns_, rows_px, memory.pixels);
+      }
+      hand_over(memory, tile_row, rows_px, drawn);
+    });
+    return drawn;
+  }
+
+ private:
+  struct RowMemory {
+    TileRow tiles;
+    PixelRows pixels;
+
+    void fit(int columns) {
+      const auto tiles_across = static_cast<std::size_t>(columns);
+      const std::size_t pixels_in_row = tiles_across * kTile * kTile;
+      tiles.nearness.resize(pixels_in_row);
+      tiles.numbers.resize(pixels_in_row);
+      tiles.farthest.resize(tiles_across);
+      pixels.bgra.resize(pixels_in_row);
+      pixels.floor.resize(pixels_in_row);
+    }
+  };
+
+  struct Projected {
+    Vec3 p_camera;
+    std::int32_t x = 0;  ///< in kPerPixel parts, from the centre of the first pixel
+    std::int32_t y = 0;
+    bool simple = false;  ///< neither too near nor too far outside
+  };
+
+  void lay_out(const Sitting& sitting) {
+    const Intrinsics& c = sitting.view.intrinsics;
+    camera_ = c;
+    near_m_ = sitting.near_m;
+    width_px_ = c.width_px;
+    height_px_ = c.height_px;
+    columns_ = (width_px_ + kTile - 1) / kTile;
+    rotation_ = sitting.view.T_scene_camera.rotation.toRotationMatrix();
+    eye_ = sitting.view.T_scene_camera.translation;
+    bins_.resize(static_cast<std::size_t>((height_px_ + kTile - 1) / kTile));
+    for (auto& bin : bins_) {
+      bin.clear();
+    }
+    covered_.clear();
+    shades_.clear();
+    ++stamp_;
+  }
+
+  Paint paint_of(const Sitting& sitting) const {
+    Paint paint;
+    paint.textures = textures_.data();
+    paint.pool = pool_.data();
+    paint.light = {light_.data(), lightmap_.width, static_cast<float>(lightmap_.width - 1),
+                   static_cast<float>(lightmap_.height - 1)};
+    paint.gain = static_cast<float>(sitting.light_gain / (255.0 * 65536.0));
+    for (std::size_t i = 0; i < 3; ++i) {
+      paint.sky |= static_cast<std::uint32_t>(sitting.sky_bgr[i] * 255.0F + 0.5F) << (8 * i);
+    }
+    return paint;
+  }
+
+  const Projected& projected(std::uint32_t vertex) {
+    Projected& out = projected_[vertex];
+    if (stamps_[vertex] == stamp_) {
+      return out;
+    }
+    stamps_[vertex] = stamp_;
+    const auto& p = vertices_[vertex].p_scene;
+    out.p_camera = rotation_.transpose() * (Vec3(p[0], p[1], p[2]) - eye_);
+    out.simple = out.p_camera.z() >= near_m_ && to_pixels(out.p_camera, out.x, out.y);
+    return out;
+  }
+
+  /// False where it is beyond the guard.
+  bool to_pixels(const Vec3& p_camera, std::int32_t& x, std::int32_t& y) const {
+    const double px = camera_.fx_px * p_camera.x() / p_camera.z() + camera_.cx_px;
+    const double py = camera_.fy_px * p_camera.y() / p_camera.z() + camera_.cy_px;
+    if (!(std::abs(px) <= kGuard_px && std::abs(py) <= kGuard_px)) {
+      return false;
+    }
+    x = static_cast<std::int32_t>(std::floor(px * kPerPixel + 0.5));
+    y = static_cast<std::int32_t>(std::floor(py * kPerPixel + 0.5));
+    return true;
+  }
+
+  void add_triangle(const std::array<std::uint32_t, 3>& corners, std::size_t first_texture) {
+    const std::array<const Projected*, 3> p{&projected(corners[0]), &projected(corners[1]),
+                                            &projected(corners[2])};
+    const Vec3& a = p[0]->p_camera;
+    const Vec3& b = p[1]->p_camera;
+    const Vec3& c = p[2]->p_camera;
+    // A value over the distance is linear in the ray: its gradient in the camera's frame, through
+    // the inverse of the matrix of the corners (Olano and Greer 1997).
+    const Vec3 bc = b.cross(c);
+    const double volume = a.dot(bc);
+    if (!(volume < 0)) {
+      return;  // seen from behind, or edge on
+    }
+    const std::array<Vec3, 3> inverse{bc / volume, c.cross(a) / volume, a.cross(b) / volume};
+    const std::size_t before = covered_.size();
+    if (p[0]->simple && p[1]->simple && p[2]->simple) {
+      cover({p[0]->x, p[1]->x, p[2]->x}, {p[0]->y, p[1]->y, p[2]->y});
+    } else {
+      cover_clipped({a, b, c});
+    }
+    if (covered_.size() == before) {
+      return;
+    }
+    const Covered& first = covered_[before];
+    Shade shade;
+    shade.origin_x_px = first.origin_x_px;
+    shade.origin_y_px = first.origin_y_px;
+    const auto plane = [&](double at_a, double at_b, double at_c) {
+      const Vec3 gradient = at_a * inverse[0] + at_b * inverse[1] + at_c * inverse[2];
+      const double per_x = gradient.x() / camera_.fx_px;
+      const double per_y = gradient.y() / camera_.fy_px;
+      return Plane3{static_cast<float>(gradient.z() + per_x * (shade.origin_x_px - camera_.cx_px) +
+                                       per_y * (shade.origin_y_px - camera_.cy_px)),
+                    static_cast<float>(per_x), static_cast<float>(per_y)};
+    };
+    const Vertex& va = vertices_[corners[0]];
+    const Vertex& vb = vertices_[corners[1]];
+    const Vertex& vc = vertices_[corners[2]];
+    const std::size_t texture = first_texture + va.layer;
+    const PaintedTexture& picture = textures_[texture];
+    // Pictures repeat, so that the ones far from the first need not be counted.
+    const double skip_u = std::floor(va.picture[0]);
+    const double skip_v = std::floor(va.picture[1]);
+    shade.nearness = plane(1, 1, 1);
+    const double w = picture.width_px;
+    const double h = picture.height_px;
+    shade.u = plane((va.picture[0] - skip_u) * w, (vb.picture[0] - skip_u) * w,
+                    (vc.picture[0] - skip_u) * w);
+    shade.v = plane((va.picture[1] - skip_v) * h, (vb.picture[1] - skip_v) * h,
+                    (vc.picture[1] - skip_v) * h);
+    const auto texel = [](float lit, int size) { return lit * size - 0.5; };
+    shade.column = plane(texel(va.lit[0], lightmap_.width), texel(vb.lit[0], lightmap_.width),
+                         texel(vc.lit[0], lightmap_.width));
+    shade.row = plane(texel(va.lit[1], lightmap_.height), texel(vb.lit[1], lightmap_.height),
+                      texel(vc.lit[1], lightmap_.height));
+    shade.height_m = plane(va.p_scene[2], vb.p_scene[2], vc.p_scene[2]);
+    shade.texture = static_cast<std::uint16_t>(texture);
+    shade.object = va.object;
+    const auto number = static_cast<std::uint32_t>(shades_.size());
+    const double nearest = 1 / std::max(near_m_, std::min({a.z(), b.z(), c.z()}));
+    for (std::size_t k = before; k < covered_.size(); ++k) {
+      covered_[k].number = number;
+      covered_[k].nearness = shade.nearness;
+      covered_[k].origin_x_px = shade.origin_x_px;
+      covered_[k].origin_y_px = shade.origin_y_px;
+      covered_[k].nearest = static_cast<float>(nearest * (1 + 1e-6));
+    }
+    shades_.push_back(shade);
+  }
+
+  /// Adds what a triangle in front of the camera covers, given its corners in kPerPixel parts.
+  void cover(std::array<std::int32_t, 3> x, std::array<std::int32_t, 3> y) {
+    const std::int64_t area =
+        std::int64_t{x[1] - x[0]} * (y[2] - y[0]) - std::int64_t{x[2] - x[0]} * (y[1] - y[0]);
+    if (area >= 0) {
+      return;  // too thin to tell which side is seen
+    }
+    std::swap(x[1], x[2]);
+    std::swap(y[1], y[2]);
+    const auto [low_x, high_x] = std::minmax({x[0], x[1], x[2]});
+    const auto [low_y, high_y] = std::minmax({y[0], y[1], y[2]});
+    // The first and the last pixel whose centre may be inside.
+    const auto first = [](std::int32_t at) { return (at + kPerPixel - 1) >> 8; };
+    const int left = std::max(first(low_x), 0);
+    const int right = std::min(high_x >> 8, width_px_ - 1);
+    const int top = std::max(first(low_y), 0);
+    const int bottom = std::min(high_y >> 8, height_px_ - 1);
+    if (left > right || top > bottom) {
+      return;
+    }
+    Covered t;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t k = (i + 1) % 3;
+      const std::int32_t dx = x[k] - x[i];
+      const std::int32_t dy = y[k] - y[i];
+      // A centre on an edge belongs to one of the two triangles that share it.
+      const bool has_edge = dy < 0 || (dy == 0 && dx > 0);
+      const std::int64_t from = std::int64_t{dy} * x[i] - std::int64_t{dx} * y[i];
+      t.edges[i] = {(from - (has_edge ? 0 : 1)) >> 8, dx, dy};
+    }
+    t.origin_x_px = left;
+    t.origin_y_px = top;
+    t.first_column = left / kTile;
+    t.last_column = right / kTile;
+    const auto number = static_cast<std::uint32_t>(covered_.size());
+    covered_.push_back(t);
+    for (int row = top / kTile; row <= bottom / kTile; ++row) {
+      bins_[static_cast<std::size_t>(row)].push_back(number);
+    }
+  }
+
+  /// The same for one that is partly too near or far outside.
+  void cover_clipped(const std::array<Vec3, 3>& triangle) {
+    // What is beyond each plane, n . p < d, is cut off. Always from the inner end of an edge to
+    // the outer, so that two triangles agree where their common edge is cut.
+    const double guard = kGuard_px - 1;
+    const std::array<std::pair<Vec3, double>, 5> planes{
+        {{Vec3::UnitZ(), near_m_},
+         {Vec3(camera_.fx_px, 0, camera_.cx_px + guard), 0},
+         {Vec3(-camera_.fx_px, 0, guard - camera_.cx_px), 0},
+         {Vec3(0, camera_.fy_px, camera_.cy_px + guard), 0},
+         {Vec3(0, -camera_.fy_px, guard - camera_.cy_px), 0}}};
+    std::vector<Vec3> polygon(triangle.begin(), triangle.end());
+    std::vector<Vec3> cut;
+    for (const auto& [inwards, least] : planes) {
+      cut.clear();
+      for (std::size_t i = 0; i < polygon.size(); ++i) {
+        const Vec3& from = polygon[i];
+        const Vec3& to = polygon[(i + 1) % polygon.size()];
+        const double from_in = inwards.dot(from) - least;
+        const double to_in = inwards.dot(to) - least;
+        if (from_in >= 0) {
+          cut.push_back(from);
+        }
+        if ((from_in >= 0) != (to_in >= 0)) {
+          const bool from_inside = from_in >= 0;
+          const Vec3& inner = from_inside ? from : to;
+          const Vec3& outer = from_inside ? to : from;
+          const double share =
+              from_inside ? from_in / (from_in - to_in) : to_in / (to_in - from_in);
+          cut.push_back(inner + share * (outer - inner));
+        }
+      }
+      polygon.swap(cut);
+    }
+    std::vector<std::array<std::int32_t, 2>> corners;
+    for (const Vec3& p : polygon) {
+      std::array<std::int32_t, 2> at{};
+      if (!to_pixels(p, at[0], at[1])) {
+        return;
+      }
+      corners.push_back(at);
+    }
+    for (std::size_t i = 2; i < corners.size(); ++i) {
+      cover({corners[0][0], corners[i - 1][0], corners[i][0]},
+            {corners[0][1], corners[i - 1][1], corners[i][1]});
+    }
+  }
+
+  void hand_over(const RowMemory& memory, int tile_row, int rows_px, Drawn& drawn) const {
+    const int y = tile_row * kTile;
+    const int stride = columns_ * kTile;
+    const cv::Mat bgra(rows_px, width_px_, CV_8UC4,
+                       const_cast<std::uint32_t*>(memory.pixels.bgra.data()),
+                       static_cast<std::size_t>(stride) * 4);
+    cv::Mat bgr = drawn.bgr.rowRange(y, y + rows_px);
+    cv::cvtColor(bgra, bgr, cv::COLOR_BGRA2BGR);
+    for (int row = 0; row < rows_px; ++row) {
+      if (!drawn.floor_label.empty()) {
+        std::memcpy(
+            drawn.floor_label.ptr(y + row),
+            &memory.pixels.floor[static_cast<std::size_t>(row) * static_cast<std::size_t>(stride)],
+            static_cast<std::size_t>(width_px_));
+      }
+      float* depth_m = drawn.depth_m.empty() ? nullptr : drawn.depth_m.ptr<float>(y + row);
+      std::uint16_t* instance =
+          drawn.instance.empty() ? nullptr : drawn.instance.ptr<std::uint16_t>(y + row);
+      if (depth_m == nullptr && instance == nullptr) {
+        continue;
+      }
+      for (int x = 0; x < width_px_; ++x) {
+        const auto at = static_cast<std::size_t>((x / kTile * kTile + row) * kTile + x % kTile);
+        if (depth_m != nullptr) {
+          depth_m[x] = 1.0F / memory.tiles.nearness[at];  // nothing is infinitely far
+        }
+        if (instance != nullptr) {
+          const std::uint32_t number = memory.tiles.numbers[at];
+          instance[x] = number == kNothing ? std::uint16_t{0} : shades_[number].object;
+        }
+      }
+    }
+  }
+
+  Kernel kernel_;
+  Crew crew_;
+  std::vector<RowMemory> rows_;  ///< of each thread
+
+  std::vector<PaintedTexture> textures_;
+  std::vector<std::size_t> first_texture_;  ///< of each array
+  std::vector<std::uint32_t> pool_;
+  std::vector<std::uint32_t> light_;
+  cv::Size lightmap_;
+  std::vector<Vertex> vertices_;
+
+  // Of the picture that is being painted.
+  Intrinsics camera_;
+  double near_m_ = 0;
+  int width_px_ = 0;
+  int height_px_ = 0;
+  int columns_ = 0;  ///< of tiles
+  Eigen::Matrix3d rotation_;
+  Vec3 eye_;
+  std::uint32_t stamp_ = 0;
+  std::vector<std::uint32_t> stamps_;  ///< when each vertex was projected
+  std::vector<Projected> projected_;
+  std::vector<Covered> covered_;
+  std::vector<Shade> shades_;
+  std::vector<std::vector<std::uint32_t>> bins_;  ///< the triangles of each row of tiles
+};
+
+}  // namespace
+
+std::unique_ptr<Painter> make_software_painter(const World& world, const TextureArrays& textures,
+                                               bool narrow_vectors) {
+  return std::make_unique<SoftwarePainter>(world, textures, narrow_vectors);
+}
+
+}  // namespace panoptes::sim
