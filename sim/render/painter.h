@@ -23,6 +23,8 @@ struct Vertex {
   std::array<float, 2> lit;      ///< its place in the lightmap, 0 to 1
   std::uint16_t layer;           ///< of the texture array
   std::uint16_t object;          ///< 1 + its number
+
+  bool operator==(const Vertex&) const = default;
 };
 static_assert(sizeof(Vertex) == 32);
 

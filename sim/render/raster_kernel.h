@@ -158,12 +158,12 @@ inline U8 texels(const std::uint32_t* pool, const Places& at) {
   const U8 down = in_both_halves(at.part_v);
   const auto first = reinterpret_cast<U8>(
       blend(top.first, bottom.first,
-            reinterpret_cast<H16>(__builtin_shuffle(down, U8{0, 0, 1, 1, 4, 4, 5, 5}))));
+            reinterpret_cast<H16>(__builtin_shufflevector(down, down, 0, 0, 1, 1, 4, 4, 5, 5))));
   const auto second = reinterpret_cast<U8>(
       blend(top.second, bottom.second,
-            reinterpret_cast<H16>(__builtin_shuffle(down, U8{2, 2, 3, 3, 6, 6, 7, 7}))));
-  const U8 left = __builtin_shuffle(first, second, U8{0, 2, 8, 10, 4, 6, 12, 14});
-  const U8 right = __builtin_shuffle(first, second, U8{1, 3, 9, 11, 5, 7, 13, 15});
+            reinterpret_cast<H16>(__builtin_shufflevector(down, down, 2, 2, 3, 3, 6, 6, 7, 7))));
+  const U8 left = __builtin_shufflevector(first, second, 0, 2, 8, 10, 4, 6, 12, 14);
+  const U8 right = __builtin_shufflevector(first, second, 1, 3, 9, 11, 5, 7, 13, 15);
   return reinterpret_cast<U8>(blend(reinterpret_cast<H16>(left), reinterpret_cast<H16>(right),
                                     reinterpret_cast<H16>(in_both_halves(at.part_u))));
 }
@@ -214,7 +214,7 @@ inline void raster_tile(const Covered& t, const std::array<std::int64_t, 3>& edg
   bool changed = false;
   for (int row = 0; row < kTile; ++row) {
     const F8 z = (near_at_tile + t.nearness.per_y * static_cast<float>(row)) + along;
-    auto* stored = reinterpret_cast<F8*>(nearness + row * kTile);
+    auto* stored = reinterpret_cast<F8*>(nearness + first_of(0, row));
     I8 nearer = z > *stored;
     if (!whole) {
       nearer &= ~((inside[0] | inside[1] | inside[2]) >> 31);
@@ -225,7 +225,7 @@ inline void raster_tile(const Covered& t, const std::array<std::int64_t, 3>& edg
     if (bits(nearer) != 0) {
       changed = true;
       *stored = nearer ? z : *stored;
-      auto* of = reinterpret_cast<U8*>(numbers + row * kTile);
+      auto* of = reinterpret_cast<U8*>(numbers + first_of(0, row));
       *of = nearer ? number : *of;
     }
     least = *stored < least ? *stored : least;
@@ -274,8 +274,8 @@ void raster_row(const std::vector<Covered>& triangles, const std::vector<std::ui
             tiles.farthest[c]) {
           const bool whole =
               edge[0] + least[0] >= 0 && edge[1] + least[1] >= 0 && edge[2] + least[2] >= 0;
-          raster_tile(t, edge, whole, near_at_tile, &tiles.nearness[c * kTile * kTile],
-                      &tiles.numbers[c * kTile * kTile], tiles.farthest[c]);
+          raster_tile(t, edge, whole, near_at_tile, &tiles.nearness[first_of(column, 0)],
+                      &tiles.numbers[first_of(column, 0)], tiles.farthest[c]);
         }
       }
       for (std::size_t i = 0; i < 3; ++i) {
@@ -294,13 +294,12 @@ void shade_row(const std::vector<Shade>& triangles, const Paint& paint, const Ti
     U8 mask;
     int row;
   };
-  std::array<Part, kTile * kTile> parts;
-  const int stride = columns * kTile;
+  std::array<Part, kPixelsOfTile> parts;
+  std::fill(out.bgra.begin(), out.bgra.end(), paint.sky);
   for (int column = 0; column < columns; ++column) {
-    const auto first = static_cast<std::size_t>(column) * kTile * kTile;
     std::size_t count = 0;
     for (int row = 0; row < rows_px; ++row) {
-      const std::size_t at = first + static_cast<std::size_t>(row) * kTile;
+      const std::size_t at = first_of(column, row);
       const auto& numbers = *reinterpret_cast<const U8*>(&tiles.numbers[at]);
       unsigned left = bits(reinterpret_cast<I8>(numbers != kNothing));
       while (left != 0) {
@@ -313,14 +312,9 @@ void shade_row(const std::vector<Shade>& triangles, const Paint& paint, const Ti
         left &= ~bits(reinterpret_cast<I8>(part.mask));
       }
     }
-    for (int row = 0; row < rows_px; ++row) {
-      const U8 sky = U8{} + paint.sky;
-      std::memcpy(&out.bgra[static_cast<std::size_t>(row * stride + column * kTile)], &sky,
-                  sizeof sky);
-    }
     for (std::size_t i = 0; i < count; ++i) {
       const Part& part = parts[i];
-      auto* to = &out.bgra[static_cast<std::size_t>(part.row * stride + column * kTile)];
+      auto* to = &out.bgra[pixel_of(column, part.row, columns)];
       U8 bgra;
       std::memcpy(&bgra, to, sizeof bgra);
       bgra = (lit_texels(paint, part.places) & part.mask) | (bgra & ~part.mask);
@@ -334,7 +328,7 @@ void label_row(const std::vector<Shade>& triangles, const TileRow& tiles, int ti
                int rows_px, PixelRows& out) {
   for (int column = 0; column < columns; ++column) {
     for (int row = 0; row < rows_px; ++row) {
-      const auto at = static_cast<std::size_t>((column * kTile + row) * kTile);
+      const std::size_t at = first_of(column, row);
       const auto& numbers = *reinterpret_cast<const U8*>(&tiles.numbers[at]);
       U8 floor{};
       unsigned left = bits(reinterpret_cast<I8>(numbers != kNothing));
@@ -350,7 +344,7 @@ void label_row(const std::vector<Shade>& triangles, const TileRow& tiles, int ti
         floor |= reinterpret_cast<U8>(low) & mine;
         left &= ~bits(reinterpret_cast<I8>(mine));
       }
-      auto* to = &out.floor[static_cast<std::size_t>((row * columns + column) * kTile)];
+      auto* to = &out.floor[pixel_of(column, row, columns)];
       for (int i = 0; i < kTile; ++i) {
         to[i] = static_cast<std::uint8_t>(floor[i]);
       }

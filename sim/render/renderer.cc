@@ -61,7 +61,7 @@ class VertexTable {
         vertices_.push_back(vertex);
         return slots_[slot];
       }
-      if (std::memcmp(&vertices_[slots_[slot]], &vertex, sizeof vertex) == 0) {
+      if (vertices_[slots_[slot]] == vertex) {
         return slots_[slot];
       }
     }

@@ -24,7 +24,8 @@
 
 #include <opencv2/imgproc.hpp>
 
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(__clang__)  // which has no pragma for a set of instructions
+#define PANOPTES_HAS_AVX2_KERNEL
 #include <immintrin.h>
 #endif
 
@@ -35,6 +36,7 @@ namespace panoptes::sim {
 namespace {
 
 constexpr int kTile = 8;  // pixels along each side
+constexpr std::size_t kPixelsOfTile = 64;
 constexpr std::uint32_t kNothing = 0xFFFFFFFF;
 constexpr int kPerPixel = 256;  // corners are moved to such parts of a pixel
 // Corners farther outside the picture than this are cut off, so that edges can be counted.
@@ -130,6 +132,18 @@ struct TileRow {
   std::vector<float> farthest;           ///< the least nearness in each tile
 };
 
+/// Where a row of a tile begins in a row of tiles.
+std::size_t first_of(int column, int row) {
+  return (static_cast<std::size_t>(column) * kTile + static_cast<std::size_t>(row)) * kTile;
+}
+
+/// And in a row of the picture.
+std::size_t pixel_of(int column, int row, int columns) {
+  return (static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+          static_cast<std::size_t>(column)) *
+         kTile;
+}
+
 /// The same as rows of the picture.
 struct PixelRows {
   std::vector<std::uint32_t> bgra;
@@ -140,7 +154,7 @@ namespace plain {
 #include "sim/render/raster_kernel.h"  // NOLINT(bugprone-suspicious-include)
 }  // namespace plain
 
-#if defined(__x86_64__)
+#if defined(PANOPTES_HAS_AVX2_KERNEL)
 #pragma GCC push_options
 #pragma GCC target("avx2")
 #define PANOPTES_AVX2_KERNEL
@@ -160,7 +174,7 @@ struct Kernel {
 
 /// The fastest that this processor has, or the one that all have.
 Kernel kernel([[maybe_unused]] bool narrow_vectors) {
-#if defined(__x86_64__)
+#if defined(PANOPTES_HAS_AVX2_KERNEL)
   if (!narrow_vectors && __builtin_cpu_supports("avx2")) {
     return {"8 pixels at once", avx2::raster_row, avx2::shade_row, avx2::label_row};
   }
@@ -351,7 +365,7 @@ class SoftwarePainter final : public Painter {
 
     void fit(int columns) {
       const auto tiles_across = static_cast<std::size_t>(columns);
-      const std::size_t pixels_in_row = tiles_across * kTile * kTile;
+      const std::size_t pixels_in_row = tiles_across * kPixelsOfTile;
       tiles.nearness.resize(pixels_in_row);
       tiles.numbers.resize(pixels_in_row);
       tiles.farthest.resize(tiles_across);
@@ -393,7 +407,7 @@ class SoftwarePainter final : public Painter {
                    static_cast<float>(lightmap_.height - 1)};
     paint.gain = static_cast<float>(sitting.light_gain / (255.0 * 65536.0));
     for (std::size_t i = 0; i < 3; ++i) {
-      paint.sky |= static_cast<std::uint32_t>(sitting.sky_bgr[i] * 255.0F + 0.5F) << (8 * i);
+      paint.sky |= static_cast<std::uint32_t>(std::lround(sitting.sky_bgr[i] * 255)) << (8 * i);
     }
     return paint;
   }
@@ -417,8 +431,8 @@ class SoftwarePainter final : public Painter {
     if (!(std::abs(px) <= kGuard_px && std::abs(py) <= kGuard_px)) {
       return false;
     }
-    x = static_cast<std::int32_t>(std::floor(px * kPerPixel + 0.5));
-    y = static_cast<std::int32_t>(std::floor(py * kPerPixel + 0.5));
+    x = static_cast<std::int32_t>(std::lround(px * kPerPixel));
+    y = static_cast<std::int32_t>(std::lround(py * kPerPixel));
     return true;
   }
 
@@ -591,10 +605,9 @@ class SoftwarePainter final : public Painter {
     cv::cvtColor(bgra, bgr, cv::COLOR_BGRA2BGR);
     for (int row = 0; row < rows_px; ++row) {
       if (!drawn.floor_label.empty()) {
-        std::memcpy(
-            drawn.floor_label.ptr(y + row),
-            &memory.pixels.floor[static_cast<std::size_t>(row) * static_cast<std::size_t>(stride)],
-            static_cast<std::size_t>(width_px_));
+        std::memcpy(drawn.floor_label.ptr(y + row),
+                    &memory.pixels.floor[pixel_of(0, row, columns_)],
+                    static_cast<std::size_t>(width_px_));
       }
       float* depth_m = drawn.depth_m.empty() ? nullptr : drawn.depth_m.ptr<float>(y + row);
       std::uint16_t* instance =
@@ -603,7 +616,7 @@ class SoftwarePainter final : public Painter {
         continue;
       }
       for (int x = 0; x < width_px_; ++x) {
-        const auto at = static_cast<std::size_t>((x / kTile * kTile + row) * kTile + x % kTile);
+        const std::size_t at = first_of(x / kTile, row) + static_cast<std::size_t>(x % kTile);
         if (depth_m != nullptr) {
           depth_m[x] = 1.0F / memory.tiles.nearness[at];  // nothing is infinitely far
         }

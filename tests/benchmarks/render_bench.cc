@@ -82,10 +82,15 @@ const World& fine_office() {
   return world;
 }
 
+template <PainterKind painter>
 Renderer& fine_renderer() {
   cv::setNumThreads(1);
   set_render_threads(2);
-  static Renderer renderer(fine_office());
+  static Renderer renderer = [] {
+    RendererOptions options;
+    options.painter = painter;
+    return Renderer(fine_office(), options);
+  }();
   return renderer;
 }
 
@@ -102,8 +107,9 @@ View aisle_view(int k, int width_px) {
 }
 
 /// One picture; the CPU time of all threads counts.
+template <PainterKind painter>
 void draw_pictures(benchmark::State& state, const Ask& ask) {
-  Renderer& renderer = fine_renderer();
+  Renderer& renderer = fine_renderer<painter>();
   int k = 0;
   for (auto _ : state) {
     benchmark::DoNotOptimize(renderer.draw(aisle_view(k++, static_cast<int>(state.range(0))), ask));
@@ -111,12 +117,20 @@ void draw_pictures(benchmark::State& state, const Ask& ask) {
   state.counters["triangles"] = static_cast<double>(triangles_of(fine_office()));
 }
 
-void picture(benchmark::State& state) { draw_pictures(state, {}); }
+void picture(benchmark::State& state) { draw_pictures<PainterKind::kSoftware>(state, {}); }
 BENCHMARK(picture)->Arg(320)->Arg(640)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+
+void picture_by_osmesa(benchmark::State& state) { draw_pictures<PainterKind::kOsMesa>(state, {}); }
+BENCHMARK(picture_by_osmesa)
+    ->Arg(320)
+    ->Arg(640)
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
 
 /// The same with floor label, instance and depth.
 void picture_with_labels(benchmark::State& state) {
-  draw_pictures(state, {.floor_label = true, .depth = true, .instance = true});
+  draw_pictures<PainterKind::kSoftware>(state,
+                                        {.floor_label = true, .depth = true, .instance = true});
 }
 BENCHMARK(picture_with_labels)
     ->Arg(320)
@@ -126,7 +140,7 @@ BENCHMARK(picture_with_labels)
 
 /// The first picture of a process whose light and shadow are known: from the world in memory.
 void first_picture(benchmark::State& state) {
-  fine_renderer();
+  fine_renderer<PainterKind::kSoftware>();
   for (auto _ : state) {
     Renderer renderer(fine_office());
     benchmark::DoNotOptimize(renderer.draw(aisle_view(0, 320)));
