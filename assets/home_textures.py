@@ -4,7 +4,7 @@
 import math
 
 from canvas import Canvas, add, mix, shade, smooth_noise
-from textures import BLUE, COLOURS, GREEN, INK, ORANGE, RED, TEAL, YELLOW, fabric, knots, paper, wood
+from textures import BLUE, COLOURS, GREEN, INK, ORANGE, RED, TEAL, YELLOW, clock_face, fabric, knots, paper, wood
 
 OAK, WALNUT, WHITE = (196, 156, 108), (128, 92, 64), (232, 230, 222)
 
@@ -772,14 +772,7 @@ def things(rng):
             for _ in range(12):
                 c.ellipse(rng.randint(20, 104), rng.randrange(s), 3, 3, (150, 140, 120))
         elif name == "clock":
-            c.rect(0, 0, s, s, (150, 96, 60))
-            c.ellipse(64, 64, 56, 56, (60, 40, 26))
-            c.ellipse(64, 64, 50, 50, (248, 244, 230))
-            for h in range(12):
-                a = h * math.pi / 6
-                c.line(64 + 38 * math.sin(a), 64 - 38 * math.cos(a), 64 + 47 * math.sin(a), 64 - 47 * math.cos(a), INK, 4)
-            c.line(64, 64, 40, 52, INK, 5)
-            c.line(64, 64, 70, 24, INK, 3)
+            clock_face(c, 56, (150, 96, 60), (60, 40, 26), (248, 244, 230), 9, (40, 52), (70, 24))
         else:
             c.rect(0, 0, s, s, (196, 140, 90))
             for k in range(7):

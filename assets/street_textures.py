@@ -328,13 +328,18 @@ def roof(rng):
     return c
 
 
+def foliage(c, rng, count, lengths, greens):
+    """So many leaves all over, from the shortest to the longest."""
+    for _ in range(count):
+        x, y, angle, length = rng.randrange(c.w), rng.randrange(c.h), rng.uniform(0, 6.28), rng.uniform(*lengths)
+        colour = shade(rng.choice(greens), rng.uniform(0.7, 1.15))
+        around(c, x, y, lengths[1] + 2, lambda px, py: leaf(c, px, py, length, angle, colour))
+
+
 def hedge(rng):
     """1.2 m of a clipped hedge."""
     c = Canvas(512, 512, (42, 62, 36))
-    for _ in range(2100):
-        x, y, a, n = rng.randrange(512), rng.randrange(512), rng.uniform(0, 6.28), rng.uniform(13, 26)
-        col = shade(rng.choice([(84, 124, 62), (110, 146, 76), (66, 104, 56), (136, 164, 88)]), rng.uniform(0.7, 1.15))
-        around(c, x, y, 28, lambda px, py: leaf(c, px, py, n, a, col))
+    foliage(c, rng, 2100, (13, 26), [(84, 124, 62), (110, 146, 76), (66, 104, 56), (136, 164, 88)])
     for _ in range(70):
         x, y = rng.randrange(500), rng.randrange(500)
         blossom(c, x, y, 5, rng.choice([(240, 240, 226), (236, 200, 210)]), rng)
@@ -344,10 +349,7 @@ def hedge(rng):
 def crown(rng):
     """The crown of a tree, some sky in it."""
     c = Canvas(256, 256, (58, 84, 44))
-    for _ in range(900):
-        x, y, a, n = rng.randrange(256), rng.randrange(256), rng.uniform(0, 6.28), rng.uniform(9, 20)
-        col = shade(rng.choice([(96, 140, 66), (124, 160, 80), (70, 112, 56), (150, 176, 96)]), rng.uniform(0.7, 1.15))
-        around(c, x, y, 22, lambda px, py: leaf(c, px, py, n, a, col))
+    foliage(c, rng, 900, (9, 20), [(96, 140, 66), (124, 160, 80), (70, 112, 56), (150, 176, 96)])
     for _ in range(40):
         c.ellipse(rng.randrange(256), rng.randrange(256), rng.uniform(2, 5), rng.uniform(2, 5), (190, 214, 230), 0.9)
     return c

@@ -970,6 +970,19 @@ SIGNS = ["fire_plan", "clock", "calendar", "socket", "switch", "exit", "extingui
          "picture", "certificate", "no_smoking", "recycling", "arrow", "first_aid"]
 
 
+def clock_face(c, r, case, rim, dial, mark, hour, minute):
+    """A clock of radius r on a picture of 128 px: its marks of the hours are so long, its hands point there."""
+    c.rect(0, 0, 128, 128, case)
+    c.ellipse(64, 64, r, r, rim)
+    c.ellipse(64, 64, r - 6, r - 6, dial)
+    for h in range(12):
+        x, y = math.sin(h * math.pi / 6), -math.cos(h * math.pi / 6)
+        out = r - 9
+        c.line(64 + (out - mark) * x, 64 + (out - mark) * y, 64 + out * x, 64 + out * y, INK, 4)
+    c.line(64, 64, *hour, INK, 5)
+    c.line(64, 64, *minute, INK, 3)
+
+
 def signs(rng):
     sheet = Canvas(512, 512)
     for k, name in enumerate(SIGNS):
@@ -983,14 +996,7 @@ def signs(rng):
             c.polyline([(20, 110), (20, 64), (70, 64), (70, 40), (112, 40)], GREEN, 4)
             c.ellipse(20, 110, 5, 5, BLUE)
         elif name == "clock":
-            c.rect(0, 0, 128, 128, (60, 62, 68))
-            c.ellipse(64, 64, 58, 58, (30, 30, 34))
-            c.ellipse(64, 64, 52, 52, (252, 252, 250))
-            for h in range(12):
-                a = h * math.pi / 6
-                c.line(64 + 42 * math.sin(a), 64 - 42 * math.cos(a), 64 + 49 * math.sin(a), 64 - 49 * math.cos(a), INK, 4)
-            c.line(64, 64, 84, 44, INK, 5)
-            c.line(64, 64, 56, 24, INK, 3)
+            clock_face(c, 58, (60, 62, 68), (30, 30, 34), (252, 252, 250), 7, (84, 44), (56, 24))
             c.line(64, 64, 40, 92, RED, 2)
         elif name == "calendar":
             c.rect(0, 0, 128, 30, TEAL)
