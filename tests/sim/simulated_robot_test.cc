@@ -75,6 +75,58 @@ SimulatedRobot robot_with(const SimulatedOptions& options, std::uint64_t seed = 
   return SimulatedRobot(options, room(), Body{}, two_cameras(), Rng(seed));
 }
 
+Rig front_camera_alone() {
+  Rig rig = two_cameras();
+  rig.cameras.erase("floor");
+  return rig;
+}
+
+Observation next_set(SimulatedRobot& robot) {
+  return robot.observe(robot.now() + std::chrono::seconds(1));
+}
+
+Observation last_until(double at_s, SimulatedRobot& robot) {
+  Observation seen;
+  while (robot.now() < time_at(at_s)) {
+    seen = robot.observe(time_at(at_s));
+  }
+  return seen;
+}
+
+// Where a picture was drawn from, and when.
+struct Shot {
+  Pose3 T_scene_camera;
+  Moment moment;
+};
+
+/// The same, all that is drawn in it kept in `shots` in its order.
+Surroundings keeping(std::vector<Shot>& shots, Surroundings around) {
+  around.draw = [&shots, inner = around.draw](const View& view, const Ask& ask,
+                                              const Moment& moment) {
+    shots.push_back({view.T_scene_camera, moment});
+    return inner(view, ask, moment);
+  };
+  return around;
+}
+
+World with_walker(const std::vector<Vec2>& path_scene) {
+  World world;
+  world.objects.resize(1);
+  world.objects[0].name = "walker";
+  world.objects[0].kind = Object::Kind::kPerson;
+  Person person;
+  person.path_scene = path_scene;
+  world.people = {person};
+  return world;
+}
+
+/// The room with what moves in a world.
+Surroundings room_of(const World& world) {
+  Surroundings around = room();
+  around.things = Things(world, 0.02, 0.8);
+  return around;
+}
+
 std::string refusal(const std::function<void()>& what) {
   try {
     what();
@@ -127,7 +179,7 @@ TEST(SimulatedOptions, AreReadWithAllTheirErrors) {
 TEST(SimulatedRobot, DeliversFrameSetsOnTheRigsGridFromTimeZero) {
   SimulatedRobot robot = robot_with(starting_at(1, 1));
   for (std::int64_t k = 0; k < 31; ++k) {
-    const Observation seen = robot.observe(robot.now() + std::chrono::seconds(1));
+    const Observation seen = next_set(robot);
     const std::int64_t expected_ns = (k * 1'000'000'000 + 7) / 15;
     EXPECT_EQ(seen.stamp.time_since_epoch().count(), expected_ns);
     EXPECT_EQ(robot.now(), seen.stamp);
@@ -172,9 +224,7 @@ TEST(SimulatedRobot, StopsWhenNotTold) {
   SimulatedRobot robot = robot_with(starting_at(1, 1));
   robot.observe(Time());
   robot.drive({0.5, 0}, std::chrono::milliseconds(500));
-  while (robot.now() < time_at(3)) {
-    robot.observe(time_at(3));
-  }
+  last_until(3, robot);
   const Truth truth = *robot.truth();
   EXPECT_EQ(truth.poses.back().twist_body.v_mps, 0);
   // 0.5 s up at 0.6 m/s2 and the same down
@@ -205,9 +255,7 @@ TEST(SimulatedRobot, TellsContactsClearanceAndBumper) {
   EXPECT_NEAR(robot.truth()->poses.front().clearance_m, 0.75, 1e-9);
   EXPECT_FALSE(seen.health.bumper_pressed);
   robot.drive({0.5, 0}, std::chrono::seconds(10));
-  while (robot.now() < time_at(5)) {
-    seen = robot.observe(time_at(5));
-  }
+  seen = last_until(5, robot);
   EXPECT_TRUE(seen.health.bumper_pressed);
   const Truth truth = *robot.truth();
   ASSERT_THAT(truth.contacts, SizeIs(1));
@@ -305,23 +353,12 @@ TEST(SimulatedRobot, RefusesCamerasInsideTheRobotOrUnderTheFloor) {
   EXPECT_EQ(mounted_at({0.26, 0, 0.2}), "nothing refused");
 }
 
-// Where each picture was drawn from, in order, by a robot that reaches any speed at once.
-struct Shot {
-  Pose3 T_scene_camera;
-  Moment moment;
-};
-
 TEST(SimulatedRobot, PicturesBetweenItsStepsLieOnTheExactArc) {
   std::vector<Shot> shots;
-  Surroundings around = room();
-  around.draw = [&, inner = around.draw](const View& view, const Ask& ask, const Moment& moment) {
-    shots.push_back({view.T_scene_camera, moment});
-    return inner(view, ask, moment);
-  };
-  Body quick;
+  const Surroundings around = keeping(shots, room());
+  Body quick;  // reaches any speed at once
   quick.max_accel_mps2 = quick.max_turn_accel_radps2 = 1e6;
-  Rig rig;
-  rig.cameras["front"] = two_cameras().cameras.at("front");
+  Rig rig = front_camera_alone();
   rig.cameras["front"].rate_hz = 29.97;
   SimulatedOptions options = starting_at(1, 4);
   options.sensor.motion_blur = false;
@@ -354,7 +391,7 @@ TEST(SimulatedRobot, KeepsCamerasOfDifferentRatesAndSizesInOneRig) {
   SimulatedRobot robot(starting_at(1, 1), room(), Body{}, rig, Rng(1));
   std::vector<std::size_t> with_floor;
   for (std::size_t k = 0; k < 50; ++k) {
-    const Observation seen = robot.observe(robot.now() + std::chrono::seconds(1));
+    const Observation seen = next_set(robot);
     EXPECT_EQ(seen.stamp, time_at(0.04 * static_cast<double>(k)));
     ASSERT_EQ(seen.pictures.count("front"), 1U);
     if (const auto floor = seen.pictures.find("floor"); floor != seen.pictures.end()) {
@@ -373,8 +410,8 @@ TEST(SimulatedRobot, DeliversSetsLaterThanTheyAreTaken) {
   SimulatedRobot late = robot_with(options);
   SimulatedRobot prompt = robot_with(starting_at(1, 1));
   for (int k = 0; k < 30; ++k) {
-    const Observation seen = late.observe(late.now() + std::chrono::seconds(1));
-    const Observation same = prompt.observe(prompt.now() + std::chrono::seconds(1));
+    const Observation seen = next_set(late);
+    const Observation same = next_set(prompt);
     EXPECT_EQ(seen.stamp, same.stamp);
     EXPECT_EQ(late.now(), seen.stamp + std::chrono::milliseconds(100));
     EXPECT_THAT(seen.pictures, SizeIs(2));
@@ -400,7 +437,7 @@ TEST(SimulatedRobot, OdometryIsOfTheStampNotOfTheDelivery) {
   robot.drive({0.5, 0}, std::chrono::seconds(9));
   Observation seen;
   for (int k = 0; k < 30; ++k) {
-    seen = robot.observe(robot.now() + std::chrono::seconds(1));
+    seen = next_set(robot);
   }
   const double way_m = robot.truth()->poses.back().T_scene_body.x_m - 1;
   constexpr double kTick_m = 0.00123;
@@ -414,7 +451,7 @@ TEST(SimulatedRobot, SaysByNameWhichCamerasAreMissing) {
   SimulatedRobot robot = robot_with(options);
   int with_floor = 0;
   for (int k = 0; k < 60; ++k) {
-    const Observation seen = robot.observe(robot.now() + std::chrono::seconds(1));
+    const Observation seen = next_set(robot);
     EXPECT_EQ(seen.pictures.count("front"), 1U);
     with_floor += seen.pictures.count("floor") > 0 ? 1 : 0;
   }
@@ -425,11 +462,7 @@ TEST(SimulatedRobot, AnotherCameraChangesNothingForTheRest) {
   const auto last = [](const Rig& rig) {
     SimulatedRobot robot(starting_at(1, 1), room(), Body{}, rig, Rng(3));
     robot.follow({{{5, 1}}, 0.5});
-    Observation seen;
-    while (robot.now() < time_at(2)) {
-      seen = robot.observe(time_at(2));
-    }
-    return seen;
+    return last_until(2, robot);
   };
   Rig more = two_cameras();
   more.cameras["extra"] = more.cameras["front"];
@@ -444,21 +477,15 @@ TEST(SimulatedRobot, AnotherCameraChangesNothingForTheRest) {
 
 TEST(SimulatedRobot, TiltsItsCamerasAndNotItsWay) {
   std::vector<Shot> shots;
-  Surroundings around = room();
-  around.draw = [&, inner = around.draw](const View& view, const Ask& ask, const Moment& moment) {
-    shots.push_back({view.T_scene_camera, moment});
-    return inner(view, ask, moment);
-  };
-  Rig rig;
-  rig.cameras["front"] = two_cameras().cameras.at("front");
+  const Surroundings around = keeping(shots, room());
   WavesAttitude waves;
   waves.pitch = {{0.1, 1, 0}};
   SimulatedOptions options = starting_at(1, 1);
   options.attitude = waves;
   options.sensor.motion_blur = false;
-  SimulatedRobot robot(options, around, Body{}, rig, Rng(1));
+  SimulatedRobot robot(options, around, Body{}, front_camera_alone(), Rng(1));
   for (int k = 0; k < 15; ++k) {
-    robot.observe(robot.now() + std::chrono::seconds(1));
+    next_set(robot);
   }
   const Truth truth = *robot.truth();
   for (std::size_t k = 0; k < truth.poses.size(); ++k) {
@@ -521,29 +548,15 @@ TEST(SimulatedRobot, KeepsTheTruthOfEveryPictureWhereItIsAsked) {
 }
 
 TEST(SimulatedRobot, MeetsAndSeesPeopleWhereTheyAre) {
-  World world;
-  world.objects.resize(1);
-  world.objects[0].name = "walker";
-  world.objects[0].kind = Object::Kind::kPerson;
-  Person person;
-  person.path_scene = {{5, 1}, {1, 1}};
-  person.waits_m = 0;
-  world.people = {person};
+  World world = with_walker({{5, 1}, {1, 1}});
+  world.people[0].waits_m = 0;
   world.light_events = {{time_at(1), from_seconds(1), "lamps", 0.5}};
   std::vector<Shot> shots;
-  Surroundings around = room();
-  around.things = Things(world, 0.02, 0.8);
-  around.draw = [&, inner = around.draw](const View& view, const Ask& ask, const Moment& moment) {
-    shots.push_back({view.T_scene_camera, moment});
-    return inner(view, ask, moment);
-  };
+  const Surroundings around = keeping(shots, room_of(world));
   SimulatedOptions options = starting_at(1, 1);
   options.sensor.motion_blur = false;
   SimulatedRobot robot(options, around, Body{}, two_cameras(), Rng(1));
-  Observation seen;
-  while (robot.now() < time_at(5)) {
-    seen = robot.observe(time_at(5));
-  }
+  const Observation seen = last_until(5, robot);
   EXPECT_TRUE(seen.health.bumper_pressed);
   const Truth truth = *robot.truth();
   EXPECT_NEAR(truth.poses.back().clearance_m, 0, 1e-6);
@@ -557,15 +570,7 @@ TEST(SimulatedRobot, MeetsAndSeesPeopleWhereTheyAre) {
 }
 
 TEST(SimulatedRobot, DrawsNoStartBesideThingsThatMove) {
-  World world;
-  world.objects.resize(1);
-  world.objects[0].name = "walker";
-  world.objects[0].kind = Object::Kind::kPerson;
-  Person person;
-  person.path_scene = {{1, 1}, {1, 2}};
-  world.people = {person};
-  Surroundings around = room();
-  around.things = Things(world, 0.02, 0.8);
+  const Surroundings around = room_of(with_walker({{1, 1}, {1, 2}}));
   EXPECT_EQ(refusal([&] {
               SimulatedRobot(starting_at(1.5, 1), around, Body{}, two_cameras(), Rng(1));
             }).substr(0, 67),
