@@ -94,6 +94,17 @@ TEST(Trigger, OffsetAndPeriodErrorAreRecoveredToTheNanosecond) {
   }
 }
 
+TEST(Trigger, OfTwoPicturesInOneSetTheLaterIsDelivered) {
+  TriggerOptions options;
+  options.groups["usb"] = {{"quick"}, 0, -0.1, 0, 0};
+  const std::vector<FrameSet> all = sets(options, rig_of({{"base", 20}, {"quick", 20}}), 100);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const auto last = static_cast<std::int64_t>(k) * 50 / 45;  // in periods of 50 and 45 ms
+    EXPECT_EQ(all[k].pictures.at("quick").number, last);
+    EXPECT_EQ(all[k].pictures.at("quick").stamp, time_at(0.045 * static_cast<double>(last)));
+  }
+}
+
 TEST(Trigger, AGroupJittersTogetherWhateverItsRates) {
   TriggerOptions options;
   options.groups["bus"] = {{"a", "b"}, 0, 0, 0.002, 0};
