@@ -339,22 +339,22 @@ void SimulatedRobot::keep_truth(const Camera& camera, Time stamp, const Pose3& T
 
 Picture SimulatedRobot::take(Camera& camera, const DuePicture& due) {
   const Record then = at(due.stamp);
-  const Moment moment = drive_world_.things().moment(due.stamp, then.places);
   const Pose3 T_level = T_level_body(due.stamp, then);
-  const auto T_scene_camera_at = [&](Duration dt) {
+  const auto instant_at = [&](Duration dt) {
     const Time t = due.stamp + dt;
     const Record state = at(t);
     const Pose3 T_scene_level = on_floor(state.T_scene_body);
-    return attitude_.level() ? T_scene_level * camera.rig.T_body_camera
-                             : T_scene_level * T_level_body(t, state) * camera.rig.T_body_camera;
+    // Lamps as in the middle: of a light that changes evenly that is the mean.
+    return Instant{attitude_.level()
+                       ? T_scene_level * camera.rig.T_body_camera
+                       : T_scene_level * T_level_body(t, state) * camera.rig.T_body_camera,
+                   drive_world_.things().moment(due.stamp, state.places)};
   };
   const bool maps_floor = camera.rig.floor.has_value();
-  const Taken taken = camera.sensor.take(
-      [&](const View& view, const Ask& ask) { return surroundings_.draw(view, ask, moment); },
-      T_scene_camera_at, due.number,
-      {.floor_label = maps_floor || truth_options_.labels,
-       .depth = truth_options_.depth,
-       .instance = truth_options_.labels});
+  const Taken taken = camera.sensor.take(surroundings_.draw, instant_at, due.number,
+                                         {.floor_label = maps_floor || truth_options_.labels,
+                                          .depth = truth_options_.depth,
+                                          .instance = truth_options_.labels});
   if (camera.floor) {
     camera.floor->mark(taken.floor_label, then.T_scene_body, seen_);
   } else if (maps_floor) {
@@ -363,7 +363,7 @@ Picture SimulatedRobot::take(Camera& camera, const DuePicture& due) {
     SeenFloor(tilted, body_).mark(taken.floor_label, then.T_scene_body, seen_);
   }
   if (truth_options_.depth || truth_options_.labels) {
-    keep_truth(camera, due.stamp, T_scene_camera_at(Duration(0)), taken);
+    keep_truth(camera, due.stamp, instant_at(Duration{}).T_scene_camera, taken);
   }
   return {due.stamp, taken.bgr};
 }

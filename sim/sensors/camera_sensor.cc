@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -96,6 +98,44 @@ bool same(const Pose3& a, const Pose3& b) {
   return a.rotation.coeffs() == b.rotation.coeffs() && a.translation == b.translation;
 }
 
+bool same_places(const Moment& a, const Moment& b) {
+  return std::ranges::equal(a.T_scene_object, b.T_scene_object,
+                            [](const auto& one, const auto& other) {
+                              return one.first == other.first && same(one.second, other.second);
+                            });
+}
+
+/// A point of what the camera sees.
+struct Scouted {
+  Vec3 p_camera;
+  std::size_t instance = 0;  ///< as in Drawn
+};
+
+/// Where what the camera sees now lies before it at another instant. What has left the place that
+/// the world gives it at one of the two alone counts as standing.
+class Shift {
+ public:
+  Shift(const Instant& then, const Instant& now)
+      : T_then_now_(then.T_scene_camera.inverse() * now.T_scene_camera) {
+    for (const auto& [object, T_scene_now] : now.moment.T_scene_object) {
+      const auto place = then.moment.T_scene_object.find(object);
+      if (place != then.moment.T_scene_object.end() && !same(place->second, T_scene_now)) {
+        moving_[1 + object] = then.T_scene_camera.inverse() * place->second *
+                              T_scene_now.inverse() * now.T_scene_camera;
+      }
+    }
+  }
+
+  Vec3 operator()(const Scouted& point) const {
+    const auto moving = moving_.find(point.instance);
+    return (moving == moving_.end() ? T_then_now_ : moving->second) * point.p_camera;
+  }
+
+ private:
+  Pose3 T_then_now_;
+  std::map<std::size_t, Pose3> moving_;  // by instance
+};
+
 void place(const Drawn& band, int row, Taken& taken) {
   const auto rows = [&](const cv::Mat& from, cv::Mat& to) {
     if (!from.empty()) {
@@ -136,6 +176,8 @@ void bind(Fields& f, SensorOptions& o) {
 
 class CameraSensor::Impl {
  public:
+  using At = std::function<Instant(Duration)>;
+
   Impl(const std::string& name, const Intrinsics& lens, const SensorOptions& options,
        const Rng& rng)
       : lens_(lens),
@@ -151,13 +193,12 @@ class CameraSensor::Impl {
     }
   }
 
-  Taken take(const Draw& draw, const std::function<Pose3(Duration)>& T_scene_camera_at,
-             std::int64_t picture, const Ask& ask) {
+  Taken take(const DrawMoment& draw, const At& at, std::int64_t picture, const Ask& ask) {
     PANOPTES_CHECK(!last_picture_ || picture > *last_picture_, "pictures are taken in their order");
     if (!last_picture_ && std::holds_alternative<AutoExposure>(options_.exposure)) {
-      settle(draw, T_scene_camera_at(Duration{}));
+      settle(draw, at(Duration{}));
     }
-    Taken taken = let_in(draw, T_scene_camera_at, ask);
+    Taken taken = let_in(draw, at, ask);
     taken.bgr = developed(taken.bgr, picture, true);
     if (std::holds_alternative<AutoExposure>(options_.exposure)) {
       const auto& meter = std::get<AutoExposure>(options_.exposure);
@@ -187,10 +228,19 @@ class CameraSensor::Impl {
     set_light(exposure_ms_ * gain_ * std::pow(ratio, 2 * part));
   }
 
-  void settle(const Draw& draw, const Pose3& T_scene_camera) {
+  Drawn look(const DrawMoment& draw, const Instant& now, const Ask& ask, int first, int end) {
+    return view_.draw(
+        [&](const View& view, const Ask& of_view) { return draw(view, of_view, now.moment); },
+        now.T_scene_camera, drawn_gain(), ask, first, end);
+  }
+  Drawn look(const DrawMoment& draw, const Instant& now, const Ask& ask) {
+    return look(draw, now, ask, 0, lens_.height_px);
+  }
+
+  void settle(const DrawMoment& draw, const Instant& now) {
     for (int i = 0; i < kSettlingLooks; ++i) {
       const double before_ms = exposure_ms_ * gain_;
-      cv::Mat bgr = view_.draw(draw, T_scene_camera, drawn_gain(), {}).bgr;
+      cv::Mat bgr = look(draw, now, {}).bgr;
       adapt(developed(bgr, 0, false), 1);
       constexpr double kClose = 0.02;
       if (std::abs(exposure_ms_ * gain_ / before_ms - 1) < kClose) {
@@ -216,23 +266,21 @@ class CameraSensor::Impl {
   }
 
   /// The light on the sensor over the exposure of every row.
-  Taken let_in(const Draw& draw, const std::function<Pose3(Duration)>& T_scene_camera_at,
-               const Ask& ask) {
+  Taken let_in(const DrawMoment& draw, const At& at, const Ask& ask) {
     const Duration exposure = options_.motion_blur ? from_ms(exposure_ms_) : Duration{};
     const Duration readout = from_seconds(options_.row_us * 1e-6 * (lens_.height_px - 1));
-    const Pose3 T_scene_camera = T_scene_camera_at(Duration{});
+    const Instant now = at(Duration{});
     int drawings = 1;
     int bands = 1;
-    if (moves(T_scene_camera_at, exposure + readout)) {
-      const std::vector<Vec3> seen_camera = scout(draw, T_scene_camera);
-      drawings = drawings_over(motion_px(seen_camera, T_scene_camera_at, exposure));
-      bands = std::clamp(static_cast<int>(std::ceil(
-                             motion_px(seen_camera, T_scene_camera_at, readout) / kRowsStep_px)),
+    if (moves(at, exposure + readout)) {
+      const std::vector<Scouted> seen = scout(draw, now);
+      drawings = drawings_over(motion_px(seen, at, exposure));
+      bands = std::clamp(static_cast<int>(std::ceil(motion_px(seen, at, readout) / kRowsStep_px)),
                          1, std::min(kMostBands, lens_.height_px));
     }
     Taken taken;
     if (drawings == 1 && bands == 1) {
-      Drawn drawn = view_.draw(draw, T_scene_camera, drawn_gain(), ask);
+      Drawn drawn = look(draw, now, ask);
       return {drawn.bgr, drawn.floor_label, drawn.depth_m, drawn.instance};
     }
     const cv::Size size(lens_.width_px, lens_.height_px);
@@ -252,24 +300,21 @@ class CameraSensor::Impl {
       const double after_middle = (first + end - lens_.height_px) / 2.0;  // rows
       const Duration band_at =
           bands == 1 ? Duration{} : from_seconds(options_.row_us * 1e-6 * after_middle);
-      place(integrated(draw, T_scene_camera_at, band_at, exposure, drawings, ask, first, end),
-            first, taken);
+      place(integrated(draw, at, band_at, exposure, drawings, ask, first, end), first, taken);
     }
     return taken;
   }
 
   /// The mean light on some rows over an exposure about `middle`; the truth is the middle's.
-  Drawn integrated(const Draw& draw, const std::function<Pose3(Duration)>& T_scene_camera_at,
-                   Duration middle, Duration exposure, int drawings, const Ask& ask, int first,
-                   int end) {
+  Drawn integrated(const DrawMoment& draw, const At& at, Duration middle, Duration exposure,
+                   int drawings, const Ask& ask, int first, int end) {
     Drawn out;
     cv::Mat light;
     for (int i = 0; i < drawings; ++i) {
       const double part = (i + 0.5) / drawings - 0.5;
-      const Duration at = middle + from_seconds(part * to_seconds(exposure));
+      const Instant now = at(middle + from_seconds(part * to_seconds(exposure)));
       const bool is_middle = 2 * i + 1 == drawings;
-      Drawn drawn = view_.draw(draw, T_scene_camera_at(at), drawn_gain(), is_middle ? ask : Ask{},
-                               first, end);
+      Drawn drawn = look(draw, now, is_middle ? ask : Ask{}, first, end);
       if (drawings == 1) {
         return drawn;
       }
@@ -284,9 +329,14 @@ class CameraSensor::Impl {
 
   /// Whether anything in the picture could move by more than is let pass within `span` about the
   /// middle.
-  bool moves(const std::function<Pose3(Duration)>& T_scene_camera_at, Duration span) const {
-    const Pose3 before = T_scene_camera_at(-span / 2);
-    const Pose3 after = T_scene_camera_at(span / 2);
+  bool moves(const At& at, Duration span) const {
+    const Instant first = at(-span / 2);
+    const Instant last = at(span / 2);
+    if (!same_places(first.moment, last.moment)) {
+      return true;
+    }
+    const Pose3& before = first.T_scene_camera;
+    const Pose3& after = last.T_scene_camera;
     if (same(before, after)) {
       return false;
     }
@@ -297,9 +347,9 @@ class CameraSensor::Impl {
     return (turn_rad + shift_m / kNearest_m) * finest_px > std::min(kBlurStep_px, kRowsStep_px);
   }
 
-  /// Points all over the picture, from a small drawing.
-  std::vector<Vec3> scout(const Draw& draw, const Pose3& T_scene_camera) const {
-    std::vector<Vec3> seen_camera;
+  /// Points all over the picture, from a small drawing; what they are of only where things move.
+  std::vector<Scouted> scout(const DrawMoment& draw, const Instant& now) const {
+    std::vector<Scouted> seen;
     for (const LensView::Face& face : view_.faces()) {
       View view;
       view.intrinsics = face.pinhole;
@@ -312,35 +362,36 @@ class CameraSensor::Impl {
       small.fy_px *= down;
       small.cx_px = (small.cx_px + 0.5) * across - 0.5;
       small.cy_px = (small.cy_px + 0.5) * down - 0.5;
-      view.T_scene_camera = T_scene_camera * face.T_camera_face;
-      const cv::Mat depth_m = draw(view, {.depth = true}).depth_m;
-      for (int v = 0; v < depth_m.rows; ++v) {
-        for (int u = 0; u < depth_m.cols; ++u) {
-          const auto z_m = static_cast<double>(depth_m.at<float>(v, u));
+      view.T_scene_camera = now.T_scene_camera * face.T_camera_face;
+      const bool has_things = !now.moment.T_scene_object.empty();
+      const Drawn drawn = draw(view, {.depth = true, .instance = has_things}, now.moment);
+      for (int v = 0; v < drawn.depth_m.rows; ++v) {
+        for (int u = 0; u < drawn.depth_m.cols; ++u) {
+          const auto z_m = static_cast<double>(drawn.depth_m.at<float>(v, u));
           const Vec3 p_face = small.ray(Vec2(u, v)) * (std::isfinite(z_m) ? z_m : kFar_m);
           const Vec3 p_camera = face.T_camera_face * p_face;
           if (lens_.sees(p_camera)) {
-            seen_camera.push_back(p_camera);
+            seen.push_back(
+                {p_camera, has_things ? drawn.instance.at<std::uint16_t>(v, u) : std::size_t{0}});
           }
         }
       }
     }
-    return seen_camera;
+    return seen;
   }
 
   /// How far anything of it moves over the picture within `span` about the middle.
-  double motion_px(const std::vector<Vec3>& seen_camera,
-                   const std::function<Pose3(Duration)>& T_scene_camera_at, Duration span) const {
+  double motion_px(const std::vector<Scouted>& seen, const At& at, Duration span) const {
     if (span == Duration{}) {
       return 0;
     }
-    const Pose3 T_scene_camera = T_scene_camera_at(Duration{});
-    const Pose3 T_before_camera = T_scene_camera_at(-span / 2).inverse() * T_scene_camera;
-    const Pose3 T_after_camera = T_scene_camera_at(span / 2).inverse() * T_scene_camera;
+    const Instant now = at(Duration{});
+    const Shift before(at(-span / 2), now);
+    const Shift after(at(span / 2), now);
     double most_px = 0;
-    for (const Vec3& p_camera : seen_camera) {
-      const Vec3 p_before = T_before_camera * p_camera;
-      const Vec3 p_after = T_after_camera * p_camera;
+    for (const Scouted& point : seen) {
+      const Vec3 p_before = before(point);
+      const Vec3 p_after = after(point);
       if (lens_.sees(p_before) && lens_.sees(p_after)) {
         most_px = std::max(most_px, (lens_.project(p_after) - lens_.project(p_before)).norm());
       }
@@ -370,9 +421,19 @@ CameraSensor::CameraSensor(const std::string& name, const Intrinsics& lens,
 CameraSensor::~CameraSensor() = default;
 CameraSensor::CameraSensor(CameraSensor&&) noexcept = default;
 
+Taken CameraSensor::take(const DrawMoment& draw, const std::function<Instant(Duration)>& at,
+                         std::int64_t picture, const Ask& ask) {
+  return impl_->take(draw, at, picture, ask);
+}
+
 Taken CameraSensor::take(const Draw& draw, const std::function<Pose3(Duration)>& T_scene_camera_at,
                          std::int64_t picture, const Ask& ask) {
-  return impl_->take(draw, T_scene_camera_at, picture, ask);
+  return impl_->take(
+      [&](const View& view, const Ask& of_view, const Moment&) { return draw(view, of_view); },
+      [&](Duration after) {
+        return Instant{T_scene_camera_at(after), {}};
+      },
+      picture, ask);
 }
 
 double CameraSensor::exposure_ms() const { return impl_->exposure_ms(); }

@@ -17,6 +17,7 @@
 #include "core/geometry/pose3.h"
 #include "sim/render/renderer.h"
 #include "sim/sensors/photosites.h"
+#include "sim/world/world.h"
 
 namespace panoptes::sim {
 
@@ -47,11 +48,17 @@ struct SensorOptions {
   double white_ms = 2;      ///< so long an exposure at gain 1 draws light 1 white
   double vignetting = 0.2;  ///< share of the light lost in the farthest corner, as cos^4 goes
   SensorNoise noise;
-  bool motion_blur = true;  ///< the picture is the mean over the exposure
+  bool motion_blur = true;  ///< the picture is the mean over the exposure, of what moves as well
   double row_us = 0;        ///< rows are exposed so long after one another; 0: all at once
   bool bayer = false;       ///< one colour a pixel (RGGB), the others interpolated
 };
 void bind(Fields& f, SensorOptions& o);
+
+/// Where the camera is and how the world looks at an instant.
+struct Instant {
+  Pose3 T_scene_camera;
+  Moment moment;
+};
 
 /// One picture as the sensor gives it, and the truth of it, pixel by pixel.
 struct Taken {
@@ -68,16 +75,20 @@ struct Taken {
 /// wider than one can show).
 class CameraSensor {
  public:
-  /// Draws the world of the moment as a pinhole sees it.
+  /// Draws the world as a pinhole sees it.
   using Draw = std::function<Drawn(const View&, const Ask&)>;
+  using DrawMoment = std::function<Drawn(const View&, const Ask&, const Moment&)>;
 
   CameraSensor(const std::string& name, const Intrinsics& lens, const SensorOptions& options,
                const Rng& rng);
   ~CameraSensor();
   CameraSensor(CameraSensor&&) noexcept;
 
-  /// `T_scene_camera_at(dt)` is the camera's pose `dt` after the middle of the exposure (of the
-  /// middle row). `picture` grows from call to call.
+  /// `at(dt)` is the instant `dt` after the middle of the exposure (of the middle row). `picture`
+  /// grows from call to call.
+  Taken take(const DrawMoment& draw, const std::function<Instant(Duration)>& at,
+             std::int64_t picture, const Ask& ask);
+  /// The same where the camera alone moves.
   Taken take(const Draw& draw, const std::function<Pose3(Duration)>& T_scene_camera_at,
              std::int64_t picture, const Ask& ask);
 

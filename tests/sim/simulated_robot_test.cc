@@ -569,6 +569,39 @@ TEST(SimulatedRobot, MeetsAndSeesPeopleWhereTheyAre) {
   EXPECT_NEAR(shots[60].moment.power.at("lamps"), 0.5, 1e-9);
 }
 
+TEST(SimulatedRobot, SeesPeopleAtEveryMomentOfAnExposure) {
+  std::vector<Shot> shots;
+  Surroundings around = room_of(with_walker({{5, 0.5}, {5, 5.5}}));
+  around.draw = [inner = around.draw](const View& view, const Ask& ask, const Moment& moment) {
+    Drawn drawn = inner(view, ask, moment);
+    if (ask.depth) {
+      drawn.depth_m = cv::Mat(drawn.bgr.size(), CV_32FC1, cv::Scalar(4));
+    }
+    if (ask.instance) {
+      drawn.instance = cv::Mat(drawn.bgr.size(), CV_16UC1, cv::Scalar(1));
+    }
+    return drawn;
+  };
+  around = keeping(shots, around);
+  SimulatedOptions options = starting_at(1, 3);
+  options.sensor.exposure = FixedExposure{160, 0.01};
+  SimulatedRobot robot(options, around, Body{}, front_camera_alone(), Rng(1));
+  for (int k = 0; k < 20; ++k) {
+    shots.clear();
+    next_set(robot);
+  }
+  // 1 m/s for 0.16 s, 4 m before a lens of 38 px: 1.5 px. A look at how far it is, then three.
+  ASSERT_THAT(shots, SizeIs(4));
+  const auto walked_m = [&](std::size_t from, std::size_t to) {
+    return shots[to].moment.T_scene_object.at(0).translation.y() -
+           shots[from].moment.T_scene_object.at(0).translation.y();
+  };
+  constexpr double kRoundoff_m = 1e-8;  // of stamps, cut to nanoseconds
+  EXPECT_NEAR(walked_m(1, 2), 0.16 / 3, kRoundoff_m);
+  EXPECT_NEAR(walked_m(2, 3), 0.16 / 3, kRoundoff_m);
+  EXPECT_EQ(walked_m(0, 2), 0);
+}
+
 TEST(SimulatedRobot, DrawsNoStartBesideThingsThatMove) {
   const Surroundings around = room_of(with_walker({{1, 1}, {1, 2}}));
   EXPECT_EQ(refusal([&] {

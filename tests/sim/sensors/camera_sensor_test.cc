@@ -152,6 +152,58 @@ TEST(CameraSensor, MotionTowardsNearThingsBlursToo) {
   EXPECT_EQ(drawings, 3);
 }
 
+// A sphere that turns to the left before a camera that stands, seen in objects 0 to 3, and
+// something behind the camera that moves too.
+std::function<Instant(Duration)> turning_world(double radps) {
+  return [radps](Duration after) {
+    Instant now;
+    for (std::size_t object = 0; object < 4; ++object) {
+      now.moment.T_scene_object[object] = turning(radps)(after).inverse();
+    }
+    now.moment.T_scene_object[4].translation.x() = to_seconds(after);
+    return now;
+  };
+}
+
+CameraSensor::DrawMoment drawing_things(const Light& light) {
+  return [light](View view, const Ask& ask, const Moment& moment) {
+    view.T_scene_camera = moment.T_scene_object.at(0).inverse() * view.T_scene_camera;
+    return draw_sphere(light, view, ask);
+  };
+}
+
+TEST(CameraSensor, WhatMovesBeforeItBlursAsUnderItsOwnMotion) {
+  SensorOptions options = clean();
+  options.exposure = FixedExposure{10, 0.4};
+  options.row_us = 50;
+  const Ask ask{.floor_label = true, .depth = true, .instance = true};
+  CameraSensor turns("a", kLens, options, Rng(1));
+  const Taken seen = turns.take(drawing(stripes), turning(5), 0, ask);
+  CameraSensor stands("a", kLens, options, Rng(1));
+  const Taken same = stands.take(drawing_things(stripes), turning_world(5), 0, ask);
+  EXPECT_EQ(cv::norm(same.bgr, seen.bgr, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(same.depth_m, seen.depth_m, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(same.instance, seen.instance, cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(same.bgr, draw_sphere(stripes, {kLens, {}}, {}).bgr, cv::NORM_INF), 10);
+}
+
+TEST(CameraSensor, WhatMovesUnseenCostsNoDrawing) {
+  SensorOptions options = clean();
+  options.exposure = FixedExposure{10, 0.4};
+  CameraSensor camera("a", kLens, options, Rng(1));
+  int drawings = 0;
+  const auto still_sphere = [&](const View& view, const Ask& ask, const Moment&) {
+    return drawing(stripes, &drawings)(view, ask);
+  };
+  const auto behind = [](Duration after) {
+    Instant now;
+    now.moment.T_scene_object[4].translation.x() = 9 * to_seconds(after);
+    return now;
+  };
+  camera.take(still_sphere, behind, 0, {});
+  EXPECT_EQ(drawings, 1);
+}
+
 TEST(CameraSensor, RollingRowsLean) {
   SensorOptions options = clean();
   options.row_us = 100;
