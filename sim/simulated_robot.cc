@@ -24,6 +24,10 @@ constexpr double kSeenCell_m = 0.05;
 constexpr double kStartClear_m = 0.7;
 constexpr double kTouching_m = 0.001;  // the bumper's own give
 constexpr int kStartDraws = 100'000;   // finds a place that is one part in ten thousand of the room
+// A robot that knows the floor by its colour begins on one floor, or on two where they meet: nobody
+// would put it where paving, kerb and road are all at its feet.
+constexpr int kStartFloors = 2;
+constexpr int kClearStarts = 200;  // of which one will do, but in a world of patchwork floors
 
 void refuse_bad_start(const Pose2& start, const std::string& mention, const Obstacles& obstacles,
                       const Body& body) {
@@ -53,18 +57,30 @@ void refuse_bad_start(const Pose2& start, const std::string& mention, const Obst
                           nearest->distance_m, nearest->outline->object, clear_m, what_to_do));
 }
 
-Pose2 drawn_start(const Obstacles& obstacles, const Body& body, Rng rng) {
+Pose2 drawn_start(const Obstacles& obstacles, const FloorSurfaces& floor, const Body& body,
+                  Rng rng) {
   const FreeRegion region(obstacles, body.radius_m);
   const Vec2 low = obstacles.low_scene();
   const Vec2 high = obstacles.high_scene();
   const double clear_m = std::max(kStartClear_m, body.radius_m + kTouching_m);
-  for (int i = 0; i < kStartDraws; ++i) {
+  std::optional<Pose2> first_clear;
+  int clear = 0;
+  for (int i = 0; i < kStartDraws && clear < kClearStarts; ++i) {
     const double x = rng.uniform(low.x(), high.x());
     const double y = rng.uniform(low.y(), high.y());
     const double theta = rng.uniform(-std::numbers::pi, std::numbers::pi);
-    if (region.contains({x, y}) && !obstacles.nearest({x, y}, clear_m)) {
-      return {x, y, theta};
+    if (!region.contains({x, y}) || obstacles.nearest({x, y}, clear_m)) {
+      continue;
     }
+    const Pose2 start{x, y, theta};
+    if (floor.looks_within(clear_m, start.position()) <= kStartFloors) {
+      return start;
+    }
+    first_clear = first_clear.value_or(start);
+    ++clear;
+  }
+  if (first_clear) {
+    return *first_clear;
   }
   throw ConfigError(
       fmt::format("platform.start: no place in the world has {:.2f} m clear all around "
@@ -72,15 +88,15 @@ Pose2 drawn_start(const Obstacles& obstacles, const Body& body, Rng rng) {
                   clear_m));
 }
 
-Pose2 start_pose(const SimulatedOptions& options, const Obstacles& obstacles, const Things& things,
-                 const Body& body, const Rng& rng) {
+Pose2 start_pose(const SimulatedOptions& options, const Obstacles& obstacles,
+                 const Surroundings& around, const Body& body, const Rng& rng) {
   std::vector<Outline> all = obstacles.outlines();
-  for (Outline& outline : things.outlines_now()) {
+  for (Outline& outline : around.things.outlines_now()) {
     all.push_back(std::move(outline));
   }
   const Obstacles at_start(std::move(all));
   if (!options.start) {
-    return drawn_start(at_start, body, rng.fork("start"));
+    return drawn_start(at_start, around.floor_surfaces, body, rng.fork("start"));
   }
   refuse_bad_start(*options.start, options.start_mention, at_start, body);
   return *options.start;
@@ -198,6 +214,7 @@ Surroundings bare_surroundings(const World& world, const Body& body) {
   Surroundings around;
   around.outlines = outlines(without_things(world), kFloorLayerTop_m, body.height_m);
   around.things = Things(world, kFloorLayerTop_m, body.height_m);
+  around.floor_surfaces = FloorSurfaces(world);
   for (const Object& object : world.objects) {
     around.object_names.push_back(object.name);
   }
@@ -225,8 +242,7 @@ SimulatedRobot::SimulatedRobot(const SimulatedOptions& options, Surroundings sur
       true_rig_(mounted(options.mounting_error, believed, rng.fork("mounting"))),
       truth_options_(options.truth),
       obstacles_(std::move(surroundings_.outlines)),
-      drive_world_(body, obstacles_,
-                   start_pose(options, obstacles_, surroundings_.things, body, rng),
+      drive_world_(body, obstacles_, start_pose(options, obstacles_, surroundings_, body, rng),
                    surroundings_.things),
       encoders_(options.wheel_error, body, rng.fork("wheels")),
       dead_reckoning_(body),

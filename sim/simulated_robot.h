@@ -29,6 +29,7 @@
 #include "sim/sensors/encoders.h"
 #include "sim/sensors/seen.h"
 #include "sim/sensors/trigger.h"
+#include "sim/world/floor_surfaces.h"
 #include "sim/world/load.h"
 #include "sim/world/world.h"
 
@@ -72,6 +73,7 @@ std::string mounting_fault(const Rig& rig, const Body& body);
 struct Surroundings {
   std::vector<Outline> outlines;  ///< of the body layer, without things that move
   Things things;
+  FloorSurfaces floor_surfaces;
   std::vector<std::string> object_names;  ///< in the world's order
   TruthLayer floor;                       ///< see Truth
   TruthLayer body;

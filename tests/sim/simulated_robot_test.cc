@@ -15,6 +15,7 @@
 
 #include "core/base/error.h"
 #include "tests/sim/physics/rooms.h"
+#include "tests/sim/world/boxes.h"
 
 namespace panoptes::sim {
 namespace {
@@ -298,6 +299,59 @@ TEST(SimulatedRobot, DrawsAStartWithRoomAroundItFromTheSeed) {
     EXPECT_TRUE(again.truth()->poses.front().T_scene_body == start);
   }
   EXPECT_GT(*std::max_element(xs.begin(), xs.end()) - *std::min_element(xs.begin(), xs.end()), 2);
+}
+
+/// A floor from one of these to the next, each of its own picture.
+FloorSurfaces strips(const std::vector<double>& ends_m) {
+  World world;
+  world.objects.resize(1);
+  for (std::size_t i = 0; i + 1 < ends_m.size(); ++i) {
+    const std::vector<Triangle> strip =
+        box(Vec3(ends_m[i], 0, -0.1), Vec3(ends_m[i + 1], 6, 0), static_cast<int>(i));
+    world.objects[0].triangles.insert(world.objects[0].triangles.end(), strip.begin(), strip.end());
+  }
+  return FloorSurfaces(world);
+}
+
+Pose2 drawn_start(const Surroundings& around, const Rng& rng) {
+  SimulatedRobot robot({}, around, Body{}, two_cameras(), rng);
+  robot.observe(Time());
+  return robot.truth()->poses.front().T_scene_body;
+}
+
+TEST(SimulatedRobot, DrawsAStartWhereNoThreeFloorsMeet) {
+  Surroundings kerb = room();
+  kerb.floor_surfaces = strips({0, 2.9, 3.05, 6});
+  Surroundings seam = room();
+  seam.floor_surfaces = strips({0, 3, 6});
+  Surroundings patchwork = room();
+  std::vector<double> ends_m;
+  for (int k = 0; k <= 60; ++k) {
+    ends_m.push_back(0.1 * k);
+  }
+  patchwork.floor_surfaces = strips(ends_m);
+  constexpr double kSample_m = 0.05;  // as finely as the floor is looked at
+  int on_the_seam = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const Pose2 anywhere = drawn_start(room(), Rng(seed));
+    const double x_m = drawn_start(kerb, Rng(seed)).x_m;
+    EXPECT_TRUE(x_m + 0.7 < 3.05 + kSample_m || x_m - 0.7 > 2.9 - kSample_m) << x_m;
+    EXPECT_TRUE(drawn_start(seam, Rng(seed)) == anywhere);
+    on_the_seam += std::abs(anywhere.x_m - 3) < 0.5 ? 1 : 0;
+  }
+  EXPECT_GT(on_the_seam, 0);
+  EXPECT_TRUE(drawn_start(patchwork, Rng(1)) == drawn_start(room(), Rng(1))) << "better than none";
+}
+
+TEST(SimulatedRobot, DrawsAStartOnOneFloorOfTheStreet) {
+  const World world = load_world(std::string(PANOPTES_SOURCE_DIR) + "/scenes/worlds/street.yaml");
+  Surroundings around = bare_surroundings(world, Body{});
+  around.draw = room().draw;
+  // A mission's first draws with these lie on kerbs (3 and 6) and on paint in shadow (39).
+  for (const std::uint64_t seed : {3, 6, 39}) {
+    const Pose2 start = drawn_start(around, Rng(seed).fork("robot"));
+    EXPECT_EQ(around.floor_surfaces.looks_within(0.7, start.position()), 2) << seed;
+  }
 }
 
 TEST(SimulatedRobot, RefusesAStartInsideOrTouchingSomething) {
