@@ -6,10 +6,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "core/base/error.h"
 #include "core/base/rng.h"
+#include "tests/support/scratch.h"
 
 namespace panoptes {
 namespace {
@@ -121,24 +121,13 @@ Settings read(const std::string& text, const std::vector<std::string>& overrides
   return read_settings_text<Settings>(text, "m.yaml", overrides);
 }
 
-class InAFolder : public testing::Test {
+class InAFolder : public ScratchTest {
  protected:
-  InAFolder() {
-    std::string name = (fs::temp_directory_path() / "panoptes-fields-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) {
-      throw IoError("no temporary folder");
-    }
-    folder_ = name;
-  }
-  ~InAFolder() override { fs::remove_all(folder_); }
-
   std::string write(const std::string& name, const std::string& text) const {
     fs::create_directories((folder_ / name).parent_path());
     std::ofstream(folder_ / name) << text;
     return (folder_ / name).string();
   }
-
-  fs::path folder_;
 };
 
 TEST(Fields, ReadsEveryKindOfField) {

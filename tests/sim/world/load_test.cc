@@ -12,6 +12,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/error.h"
+#include "tests/support/scratch.h"
 
 namespace panoptes::sim {
 namespace {
@@ -22,14 +23,11 @@ namespace fs = std::filesystem;
 
 constexpr double kSingle_m = 1e-6;  // meshes are read in single precision
 
-/// A folder of its own for each test, with one good triangle and one good picture in it.
-class LoadWorld : public ::testing::Test {
+/// One good triangle and one good picture.
+class LoadWorld : public ScratchTest {
  protected:
-  LoadWorld() {
-    const std::string test = ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    folder_ = fs::path(::testing::TempDir()) / ("panoptes-world-" + test);
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
+  void SetUp() override {
+    ScratchTest::SetUp();
     write("good.obj",
           "mtllib good.mtl\nv 1 2 3\nv 2 2 3\nv 1 3 3\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl paint\n"
           "f 1/1 2/2 3/3\n");
@@ -37,7 +35,6 @@ class LoadWorld : public ::testing::Test {
     cv::imwrite(path("good.png"), cv::Mat(4, 4, CV_8UC3, cv::Scalar(10, 20, 30)));
     cv::imwrite(path("other.png"), cv::Mat(4, 4, CV_8UC3, cv::Scalar(90, 80, 70)));
   }
-  ~LoadWorld() override { fs::remove_all(folder_); }
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   void write(const std::string& name, const std::string& text) const {
@@ -58,8 +55,6 @@ class LoadWorld : public ::testing::Test {
     }
     return "no error";
   }
-
-  fs::path folder_;
 };
 
 TEST_F(LoadWorld, MeshesStandUprightWithTheirPictures) {
