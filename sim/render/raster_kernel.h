@@ -6,6 +6,7 @@
 using F8 = float __attribute__((vector_size(32)));
 using I8 = std::int32_t __attribute__((vector_size(32)));
 using U8 = std::uint32_t __attribute__((vector_size(32)));
+using H8 = std::uint16_t __attribute__((vector_size(16)));
 using H16 = std::uint16_t __attribute__((vector_size(32)));
 
 constexpr I8 kLanes_i{0, 1, 2, 3, 4, 5, 6, 7};
@@ -323,31 +324,52 @@ void shade_row(const std::vector<Shade>& triangles, const Paint& paint, const Ti
   }
 }
 
-/// 255 where what is seen is low enough for a floor.
-void label_row(const std::vector<Shade>& triangles, const TileRow& tiles, int tile_row, int columns,
-               int rows_px, PixelRows& out) {
+/// A byte of 255 for each bit.
+inline std::uint64_t bytes(unsigned bits) {
+  constexpr std::uint64_t kOnes = 0x0101010101010101;
+  const std::uint64_t apart = (bits * kOnes) & 0x8040201008040201;  // bit i alone in byte i
+  return (((apart + 0x7F * kOnes) >> 7U) & kOnes) * 255;
+}
+
+/// What the picture truly shows, in a row of tiles.
+void truth_row(const std::vector<Shade>& triangles, const TileRow& tiles, const Ask& ask,
+               int tile_row, int columns, int rows_px, PixelRows& out) {
   for (int column = 0; column < columns; ++column) {
     for (int row = 0; row < rows_px; ++row) {
       const std::size_t at = first_of(column, row);
+      const std::size_t to = pixel_of(column, row, columns);
+      const F8 distance_m = 1.0F / *reinterpret_cast<const F8*>(&tiles.nearness[at]);
+      std::memcpy(&out.depth_m[to], &distance_m, sizeof distance_m);  // nothing is infinitely far
+      if (!ask.floor_label && !ask.instance) {
+        continue;
+      }
       const auto& numbers = *reinterpret_cast<const U8*>(&tiles.numbers[at]);
-      U8 floor{};
-      unsigned left = bits(reinterpret_cast<I8>(numbers != kNothing));
+      std::uint64_t floor = 0;
+      H8 objects{};
+      unsigned left = 255;
       while (left != 0) {
-        const std::uint32_t number =
-            tiles.numbers[at + static_cast<std::size_t>(std::countr_zero(left))];
-        const Shade& t = triangles[number];
-        const auto dx_px = static_cast<float>(column * kTile - t.origin_x_px);
-        const auto dy_px = static_cast<float>(tile_row * kTile + row - t.origin_y_px);
-        const auto mine = reinterpret_cast<U8>(numbers == number);
-        const I8 low = at_lanes(t.height_m, dx_px, dy_px) <
-                       static_cast<float>(kFloorTop_m) * at_lanes(t.nearness, dx_px, dy_px);
-        floor |= reinterpret_cast<U8>(low) & mine;
-        left &= ~bits(reinterpret_cast<I8>(mine));
+        const int lane = std::countr_zero(left);
+        const std::uint32_t number = tiles.numbers[at + static_cast<std::size_t>(lane)];
+        const auto mine = reinterpret_cast<I8>(numbers == number);
+        left &= ~bits(mine);
+        std::uint16_t object = 0;
+        if (number != kNothing) {
+          const Shade& t = triangles[number];
+          object = t.object;
+          if (t.low == Low::kWhole) {
+            floor |= bytes(bits(mine));
+          } else if (t.low == Low::kPartly) {
+            const auto dx_px = static_cast<float>(column * kTile - t.origin_x_px);
+            const auto dy_px = static_cast<float>(tile_row * kTile + row - t.origin_y_px);
+            floor |= bytes(bits(mine) & bits(at_lanes(t.height_m, dx_px, dy_px) <
+                                             static_cast<float>(kFloorTop_m) *
+                                                 at_lanes(t.nearness, dx_px, dy_px)));
+          }
+        }
+        objects |= __builtin_convertvector(mine, H8) & object;
       }
-      auto* to = &out.floor[pixel_of(column, row, columns)];
-      for (int i = 0; i < kTile; ++i) {
-        to[i] = static_cast<std::uint8_t>(floor[i]);
-      }
+      std::memcpy(&out.instance[to], &objects, sizeof objects);
+      std::memcpy(&out.floor[to], &floor, sizeof floor);
     }
   }
 }

@@ -71,6 +71,9 @@ struct Covered {
   std::uint32_t number = 0;  ///< of its Shade
 };
 
+/// Where it is lower than kFloorTop_m.
+enum class Low : std::uint8_t { kNowhere, kPartly, kWhole };
+
 /// How a triangle looks; all but `nearness` over the distance.
 struct Shade {
   Plane3 nearness;
@@ -79,6 +82,7 @@ struct Shade {
   Plane3 column;  ///< in the lightmap
   Plane3 row;
   Plane3 height_m;  ///< in the scene
+  Low low = Low::kNowhere;
   int origin_x_px = 0;
   int origin_y_px = 0;
   std::uint16_t texture = 0;
@@ -148,6 +152,8 @@ std::size_t pixel_of(int column, int row, int columns) {
 struct PixelRows {
   std::vector<std::uint32_t> bgra;
   std::vector<std::uint8_t> floor;
+  std::vector<float> depth_m;
+  std::vector<std::uint16_t> instance;
 };
 
 namespace plain {
@@ -169,17 +175,17 @@ struct Kernel {
   const char* name;
   decltype(&plain::raster_row) raster_row;
   decltype(&plain::shade_row) shade_row;
-  decltype(&plain::label_row) label_row;
+  decltype(&plain::truth_row) truth_row;
 };
 
 /// The fastest that this processor has, or the one that all have.
 Kernel kernel([[maybe_unused]] bool narrow_vectors) {
 #if defined(PANOPTES_HAS_AVX2_KERNEL)
   if (!narrow_vectors && __builtin_cpu_supports("avx2")) {
-    return {"8 pixels at once", avx2::raster_row, avx2::shade_row, avx2::label_row};
+    return {"8 pixels at once", avx2::raster_row, avx2::shade_row, avx2::truth_row};
   }
 #endif
-  return {"4 pixels at once", plain::raster_row, plain::shade_row, plain::label_row};
+  return {"4 pixels at once", plain::raster_row, plain::shade_row, plain::truth_row};
 }
 
 /// Threads that share a number of tasks among them and the calling one.
@@ -350,8 +356,9 @@ class SoftwarePainter final : public Painter {
       kernel_.raster_row(covered_, bins_[static_cast<std::size_t>(tile_row)], tile_row, columns_,
                          memory.tiles);
       kernel_.shade_row(shades_, paint, memory.tiles, tile_row, columns_, rows_px, memory.pixels);
-      if (sitting.ask.floor_label) {
-        kernel_.label_row(shades_, memory.tiles, tile_row, columns_, rows_px, memory.pixels);
+      if (sitting.ask.floor_label || sitting.ask.depth || sitting.ask.instance) {
+        kernel_.truth_row(shades_, memory.tiles, sitting.ask, tile_row, columns_, rows_px,
+                          memory.pixels);
       }
       hand_over(memory, tile_row, rows_px, drawn);
     });
@@ -371,6 +378,8 @@ class SoftwarePainter final : public Painter {
       tiles.farthest.resize(tiles_across);
       pixels.bgra.resize(pixels_in_row);
       pixels.floor.resize(pixels_in_row);
+      pixels.depth_m.resize(pixels_in_row);
+      pixels.instance.resize(pixels_in_row);
     }
   };
 
@@ -492,6 +501,10 @@ class SoftwarePainter final : public Painter {
     shade.row = plane(texel(va.lit[1], lightmap_.height), texel(vb.lit[1], lightmap_.height),
                       texel(vc.lit[1], lightmap_.height));
     shade.height_m = plane(va.p_scene[2], vb.p_scene[2], vc.p_scene[2]);
+    const auto [lowest_m, highest_m] = std::minmax({va.p_scene[2], vb.p_scene[2], vc.p_scene[2]});
+    shade.low = highest_m < kFloorTop_m  ? Low::kWhole
+                : lowest_m < kFloorTop_m ? Low::kPartly
+                                         : Low::kNowhere;
     shade.texture = static_cast<std::uint16_t>(texture);
     shade.object = va.object;
     const auto number = static_cast<std::uint32_t>(shades_.size());
@@ -603,29 +616,17 @@ class SoftwarePainter final : public Painter {
                        static_cast<std::size_t>(stride) * 4);
     cv::Mat bgr = drawn.bgr.rowRange(y, y + rows_px);
     cv::cvtColor(bgra, bgr, cv::COLOR_BGRA2BGR);
-    for (int row = 0; row < rows_px; ++row) {
-      if (!drawn.floor_label.empty()) {
-        std::memcpy(drawn.floor_label.ptr(y + row),
-                    &memory.pixels.floor[pixel_of(0, row, columns_)],
-                    static_cast<std::size_t>(width_px_));
-      }
-      float* depth_m = drawn.depth_m.empty() ? nullptr : drawn.depth_m.ptr<float>(y + row);
-      std::uint16_t* instance =
-          drawn.instance.empty() ? nullptr : drawn.instance.ptr<std::uint16_t>(y + row);
-      if (depth_m == nullptr && instance == nullptr) {
-        continue;
-      }
-      for (int x = 0; x < width_px_; ++x) {
-        const std::size_t at = first_of(x / kTile, row) + static_cast<std::size_t>(x % kTile);
-        if (depth_m != nullptr) {
-          depth_m[x] = 1.0F / memory.tiles.nearness[at];  // nothing is infinitely far
-        }
-        if (instance != nullptr) {
-          const std::uint32_t number = memory.tiles.numbers[at];
-          instance[x] = number == kNothing ? std::uint16_t{0} : shades_[number].object;
+    const auto copy = [&](const auto& pixels, cv::Mat& to) {
+      if (!to.empty()) {
+        for (int row = 0; row < rows_px; ++row) {
+          std::memcpy(to.ptr(y + row), &pixels[pixel_of(0, row, columns_)],
+                      static_cast<std::size_t>(width_px_) * to.elemSize());
         }
       }
-    }
+    };
+    copy(memory.pixels.floor, drawn.floor_label);
+    copy(memory.pixels.depth_m, drawn.depth_m);
+    copy(memory.pixels.instance, drawn.instance);
   }
 
   Kernel kernel_;
