@@ -289,14 +289,14 @@ void raster_row(const std::vector<Covered>& triangles, const std::vector<std::ui
 /// The pixels of a row of tiles, each triangle shaded once where it is seen. First all places of a
 /// tile are found, then all are looked up, so that many waits for memory pass at once.
 void shade_row(const std::vector<Shade>& triangles, const Paint& paint, const TileRow& tiles,
-               int tile_row, int columns, int rows_px, PixelRows& out) {
+               int tile_row, int columns, int rows_px, const PixelRows& out) {
   struct Part {
     Places places;
     U8 mask;
     int row;
   };
   std::array<Part, kPixelsOfTile> parts;
-  std::fill(out.bgra.begin(), out.bgra.end(), paint.sky);
+  std::fill_n(out.bgra, pixel_of(0, rows_px, columns), paint.sky);
   for (int column = 0; column < columns; ++column) {
     std::size_t count = 0;
     for (int row = 0; row < rows_px; ++row) {
@@ -333,7 +333,7 @@ inline std::uint64_t bytes(unsigned bits) {
 
 /// What the picture truly shows, in a row of tiles.
 void truth_row(const std::vector<Shade>& triangles, const TileRow& tiles, const Ask& ask,
-               int tile_row, int columns, int rows_px, PixelRows& out) {
+               int tile_row, int columns, int rows_px, const PixelRows& out) {
   for (int column = 0; column < columns; ++column) {
     for (int row = 0; row < rows_px; ++row) {
       const std::size_t at = first_of(column, row);

@@ -148,12 +148,12 @@ std::size_t pixel_of(int column, int row, int columns) {
          kTile;
 }
 
-/// The same as rows of the picture.
+/// The same as rows of the picture, as wide as the tiles.
 struct PixelRows {
-  std::vector<std::uint32_t> bgra;
-  std::vector<std::uint8_t> floor;
-  std::vector<float> depth_m;
-  std::vector<std::uint16_t> instance;
+  std::uint32_t* bgra = nullptr;
+  std::uint8_t* floor = nullptr;
+  float* depth_m = nullptr;
+  std::uint16_t* instance = nullptr;
 };
 
 namespace plain {
@@ -350,17 +350,7 @@ class SoftwarePainter final : public Painter {
     }
     const Paint paint = paint_of(sitting);
     crew_.share(static_cast<int>(bins_.size()), [&](int tile_row, int who) {
-      RowMemory& memory = rows_[static_cast<std::size_t>(who)];
-      const int rows_px = std::min(kTile, height_px_ - tile_row * kTile);
-      memory.fit(columns_);
-      kernel_.raster_row(covered_, bins_[static_cast<std::size_t>(tile_row)], tile_row, columns_,
-                         memory.tiles);
-      kernel_.shade_row(shades_, paint, memory.tiles, tile_row, columns_, rows_px, memory.pixels);
-      if (sitting.ask.floor_label || sitting.ask.depth || sitting.ask.instance) {
-        kernel_.truth_row(shades_, memory.tiles, sitting.ask, tile_row, columns_, rows_px,
-                          memory.pixels);
-      }
-      hand_over(memory, tile_row, rows_px, drawn);
+      paint_row(tile_row, paint, sitting.ask, rows_[static_cast<std::size_t>(who)], drawn);
     });
     return drawn;
   }
@@ -368,7 +358,10 @@ class SoftwarePainter final : public Painter {
  private:
   struct RowMemory {
     TileRow tiles;
-    PixelRows pixels;
+    std::vector<std::uint32_t> bgra;
+    std::vector<std::uint8_t> floor;
+    std::vector<float> depth_m;
+    std::vector<std::uint16_t> instance;
 
     void fit(int columns) {
       const auto tiles_across = static_cast<std::size_t>(columns);
@@ -376,10 +369,10 @@ class SoftwarePainter final : public Painter {
       tiles.nearness.resize(pixels_in_row);
       tiles.numbers.resize(pixels_in_row);
       tiles.farthest.resize(tiles_across);
-      pixels.bgra.resize(pixels_in_row);
-      pixels.floor.resize(pixels_in_row);
-      pixels.depth_m.resize(pixels_in_row);
-      pixels.instance.resize(pixels_in_row);
+      bgra.resize(pixels_in_row);
+      floor.resize(pixels_in_row);
+      depth_m.resize(pixels_in_row);
+      instance.resize(pixels_in_row);
     }
   };
 
@@ -608,25 +601,40 @@ class SoftwarePainter final : public Painter {
     }
   }
 
-  void hand_over(const RowMemory& memory, int tile_row, int rows_px, Drawn& drawn) const {
+  void paint_row(int tile_row, const Paint& paint, const Ask& ask, RowMemory& memory,
+                 Drawn& drawn) const {
     const int y = tile_row * kTile;
-    const int stride = columns_ * kTile;
-    const cv::Mat bgra(rows_px, width_px_, CV_8UC4,
-                       const_cast<std::uint32_t*>(memory.pixels.bgra.data()),
-                       static_cast<std::size_t>(stride) * 4);
+    const int rows_px = std::min(kTile, height_px_ - y);
+    memory.fit(columns_);
+    kernel_.raster_row(covered_, bins_[static_cast<std::size_t>(tile_row)], tile_row, columns_,
+                       memory.tiles);
+    // Where tiles end with the picture it takes what is true without a copy.
+    const bool direct = columns_ * kTile == width_px_;
+    const auto place = [&](auto& own, cv::Mat& mat) {
+      using Value = typename std::remove_reference_t<decltype(own)>::value_type;
+      return direct && !mat.empty() ? mat.ptr<Value>(y) : own.data();
+    };
+    PixelRows pixels{memory.bgra.data(), place(memory.floor, drawn.floor_label),
+                     place(memory.depth_m, drawn.depth_m), place(memory.instance, drawn.instance)};
+    kernel_.shade_row(shades_, paint, memory.tiles, tile_row, columns_, rows_px, pixels);
+    if (ask.floor_label || ask.depth || ask.instance) {
+      kernel_.truth_row(shades_, memory.tiles, ask, tile_row, columns_, rows_px, pixels);
+    }
+    const cv::Mat bgra(rows_px, width_px_, CV_8UC4, memory.bgra.data(),
+                       static_cast<std::size_t>(columns_) * kTile * 4);
     cv::Mat bgr = drawn.bgr.rowRange(y, y + rows_px);
     cv::cvtColor(bgra, bgr, cv::COLOR_BGRA2BGR);
-    const auto copy = [&](const auto& pixels, cv::Mat& to) {
-      if (!to.empty()) {
+    const auto copy = [&](const auto& own, cv::Mat& mat) {
+      if (!direct && !mat.empty()) {
         for (int row = 0; row < rows_px; ++row) {
-          std::memcpy(to.ptr(y + row), &pixels[pixel_of(0, row, columns_)],
-                      static_cast<std::size_t>(width_px_) * to.elemSize());
+          std::memcpy(mat.ptr(y + row), &own[pixel_of(0, row, columns_)],
+                      static_cast<std::size_t>(width_px_) * mat.elemSize());
         }
       }
     };
-    copy(memory.pixels.floor, drawn.floor_label);
-    copy(memory.pixels.depth_m, drawn.depth_m);
-    copy(memory.pixels.instance, drawn.instance);
+    copy(memory.floor, drawn.floor_label);
+    copy(memory.depth_m, drawn.depth_m);
+    copy(memory.instance, drawn.instance);
   }
 
   Kernel kernel_;
