@@ -104,8 +104,8 @@ def plain_wall(rng):
 
 
 def plain_floor(rng):
-    """Grey linoleum without a pattern."""
-    c = Canvas(128, 128, (148, 150, 148))
+    """Green linoleum without a pattern: plain as the walls, but of another colour."""
+    c = Canvas(128, 128, (118, 146, 122))
     c.add_field(smooth_noise(128, 128, 3, 3, rng, 1.5))
     c.grain(rng, 1.2)
     return c
