@@ -66,6 +66,10 @@ Pose2 parse_pose(const std::string& text) {
     }
     at += last ? 0 : 1;
   }
+  constexpr double kFarthest_m = 10'000;  // no world reaches so far
+  if (std::hypot(numbers[0], numbers[1]) > kFarthest_m) {
+    throw ConfigError("--pose " + text + ": is more than 10 km from the origin, where no world is");
+  }
   return {numbers[0], numbers[1], wrap_angle(deg_to_rad(numbers[2]))};
 }
 
@@ -198,7 +202,7 @@ void add_render(CLI::App& app, Command& chosen) {
   sub->add_flag("--labels", args->labels, "which thing every pixel truly shows as well");
   add_common(*sub, args->common);
   sub->footer(
-      "Example: panoptes render scenes/missions/explore-office.yaml --pose '5,5,45; 2,3,90' "
+      "Example: panoptes render scenes/missions/explore-office.yaml --pose '5,5,45; 5,4.4,90' "
       "--out runs/look");
   sub->callback([args, &chosen] { chosen = [args] { return render(*args); }; });
 }

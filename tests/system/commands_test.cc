@@ -144,6 +144,11 @@ TEST_F(Commands, RenderAsksForAPlaceInWords) {
     EXPECT_EQ(said.status, 2);
     EXPECT_THAT(said.err, testing::HasSubstr("must be x,y,theta_deg in scene, metres and degrees"));
   }
+  for (const char* pose : {"1e9,1,1", "0,-1e19,0", "1e308,1e308,0"}) {
+    const Said said = panoptes({"render", kOffice, "--pose", pose, "--out", "r"});
+    EXPECT_EQ(said.status, 2);
+    EXPECT_THAT(said.err, testing::HasSubstr("more than 10 km from the origin"));
+  }
   EXPECT_FALSE(fs::exists(folder_ / "work" / "r"));
 }
 
