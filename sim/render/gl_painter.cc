@@ -253,7 +253,15 @@ class GlPainter final : public Painter {
     gl_.ActiveTexture(GL_TEXTURE0);
   }
 
-  Drawn paint(const Sitting& sitting, const DrawList& list) override {
+  Drawn paint(const Sitting& sitting, const Visible& visible) override {
+    if (sitting.view.faces != nullptr) {
+      return draw_faces(sitting.view, sitting.ask, [&](const View& pinhole, const Ask& /*ask*/) {
+        Sitting of_face = sitting;
+        of_face.view = pinhole;
+        return paint(of_face, visible);
+      });
+    }
+    const DrawList& list = visible(sitting.view);
     const Intrinsics& camera = sitting.view.intrinsics;
     const Ask& ask = sitting.ask;
     const int width = camera.width_px;

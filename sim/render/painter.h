@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -41,6 +42,9 @@ struct DrawList {
   std::vector<Call> calls;
 };
 
+/// Which of them a pinhole sees; good until it is asked again.
+using Visible = std::function<const DrawList&(const View& pinhole)>;
+
 /// A picture of textured triangles on which light has fallen.
 struct Sitting {
   View view;
@@ -67,7 +71,7 @@ class Painter {
   virtual void move_vertices(std::size_t first, const std::vector<Vertex>& vertices) = 0;
   /// The lightmap, of which only a place has changed since it was given last.
   virtual void set_light(const cv::Mat& texels, const cv::Rect& changed) = 0;
-  virtual Drawn paint(const Sitting& sitting, const DrawList& list) = 0;
+  virtual Drawn paint(const Sitting& sitting, const Visible& visible) = 0;
 };
 
 /// OpenGL's. Throws DeviceError when there is none to be had.

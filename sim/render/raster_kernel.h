@@ -69,8 +69,10 @@ inline Pairs gather_pairs(const std::uint32_t* base, const I8& at) {
 #endif
 }
 
-inline F8 at_lanes(const Plane3& plane, float dx_px, float dy_px) {
-  return (plane.at_origin + plane.per_y * dy_px) + plane.per_x * (dx_px + kLanes);
+/// At eight pixels of one row (Dy is float), or at any eight (F8).
+template <typename Dy>
+inline F8 at_lanes(const Plane3& plane, const F8& dx_px, const Dy& dy_px) {
+  return (plane.at_origin + plane.per_y * dy_px) + plane.per_x * dx_px;
 }
 
 /// Each value as its whole part, towards minus infinity, and 256ths above it.
@@ -134,10 +136,10 @@ inline void find_light(const PaintedLight& lightmap, const F8& column, const F8&
   out.light = split(inside(row, lightmap.last_row), out.light_part_v) * lightmap.columns + left;
 }
 
-inline Places find_places(const Shade& t, const Paint& paint, int x, int y) {
-  const auto dx_px = static_cast<float>(x - t.origin_x_px);
-  const auto dy_px = static_cast<float>(y - t.origin_y_px);
-  const F8 distance = 1.0F / at_lanes(t.nearness, dx_px, dy_px);
+/// `detail_px2` is how much of the picture one look is to cover.
+template <typename Dy, typename Detail>
+inline Places find_places(const Shade& t, const Paint& paint, const F8& dx_px, const Dy& dy_px,
+                          const F8& distance, const Detail& detail_px2) {
   const F8 u = at_lanes(t.u, dx_px, dy_px) * distance;
   const F8 v = at_lanes(t.v, dx_px, dy_px) * distance;
   const F8 u_x = (t.u.per_x - u * t.nearness.per_x) * distance;
@@ -147,7 +149,8 @@ inline Places find_places(const Shade& t, const Paint& paint, int x, int y) {
   const F8 across = u_x * u_x + v_x * v_x;
   const F8 down = u_y * u_y + v_y * v_y;
   Places places;
-  find_texels(paint.textures[t.texture], u, v, across > down ? across : down, places);
+  find_texels(paint.textures[t.texture], u, v, (across > down ? across : down) * detail_px2,
+              places);
   find_light(paint.light, at_lanes(t.column, dx_px, dy_px) * distance,
              at_lanes(t.row, dx_px, dy_px) * distance, places);
   return places;
@@ -243,7 +246,7 @@ inline void raster_tile(const Covered& t, const std::array<std::int64_t, 3>& edg
 void raster_row(const std::vector<Covered>& triangles, const std::vector<std::uint32_t>& row_of,
                 int tile_row, int columns, TileRow& tiles) {
   std::fill(tiles.nearness.begin(), tiles.nearness.end(), 0.0F);
-  std::fill(tiles.numbers.begin(), tiles.numbers.end(), kNothing);
+  std::fill_n(tiles.numbers, tiles.nearness.size(), kNothing);
   std::fill(tiles.farthest.begin(), tiles.farthest.end(), 0.0F);
   const int y = tile_row * kTile;
   for (const std::uint32_t k : row_of) {
@@ -286,44 +289,6 @@ void raster_row(const std::vector<Covered>& triangles, const std::vector<std::ui
   }
 }
 
-/// The pixels of a row of tiles, each triangle shaded once where it is seen. First all places of a
-/// tile are found, then all are looked up, so that many waits for memory pass at once.
-void shade_row(const std::vector<Shade>& triangles, const Paint& paint, const TileRow& tiles,
-               int tile_row, int columns, int rows_px, const PixelRows& out) {
-  struct Part {
-    Places places;
-    U8 mask;
-    int row;
-  };
-  std::array<Part, kPixelsOfTile> parts;
-  std::fill_n(out.bgra, pixel_of(0, rows_px, columns), paint.sky);
-  for (int column = 0; column < columns; ++column) {
-    std::size_t count = 0;
-    for (int row = 0; row < rows_px; ++row) {
-      const std::size_t at = first_of(column, row);
-      const auto& numbers = *reinterpret_cast<const U8*>(&tiles.numbers[at]);
-      unsigned left = bits(reinterpret_cast<I8>(numbers != kNothing));
-      while (left != 0) {
-        const std::uint32_t number =
-            tiles.numbers[at + static_cast<std::size_t>(std::countr_zero(left))];
-        Part& part = parts[count++];
-        part.places = find_places(triangles[number], paint, column * kTile, tile_row * kTile + row);
-        part.mask = reinterpret_cast<U8>(numbers == number);
-        part.row = row;
-        left &= ~bits(reinterpret_cast<I8>(part.mask));
-      }
-    }
-    for (std::size_t i = 0; i < count; ++i) {
-      const Part& part = parts[i];
-      auto* to = &out.bgra[pixel_of(column, part.row, columns)];
-      U8 bgra;
-      std::memcpy(&bgra, to, sizeof bgra);
-      bgra = (lit_texels(paint, part.places) & part.mask) | (bgra & ~part.mask);
-      std::memcpy(to, &bgra, sizeof bgra);
-    }
-  }
-}
-
 /// A byte of 255 for each bit.
 inline std::uint64_t bytes(unsigned bits) {
   constexpr std::uint64_t kOnes = 0x0101010101010101;
@@ -331,45 +296,164 @@ inline std::uint64_t bytes(unsigned bits) {
   return (((apart + 0x7F * kOnes) >> 7U) & kOnes) * 255;
 }
 
-/// What the picture truly shows, in a row of tiles.
-void truth_row(const std::vector<Shade>& triangles, const TileRow& tiles, const Ask& ask,
-               int tile_row, int columns, int rows_px, const PixelRows& out) {
+/// What eight pixels truly show.
+struct Truth {
+  H8 objects{};
+  std::uint64_t floor = 0;
+};
+
+/// The part of it that is one triangle's.
+template <typename Dy>
+inline void add_truth(const Shade& t, const I8& mine, const F8& dx_px, const Dy& dy_px,
+                      Truth& truth) {
+  truth.objects |= __builtin_convertvector(mine, H8) & t.object;
+  if (t.low == Low::kWhole) {
+    truth.floor |= bytes(bits(mine));
+  } else if (t.low == Low::kPartly) {
+    const F8 floor_top = static_cast<float>(kFloorTop_m) * at_lanes(t.nearness, dx_px, dy_px);
+    truth.floor |= bytes(bits(mine & (at_lanes(t.height_m, dx_px, dy_px) < floor_top)));
+  }
+}
+
+/// Some of eight pixels that show one triangle.
+struct Part {
+  Places places;
+  U8 mask;
+  std::uint32_t* bgra;  ///< of the first of the eight
+};
+
+inline void shade(const Paint& paint, const Part& part) {
+  U8 bgra;
+  std::memcpy(&bgra, part.bgra, sizeof bgra);
+  bgra = (lit_texels(paint, part.places) & part.mask) | (bgra & ~part.mask);
+  std::memcpy(part.bgra, &bgra, sizeof bgra);
+}
+
+/// The pixels of a row of tiles, each triangle shaded once where it is seen. First all places of a
+/// tile are found, then all are looked up, so that many waits for memory pass at once.
+template <bool kWithTruth>
+inline void shade_tiles(const std::vector<Shade>& triangles, const Paint& paint,
+                        const TileRow& tiles, int tile_row, int columns, int rows_px,
+                        const PixelRows& out) {
+  std::array<Part, kPixelsOfTile> parts;
+  std::fill_n(out.bgra, pixel_of(0, rows_px, columns), paint.sky);
   for (int column = 0; column < columns; ++column) {
+    std::size_t count = 0;
     for (int row = 0; row < rows_px; ++row) {
       const std::size_t at = first_of(column, row);
       const std::size_t to = pixel_of(column, row, columns);
-      const F8 distance_m = 1.0F / *reinterpret_cast<const F8*>(&tiles.nearness[at]);
-      std::memcpy(&out.depth_m[to], &distance_m, sizeof distance_m);  // nothing is infinitely far
-      if (!ask.floor_label && !ask.instance) {
-        continue;
-      }
       const auto& numbers = *reinterpret_cast<const U8*>(&tiles.numbers[at]);
-      std::uint64_t floor = 0;
-      H8 objects{};
-      unsigned left = 255;
+      Truth truth;
+      unsigned left = bits(reinterpret_cast<I8>(numbers != kNothing));
       while (left != 0) {
-        const int lane = std::countr_zero(left);
-        const std::uint32_t number = tiles.numbers[at + static_cast<std::size_t>(lane)];
+        const std::uint32_t number =
+            tiles.numbers[at + static_cast<std::size_t>(std::countr_zero(left))];
+        const Shade& t = triangles[number];
+        const F8 dx_px = static_cast<float>(column * kTile - t.origin_x_px) + kLanes;
+        const auto dy_px = static_cast<float>(tile_row * kTile + row - t.origin_y_px);
+        const F8 distance = 1.0F / at_lanes(t.nearness, dx_px, dy_px);
         const auto mine = reinterpret_cast<I8>(numbers == number);
+        parts[count++] = {find_places(t, paint, dx_px, dy_px, distance, 1.0F),
+                          reinterpret_cast<U8>(mine), &out.bgra[to]};
         left &= ~bits(mine);
-        std::uint16_t object = 0;
-        if (number != kNothing) {
-          const Shade& t = triangles[number];
-          object = t.object;
-          if (t.low == Low::kWhole) {
-            floor |= bytes(bits(mine));
-          } else if (t.low == Low::kPartly) {
-            const auto dx_px = static_cast<float>(column * kTile - t.origin_x_px);
-            const auto dy_px = static_cast<float>(tile_row * kTile + row - t.origin_y_px);
-            floor |= bytes(bits(mine) & bits(at_lanes(t.height_m, dx_px, dy_px) <
-                                             static_cast<float>(kFloorTop_m) *
-                                                 at_lanes(t.nearness, dx_px, dy_px)));
+        if constexpr (kWithTruth) {
+          add_truth(t, mine, dx_px, dy_px, truth);
+        }
+      }
+      if constexpr (kWithTruth) {
+        const F8 distance_m = 1.0F / *reinterpret_cast<const F8*>(&tiles.nearness[at]);
+        std::memcpy(&out.depth_m[to], &distance_m, sizeof distance_m);  // nothing: infinitely far
+        std::memcpy(&out.instance[to], &truth.objects, sizeof truth.objects);
+        std::memcpy(&out.floor[to], &truth.floor, sizeof truth.floor);
+      }
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      shade(paint, parts[i]);
+    }
+  }
+}
+
+void shade_row(const std::vector<Shade>& triangles, const Paint& paint, const TileRow& tiles,
+               bool with_truth, int tile_row, int columns, int rows_px, const PixelRows& out) {
+  if (with_truth) {
+    shade_tiles<true>(triangles, paint, tiles, tile_row, columns, rows_px, out);
+  } else {
+    shade_tiles<false>(triangles, paint, tiles, tile_row, columns, rows_px, out);
+  }
+}
+
+/// As shade_row, of a picture that looks at places of a canvas: each pixel shows the triangle at
+/// the canvas's pixel nearest to its place, as it is at the place itself.
+template <bool kWithTruth>
+inline void look_tiles(const std::vector<Shade>& triangles, const Paint& paint,
+                       const Canvas& canvas, const Look& look, int columns, int rows_px,
+                       const PixelRows& out) {
+  std::array<Part, kPixelsOfTile> parts;
+  std::fill_n(out.bgra, pixel_of(0, rows_px, columns), paint.sky);
+  for (int column = 0; column < columns; ++column) {
+    std::size_t count = 0;
+    for (int row = 0; row < rows_px; ++row) {
+      const std::size_t to = pixel_of(column, row, columns);
+      F8 x_px;
+      F8 y_px;
+      F8 detail_px2;
+      __builtin_prefetch(&look.x_px[to + 24]);
+      __builtin_prefetch(&look.y_px[to + 24]);
+      __builtin_prefetch(&look.detail_px2[to + 24]);
+      std::memcpy(&x_px, &look.x_px[to], sizeof x_px);
+      std::memcpy(&y_px, &look.y_px[to], sizeof y_px);
+      std::memcpy(&detail_px2, &look.detail_px2[to], sizeof detail_px2);
+      const I8 x = __builtin_convertvector(x_px + 0.5F, I8);
+      const I8 y = __builtin_convertvector(y_px + 0.5F, I8);
+      const I8 tile = (y >> kTileLog2) * canvas.columns + (x >> kTileLog2);
+      const I8 in_tile = ((y & (kTile - 1)) << kTileLog2) + (x & (kTile - 1));
+      const auto numbers =
+          reinterpret_cast<U8>(gather(canvas.numbers, (tile << (2 * kTileLog2)) + in_tile));
+      Truth truth;
+      F8 distance_m = all(std::numeric_limits<float>::infinity());
+      unsigned left = bits(reinterpret_cast<I8>(numbers != kNothing));
+      while (left != 0) {
+        const std::uint32_t number = numbers[std::countr_zero(left)];
+        const Shade& t = triangles[number];
+        F8 dx_px = x_px - static_cast<float>(t.origin_x_px);
+        F8 dy_px = y_px - static_cast<float>(t.origin_y_px);
+        // A place that is just outside of the triangle shows the nearest of its side.
+        for (const Plane3& side : t.inside_px) {
+          const F8 inside_px = at_lanes(side, dx_px, dy_px);
+          if (bits(reinterpret_cast<I8>(inside_px)) != 0) {
+            const F8 outside_px = inside_px < 0.0F ? inside_px : F8{};
+            dx_px -= outside_px * side.per_x;
+            dy_px -= outside_px * side.per_y;
           }
         }
-        objects |= __builtin_convertvector(mine, H8) & object;
+        const F8 nearness = at_lanes(t.nearness, dx_px, dy_px);
+        const F8 distance = 1.0F / (nearness > t.farthest ? nearness : all(t.farthest));
+        const auto mine = reinterpret_cast<I8>(numbers == number);
+        parts[count++] = {find_places(t, paint, dx_px, dy_px, distance, detail_px2),
+                          reinterpret_cast<U8>(mine), &out.bgra[to]};
+        left &= ~bits(mine);
+        if constexpr (kWithTruth) {
+          add_truth(t, mine, dx_px, dy_px, truth);
+          distance_m = mine ? distance : distance_m;
+        }
       }
-      std::memcpy(&out.instance[to], &objects, sizeof objects);
-      std::memcpy(&out.floor[to], &floor, sizeof floor);
+      if constexpr (kWithTruth) {
+        std::memcpy(&out.depth_m[to], &distance_m, sizeof distance_m);
+        std::memcpy(&out.instance[to], &truth.objects, sizeof truth.objects);
+        std::memcpy(&out.floor[to], &truth.floor, sizeof truth.floor);
+      }
     }
+    for (std::size_t i = 0; i < count; ++i) {
+      shade(paint, parts[i]);
+    }
+  }
+}
+
+void look_row(const std::vector<Shade>& triangles, const Paint& paint, const Canvas& canvas,
+              const Look& look, bool with_truth, int columns, int rows_px, const PixelRows& out) {
+  if (with_truth) {
+    look_tiles<true>(triangles, paint, canvas, look, columns, rows_px, out);
+  } else {
+    look_tiles<false>(triangles, paint, canvas, look, columns, rows_px, out);
   }
 }

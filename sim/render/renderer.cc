@@ -172,15 +172,18 @@ class Renderer::Impl {
       : Impl(world, options, make_charts(world, checked(world, options).lightmap_cell_m)) {}
 
   Drawn draw(const View& view, const Ask& ask, const Moment& moment) {
-    PANOPTES_CHECK(view.intrinsics.is_pinhole(), "the renderer draws what a pinhole sees");
+    PANOPTES_CHECK(view.intrinsics.is_pinhole() != (view.faces != nullptr),
+                   "a lens that bends sees through faces");
     bring_to(moment);
-    list_visible(view);
     Sitting sitting{view, options_.near_m, std::sqrt(light_.most_light() * view.gain), {}, ask};
     const double shown = light_.power(ambient_group_) * view.gain;
     for (std::size_t i = 0; i < sky_bgr_.size(); ++i) {
       sitting.sky_bgr[i] = static_cast<float>(std::sqrt(std::clamp(sky_bgr_[i] * shown, 0.0, 1.0)));
     }
-    return painter_->paint(sitting, list_);
+    return painter_->paint(sitting, [this](const View& pinhole) -> const DrawList& {
+      list_visible(pinhole);
+      return list_;
+    });
   }
 
   std::string drawn_by() { return painter_->name(); }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <opencv2/core/mat.hpp>
 
@@ -40,11 +41,33 @@ class BakeStopped : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Where a pinhole camera stands and how it sees. (Lenses that bend are sim/sensors'.)
+/// How a lens that bends sees: through pinholes, whose pictures stand below one another in a
+/// canvas. Each pixel of the lens looks at a place in it.
+struct Faces {
+  struct Face {
+    Intrinsics pinhole;
+    Pose3 T_camera_face;  ///< turned, not moved
+    int top_px = 0;       ///< its first row in the canvas, a multiple of kFaceRows
+  };
+  std::vector<Face> faces;
+  cv::Size canvas_px;  ///< multiples of kFaceRows
+  cv::Mat x_px;        ///< in the canvas, at least half a pixel within a face; float, as the others
+  cv::Mat y_px;
+  cv::Mat detail_px2;  ///< how much of the canvas a pixel of the lens covers
+};
+inline constexpr int kFaceRows = 8;
+
+/// Where a camera stands and how it sees.
 struct View {
   Intrinsics intrinsics;
   Pose3 T_scene_camera;
   double gain = 1;  ///< on the light that reaches the picture: light 1/gain is drawn white
+  const Faces* faces = nullptr;  ///< of a lens that bends; a pinhole has none
+
+  /// What one of them sees.
+  View through(const Faces::Face& face) const {
+    return {face.pinhole, T_scene_camera * face.T_camera_face, gain, nullptr};
+  }
 };
 
 /// What to draw besides the picture, in the same pass.
@@ -58,11 +81,15 @@ struct Drawn {
   cv::Mat bgr;          ///< 8-bit, the square root of the light times the gain
   cv::Mat floor_label;  ///< 8-bit, 255 where the picture shows what is below 2 cm; empty unless
                         ///< asked for
-  cv::Mat depth_m;      ///< float, along the camera's axis, infinite where nothing is; empty unless
-                        ///< asked for
+  cv::Mat depth_m;      ///< float, along the axis of the pinhole or of the face that shows it,
+                        ///< infinite where nothing is; empty unless asked for
   cv::Mat instance;     ///< 16-bit unsigned, 1 + the number of the object in World::objects, 0
                         ///< where nothing is; empty unless asked for
 };
+
+/// What a view of several faces shows, by pictures of each.
+Drawn draw_faces(const View& view, const Ask& ask,
+                 const std::function<Drawn(const View& pinhole, const Ask&)>& draw);
 
 /// Draws a world without a screen: the same bits for any number of threads, and for any order of
 /// pictures and moments. Light and shadow are computed once per world and kept in the user's cache

@@ -35,7 +35,9 @@
 namespace panoptes::sim {
 namespace {
 
-constexpr int kTile = 8;  // pixels along each side
+constexpr int kTile = kFaceRows;  // pixels along each side
+constexpr int kTileLog2 = 3;
+static_assert(kTile == 1 << kTileLog2);
 constexpr std::size_t kPixelsOfTile = 64;
 constexpr std::uint32_t kNothing = 0xFFFFFFFF;
 constexpr int kPerPixel = 256;  // corners are moved to such parts of a pixel
@@ -77,7 +79,10 @@ enum class Low : std::uint8_t { kNowhere, kPartly, kWhole };
 /// How a triangle looks; all but `nearness` over the distance.
 struct Shade {
   Plane3 nearness;
-  Plane3 u;  ///< in its texture, pixels
+  // For a lens that bends alone:
+  float farthest = 0;               ///< the least nearness at a corner before the camera
+  std::array<Plane3, 3> inside_px;  ///< how far inside of each side: not over the distance
+  Plane3 u;                         ///< in its texture, pixels
   Plane3 v;
   Plane3 column;  ///< in the lightmap
   Plane3 row;
@@ -132,8 +137,8 @@ using AlignedVector = std::vector<T, Aligned<T>>;
 /// A row of tiles: tile by tile, in each row by row.
 struct TileRow {
   AlignedVector<float> nearness;
-  AlignedVector<std::uint32_t> numbers;  ///< of the triangle that is seen
-  std::vector<float> farthest;           ///< the least nearness in each tile
+  std::uint32_t* numbers = nullptr;  ///< of the triangle that is seen
+  std::vector<float> farthest;       ///< the least nearness in each tile
 };
 
 /// Where a row of a tile begins in a row of tiles.
@@ -147,6 +152,19 @@ std::size_t pixel_of(int column, int row, int columns) {
           static_cast<std::size_t>(column)) *
          kTile;
 }
+
+/// The numbers of all rows of tiles.
+struct Canvas {
+  const std::uint32_t* numbers = nullptr;
+  int columns = 0;  ///< of tiles
+};
+
+/// Where the pixels of a row of tiles look: see Faces. Row by row, as wide as the tiles.
+struct Look {
+  const float* x_px = nullptr;
+  const float* y_px = nullptr;
+  const float* detail_px2 = nullptr;
+};
 
 /// The same as rows of the picture, as wide as the tiles.
 struct PixelRows {
@@ -175,17 +193,17 @@ struct Kernel {
   const char* name;
   decltype(&plain::raster_row) raster_row;
   decltype(&plain::shade_row) shade_row;
-  decltype(&plain::truth_row) truth_row;
+  decltype(&plain::look_row) look_row;
 };
 
 /// The fastest that this processor has, or the one that all have.
 Kernel kernel([[maybe_unused]] bool narrow_vectors) {
 #if defined(PANOPTES_HAS_AVX2_KERNEL)
   if (!narrow_vectors && __builtin_cpu_supports("avx2")) {
-    return {"8 pixels at once", avx2::raster_row, avx2::shade_row, avx2::truth_row};
+    return {"8 pixels at once", avx2::raster_row, avx2::shade_row, avx2::look_row};
   }
 #endif
-  return {"4 pixels at once", plain::raster_row, plain::shade_row, plain::truth_row};
+  return {"4 pixels at once", plain::raster_row, plain::shade_row, plain::look_row};
 }
 
 /// Threads that share a number of tasks among them and the calling one.
@@ -329,46 +347,63 @@ class SoftwarePainter final : public Painter {
     }
   }
 
-  Drawn paint(const Sitting& sitting, const DrawList& list) override {
-    lay_out(sitting);
-    for (const Call& call : list.calls) {
-      for (std::size_t i = call.first; i < call.first + call.count; i += 3) {
-        add_triangle({list.indices[i], list.indices[i + 1], list.indices[i + 2]},
-                     first_texture_[call.array]);
-      }
-    }
+  Drawn paint(const Sitting& sitting, const Visible& visible) override {
+    const Intrinsics& camera = sitting.view.intrinsics;
     Drawn drawn;
-    drawn.bgr.create(height_px_, width_px_, CV_8UC3);
+    drawn.bgr.create(camera.height_px, camera.width_px, CV_8UC3);
     if (sitting.ask.floor_label) {
-      drawn.floor_label.create(height_px_, width_px_, CV_8U);
+      drawn.floor_label.create(drawn.bgr.size(), CV_8U);
     }
     if (sitting.ask.depth) {
-      drawn.depth_m.create(height_px_, width_px_, CV_32F);
+      drawn.depth_m.create(drawn.bgr.size(), CV_32F);
     }
     if (sitting.ask.instance) {
-      drawn.instance.create(height_px_, width_px_, CV_16U);
+      drawn.instance.create(drawn.bgr.size(), CV_16U);
     }
+    near_m_ = sitting.near_m;
+    bends_ = sitting.view.faces != nullptr;
+    shades_.clear();
     const Paint paint = paint_of(sitting);
-    crew_.share(static_cast<int>(bins_.size()), [&](int tile_row, int who) {
-      paint_row(tile_row, paint, sitting.ask, rows_[static_cast<std::size_t>(who)], drawn);
-    });
+    if (!bends_) {
+      add_triangles(sitting.view, 0, visible);
+      const int columns = tiles_across(camera.width_px);
+      share_rows(static_cast<int>(bins_.size()), columns, [&](int tile_row, RowMemory& memory) {
+        paint_tiles(tile_row, columns, paint, memory, drawn);
+      });
+      return drawn;
+    }
+    const Faces& faces = *sitting.view.faces;
+    const int columns = tiles_across(faces.canvas_px.width);
+    numbers_.resize(pixel_of(0, faces.canvas_px.height, columns));
+    for (const Faces::Face& face : faces.faces) {
+      add_triangles(sitting.view.through(face), face.top_px, visible);
+      share_rows(static_cast<int>(bins_.size()), columns, [&](int tile_row, RowMemory& memory) {
+        memory.tiles.numbers = &numbers_[pixel_of(0, face.top_px + tile_row * kTile, columns)];
+        find_nearest(tile_row, columns, memory);
+      });
+    }
+    share_rows(tiles_across(camera.height_px), tiles_across(camera.width_px),
+               [&](int tile_row, RowMemory& memory) {
+                 paint_looks(tile_row, faces, columns, paint, memory, drawn);
+               });
     return drawn;
   }
 
  private:
   struct RowMemory {
     TileRow tiles;
+    AlignedVector<std::uint32_t> numbers;
     std::vector<std::uint32_t> bgra;
     std::vector<std::uint8_t> floor;
     std::vector<float> depth_m;
     std::vector<std::uint16_t> instance;
+    std::array<std::vector<float>, 3> look;
 
     void fit(int columns) {
-      const auto tiles_across = static_cast<std::size_t>(columns);
-      const std::size_t pixels_in_row = tiles_across * kPixelsOfTile;
+      const std::size_t pixels_in_row = pixel_of(0, kTile, columns);
       tiles.nearness.resize(pixels_in_row);
-      tiles.numbers.resize(pixels_in_row);
-      tiles.farthest.resize(tiles_across);
+      tiles.farthest.resize(static_cast<std::size_t>(columns));
+      numbers.resize(pixels_in_row);
       bgra.resize(pixels_in_row);
       floor.resize(pixels_in_row);
       depth_m.resize(pixels_in_row);
@@ -383,22 +418,36 @@ class SoftwarePainter final : public Painter {
     bool simple = false;  ///< neither too near nor too far outside
   };
 
-  void lay_out(const Sitting& sitting) {
-    const Intrinsics& c = sitting.view.intrinsics;
-    camera_ = c;
-    near_m_ = sitting.near_m;
-    width_px_ = c.width_px;
-    height_px_ = c.height_px;
-    columns_ = (width_px_ + kTile - 1) / kTile;
-    rotation_ = sitting.view.T_scene_camera.rotation.toRotationMatrix();
-    eye_ = sitting.view.T_scene_camera.translation;
-    bins_.resize(static_cast<std::size_t>((height_px_ + kTile - 1) / kTile));
+  static int tiles_across(int px) { return (px + kTile - 1) / kTile; }
+
+  /// Calls task(number, memory) for each number below `count`, `columns` tiles wide.
+  void share_rows(int count, int columns, const std::function<void(int, RowMemory&)>& task) {
+    crew_.share(count, [&](int number, int who) {
+      RowMemory& memory = rows_[static_cast<std::size_t>(who)];
+      memory.fit(columns);
+      task(number, memory);
+    });
+  }
+
+  /// What a pinhole sees, whose picture begins in a row of the canvas.
+  void add_triangles(const View& view, int top_px, const Visible& visible) {
+    camera_ = view.intrinsics;
+    top_px_ = top_px;
+    rotation_ = view.T_scene_camera.rotation.toRotationMatrix();
+    eye_ = view.T_scene_camera.translation;
+    bins_.resize(static_cast<std::size_t>(tiles_across(camera_.height_px)));
     for (auto& bin : bins_) {
       bin.clear();
     }
     covered_.clear();
-    shades_.clear();
     ++stamp_;
+    const DrawList& list = visible(view);
+    for (const Call& call : list.calls) {
+      for (std::size_t i = call.first; i < call.first + call.count; i += 3) {
+        add_triangle({list.indices[i], list.indices[i + 1], list.indices[i + 2]},
+                     first_texture_[call.array]);
+      }
+    }
   }
 
   Paint paint_of(const Sitting& sitting) const {
@@ -464,13 +513,13 @@ class SoftwarePainter final : public Painter {
     const Covered& first = covered_[before];
     Shade shade;
     shade.origin_x_px = first.origin_x_px;
-    shade.origin_y_px = first.origin_y_px;
+    shade.origin_y_px = first.origin_y_px + top_px_;
     const auto plane = [&](double at_a, double at_b, double at_c) {
       const Vec3 gradient = at_a * inverse[0] + at_b * inverse[1] + at_c * inverse[2];
       const double per_x = gradient.x() / camera_.fx_px;
       const double per_y = gradient.y() / camera_.fy_px;
-      return Plane3{static_cast<float>(gradient.z() + per_x * (shade.origin_x_px - camera_.cx_px) +
-                                       per_y * (shade.origin_y_px - camera_.cy_px)),
+      return Plane3{static_cast<float>(gradient.z() + per_x * (first.origin_x_px - camera_.cx_px) +
+                                       per_y * (first.origin_y_px - camera_.cy_px)),
                     static_cast<float>(per_x), static_cast<float>(per_y)};
     };
     const Vertex& va = vertices_[corners[0]];
@@ -500,13 +549,23 @@ class SoftwarePainter final : public Painter {
                                          : Low::kNowhere;
     shade.texture = static_cast<std::uint16_t>(texture);
     shade.object = va.object;
+    if (bends_) {
+      shade.farthest = static_cast<float>(1 / std::max({a.z(), b.z(), c.z()}));
+      shade.inside_px = {plane(1, 0, 0), plane(0, 1, 0), plane(0, 0, 1)};
+      for (Plane3& side : shade.inside_px) {
+        const float steepness = std::sqrt(side.per_x * side.per_x + side.per_y * side.per_y);
+        side = {side.at_origin / steepness, side.per_x / steepness, side.per_y / steepness};
+      }
+    }
     const auto number = static_cast<std::uint32_t>(shades_.size());
     const double nearest = 1 / std::max(near_m_, std::min({a.z(), b.z(), c.z()}));
+    const int origin_x_px = first.origin_x_px;
+    const int origin_y_px = first.origin_y_px;
     for (std::size_t k = before; k < covered_.size(); ++k) {
       covered_[k].number = number;
       covered_[k].nearness = shade.nearness;
-      covered_[k].origin_x_px = shade.origin_x_px;
-      covered_[k].origin_y_px = shade.origin_y_px;
+      covered_[k].origin_x_px = origin_x_px;
+      covered_[k].origin_y_px = origin_y_px;
       covered_[k].nearest = static_cast<float>(nearest * (1 + 1e-6));
     }
     shades_.push_back(shade);
@@ -526,9 +585,9 @@ class SoftwarePainter final : public Painter {
     // The first and the last pixel whose centre may be inside.
     const auto first = [](std::int32_t at) { return (at + kPerPixel - 1) >> 8; };
     const int left = std::max(first(low_x), 0);
-    const int right = std::min(high_x >> 8, width_px_ - 1);
+    const int right = std::min(high_x >> 8, camera_.width_px - 1);
     const int top = std::max(first(low_y), 0);
-    const int bottom = std::min(high_y >> 8, height_px_ - 1);
+    const int bottom = std::min(high_y >> 8, camera_.height_px - 1);
     if (left > right || top > bottom) {
       return;
     }
@@ -601,34 +660,78 @@ class SoftwarePainter final : public Painter {
     }
   }
 
-  void paint_row(int tile_row, const Paint& paint, const Ask& ask, RowMemory& memory,
-                 Drawn& drawn) const {
-    const int y = tile_row * kTile;
-    const int rows_px = std::min(kTile, height_px_ - y);
-    memory.fit(columns_);
-    kernel_.raster_row(covered_, bins_[static_cast<std::size_t>(tile_row)], tile_row, columns_,
+  void find_nearest(int tile_row, int columns, RowMemory& memory) const {
+    kernel_.raster_row(covered_, bins_[static_cast<std::size_t>(tile_row)], tile_row, columns,
                        memory.tiles);
-    // Where tiles end with the picture it takes what is true without a copy.
-    const bool direct = columns_ * kTile == width_px_;
+  }
+
+  void paint_tiles(int tile_row, int columns, const Paint& paint, RowMemory& memory,
+                   Drawn& drawn) const {
+    memory.tiles.numbers = memory.numbers.data();
+    find_nearest(tile_row, columns, memory);
+    const int y = tile_row * kTile;
+    const int rows_px = std::min(kTile, drawn.bgr.rows - y);
+    const PixelRows pixels = pixels_for(drawn, y, columns, memory);
+    kernel_.shade_row(shades_, paint, memory.tiles, has_truth(drawn), tile_row, columns, rows_px,
+                      pixels);
+    hand_over(memory, y, rows_px, columns, drawn);
+  }
+
+  void paint_looks(int tile_row, const Faces& faces, int canvas_columns, const Paint& paint,
+                   RowMemory& memory, Drawn& drawn) const {
+    const int y = tile_row * kTile;
+    const int rows_px = std::min(kTile, drawn.bgr.rows - y);
+    const int columns = tiles_across(drawn.bgr.cols);
+    const auto padded = [&](const cv::Mat& map, std::vector<float>& own) -> const float* {
+      if (map.cols == columns * kTile && map.isContinuous()) {
+        return map.ptr<float>(y);
+      }
+      own.resize(pixel_of(0, kTile, columns));
+      for (int row = 0; row < rows_px; ++row) {
+        const auto* first = map.ptr<float>(y + row);
+        auto* to = std::copy(first, first + map.cols, &own[pixel_of(0, row, columns)]);
+        std::fill(to, &own[pixel_of(0, row, columns)] + pixel_of(columns, 0, columns),
+                  first[map.cols - 1]);
+      }
+      return own.data();
+    };
+    const Look look{padded(faces.x_px, memory.look[0]), padded(faces.y_px, memory.look[1]),
+                    padded(faces.detail_px2, memory.look[2])};
+    const PixelRows pixels = pixels_for(drawn, y, columns, memory);
+    kernel_.look_row(shades_, paint, {numbers_.data(), canvas_columns}, look, has_truth(drawn),
+                     columns, rows_px, pixels);
+    hand_over(memory, y, rows_px, columns, drawn);
+  }
+
+  static bool has_truth(const Drawn& drawn) {
+    return !drawn.floor_label.empty() || !drawn.depth_m.empty() || !drawn.instance.empty();
+  }
+
+  /// Where tiles end with the picture it takes what is true without a copy.
+  static bool is_direct(const Drawn& drawn, int columns) {
+    return columns * kTile == drawn.bgr.cols;
+  }
+
+  static PixelRows pixels_for(Drawn& drawn, int row, int columns, RowMemory& memory) {
     const auto place = [&](auto& own, cv::Mat& mat) {
       using Value = typename std::remove_reference_t<decltype(own)>::value_type;
-      return direct && !mat.empty() ? mat.ptr<Value>(y) : own.data();
+      return is_direct(drawn, columns) && !mat.empty() ? mat.ptr<Value>(row) : own.data();
     };
-    PixelRows pixels{memory.bgra.data(), place(memory.floor, drawn.floor_label),
-                     place(memory.depth_m, drawn.depth_m), place(memory.instance, drawn.instance)};
-    kernel_.shade_row(shades_, paint, memory.tiles, tile_row, columns_, rows_px, pixels);
-    if (ask.floor_label || ask.depth || ask.instance) {
-      kernel_.truth_row(shades_, memory.tiles, ask, tile_row, columns_, rows_px, pixels);
-    }
-    const cv::Mat bgra(rows_px, width_px_, CV_8UC4, memory.bgra.data(),
-                       static_cast<std::size_t>(columns_) * kTile * 4);
-    cv::Mat bgr = drawn.bgr.rowRange(y, y + rows_px);
+    return {memory.bgra.data(), place(memory.floor, drawn.floor_label),
+            place(memory.depth_m, drawn.depth_m), place(memory.instance, drawn.instance)};
+  }
+
+  /// Rows as they were painted become rows of the picture.
+  static void hand_over(RowMemory& memory, int first_row, int rows_px, int columns, Drawn& drawn) {
+    const cv::Mat bgra(rows_px, drawn.bgr.cols, CV_8UC4, memory.bgra.data(),
+                       pixel_of(columns, 0, columns) * 4);
+    cv::Mat bgr = drawn.bgr.rowRange(first_row, first_row + rows_px);
     cv::cvtColor(bgra, bgr, cv::COLOR_BGRA2BGR);
     const auto copy = [&](const auto& own, cv::Mat& mat) {
-      if (!direct && !mat.empty()) {
+      if (!is_direct(drawn, columns) && !mat.empty()) {
         for (int row = 0; row < rows_px; ++row) {
-          std::memcpy(mat.ptr(y + row), &own[pixel_of(0, row, columns_)],
-                      static_cast<std::size_t>(width_px_) * mat.elemSize());
+          std::memcpy(mat.ptr(first_row + row), &own[pixel_of(0, row, columns)],
+                      static_cast<std::size_t>(mat.cols) * mat.elemSize());
         }
       }
     };
@@ -651,9 +754,8 @@ class SoftwarePainter final : public Painter {
   // Of the picture that is being painted.
   Intrinsics camera_;
   double near_m_ = 0;
-  int width_px_ = 0;
-  int height_px_ = 0;
-  int columns_ = 0;  ///< of tiles
+  bool bends_ = false;
+  int top_px_ = 0;  ///< of its first row in the canvas
   Eigen::Matrix3d rotation_;
   Vec3 eye_;
   std::uint32_t stamp_ = 0;
@@ -662,6 +764,7 @@ class SoftwarePainter final : public Painter {
   std::vector<Covered> covered_;
   std::vector<Shade> shades_;
   std::vector<std::vector<std::uint32_t>> bins_;  ///< the triangles of each row of tiles
+  AlignedVector<std::uint32_t> numbers_;          ///< of the canvas of a lens that bends
 };
 
 }  // namespace

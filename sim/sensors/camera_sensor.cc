@@ -350,7 +350,7 @@ class CameraSensor::Impl {
   /// Points all over the picture, from a small drawing; what they are of only where things move.
   std::vector<Scouted> scout(const DrawMoment& draw, const Instant& now) const {
     std::vector<Scouted> seen;
-    for (const LensView::Face& face : view_.faces()) {
+    for (const Faces::Face& face : view_.faces()) {
       View view;
       view.intrinsics = face.pinhole;
       Intrinsics& small = view.intrinsics;

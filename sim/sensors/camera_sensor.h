@@ -75,7 +75,7 @@ struct Taken {
 /// wider than one can show).
 class CameraSensor {
  public:
-  /// Draws the world as a pinhole sees it.
+  /// Draws the world as a View sees it.
   using Draw = std::function<Drawn(const View&, const Ask&)>;
   using DrawMoment = std::function<Drawn(const View&, const Ask&, const Moment&)>;
 

@@ -7,8 +7,6 @@
 #include <limits>
 #include <utility>
 
-#include <opencv2/imgproc.hpp>
-
 #include "core/base/check.h"
 
 namespace panoptes::sim {
@@ -25,7 +23,9 @@ constexpr double kMostFaceAngle_rad = deg_to_rad(72);
 // Directions are looked at on a grid this fine to choose the faces.
 constexpr int kGrid = 64;
 constexpr int kMargin_px = 2;  // for interpolation, and for what lies between points of the grid
-constexpr int kRowsTogether = 16;  // parts of faces come in few different heights
+constexpr int kRowsTogether = 2 * kFaceRows;  // parts of faces come in few different heights
+
+int rounded_up(int value, int step) { return (value + step - 1) / step * step; }
 
 struct Box {
   Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity());
@@ -152,17 +152,11 @@ Plan best_plan(const Intrinsics& lens) {
   return best;
 }
 
-void paste(const cv::Mat& part, const cv::Size& canvas_size, int row, cv::Mat& canvas) {
-  canvas.create(canvas_size, part.type());
-  part.copyTo(canvas(cv::Rect(0, row, part.cols, part.rows)));
-}
-
 }  // namespace
 
 LensView::LensView(const Intrinsics& lens) : lens_(lens) {
   if (lens.is_pinhole()) {
-    faces_.push_back({lens, {}});
-    canvas_size_ = {lens.width_px, lens.height_px};
+    whole_.faces.push_back({lens, {}});
     return;
   }
   Plan plan = best_plan(lens);
@@ -190,57 +184,80 @@ LensView::LensView(const Intrinsics& lens) : lens_(lens) {
     const Vec2 low_px = (plan.boxes[i].low * f_px).array().floor();
     const Vec2 high_px = (plan.boxes[i].high * f_px).array().ceil();
     const Vec2 size_px = high_px - low_px + Vec2::Constant(2 * kMargin_px + 1);
-    Face face;
+    Faces::Face face;
     face.pinhole = {static_cast<int>(size_px.x()), static_cast<int>(size_px.y()), f_px, f_px,
                     kMargin_px - low_px.x(),       kMargin_px - low_px.y(),       {}};
     face.T_camera_face.rotation = plan.R_camera_faces[i];
-    tile_top_.push_back(canvas_size_.height);
-    canvas_size_.width = std::max(canvas_size_.width, face.pinhole.width_px);
-    canvas_size_.height += face.pinhole.height_px;
-    faces_.push_back(face);
+    cv::Size& canvas_px = whole_.canvas_px;
+    face.top_px = canvas_px.height;
+    canvas_px.width = std::max(canvas_px.width, rounded_up(face.pinhole.width_px, kFaceRows));
+    canvas_px.height += rounded_up(face.pinhole.height_px, kRowsTogether);
+    whole_.faces.push_back(face);
   }
-  PANOPTES_CHECK(
-      std::max(canvas_size_.width, canvas_size_.height) < std::numeric_limits<std::int16_t>::max(),
-      "fixed-point maps reach over the whole canvas");
+  PANOPTES_CHECK(std::max(whole_.canvas_px.width, whole_.canvas_px.height) <
+                     std::numeric_limits<std::int16_t>::max(),
+                 "OpenCV looks things up in pictures of at most so many pixels");
   make_maps(sights);
 }
 
 void LensView::make_maps(const std::vector<Sight>& sights) {
-  const bool along_axis = faces_.size() == 1 && faces_[0].T_camera_face.rotation.w() == 1;
-  for (const Face& face : faces_) {
+  const std::vector<Faces::Face>& faces = whole_.faces;
+  const bool along_axis = faces.size() == 1 && faces[0].T_camera_face.rotation.w() == 1;
+  for (const Faces::Face& face : faces) {
     rows_of_.emplace_back(lens_.height_px, Span{face.pinhole.height_px, 0});
   }
-  cv::Mat at_px(lens_.height_px, lens_.width_px, CV_32FC2);
+  const cv::Size size_px(lens_.width_px, lens_.height_px);
+  whole_.x_px.create(size_px, CV_32F);
+  whole_.y_px.create(size_px, CV_32F);
+  whole_.detail_px2.create(size_px, CV_32F);
   if (!along_axis) {
-    axis_per_face_depth_.create(lens_.height_px, lens_.width_px, CV_32F);
+    axis_per_face_depth_.create(size_px, CV_32F);
   }
   auto sight = sights.begin();
   for (int v = 0; v < lens_.height_px; ++v) {
     for (int u = 0; u < lens_.width_px; ++u, ++sight) {
-      const std::size_t i = sight->face;
-      const Intrinsics& pinhole = faces_[i].pinhole;
+      const Intrinsics& pinhole = faces[sight->face].pinhole;
       const Vec2 px(pinhole.cx_px + pinhole.fx_px * sight->at.x(),
                     pinhole.cy_px + pinhole.fy_px * sight->at.y());
-      at_px.at<cv::Vec2f>(v, u) = {static_cast<float>(px.x()),
-                                   static_cast<float>(px.y() + tile_top_[i])};
+      whole_.x_px.at<float>(v, u) = static_cast<float>(px.x());
+      whole_.y_px.at<float>(v, u) = static_cast<float>(px.y() + faces[sight->face].top_px);
+      whole_.detail_px2.at<float>(v, u) =
+          static_cast<float>(covered(sights, v, u) * pinhole.fx_px * pinhole.fy_px);
       if (!along_axis) {
         axis_per_face_depth_.at<float>(v, u) = static_cast<float>(sight->axis_per_face_depth);
       }
-      Span& rows = rows_of_[i][static_cast<std::size_t>(v)];
+      Span& rows = rows_of_[sight->face][static_cast<std::size_t>(v)];
       rows.first = std::min(rows.first, static_cast<int>(px.y()));
       rows.end = std::max(rows.end, static_cast<int>(px.y()) + 2);
     }
   }
-  cv::convertMaps(at_px, cv::noArray(), whole_px_, part_px_, CV_16SC2);
-  cv::Mat unused;
-  cv::convertMaps(at_px, cv::noArray(), nearest_px_, unused, CV_16SC2, true);
+}
+
+/// The area of a face's picture, at focal length 1, that a pixel of the lens covers.
+double LensView::covered(const std::vector<Sight>& sights, int v, int u) const {
+  const auto sight = [&](int row, int column) -> const Sight& {
+    return sights[static_cast<std::size_t>(row) * static_cast<std::size_t>(lens_.width_px) +
+                  static_cast<std::size_t>(column)];
+  };
+  const Sight& here = sight(v, u);
+  const auto step = [&](int down, int right) -> Vec2 {
+    for (const int sign : {-1, 1}) {
+      const int row = v + sign * down;
+      const int column = u + sign * right;
+      if (row >= 0 && row < lens_.height_px && column >= 0 && column < lens_.width_px &&
+          sight(row, column).face == here.face) {
+        return sign * (sight(row, column).at - here.at);
+      }
+    }
+    return {down / lens_.fy_px, right / lens_.fx_px};  // alone in its face
+  };
+  const Vec2 across = step(0, 1);
+  const Vec2 down = step(1, 0);
+  return std::abs(across.x() * down.y() - across.y() * down.x());
 }
 
 LensView::Span LensView::rows_needed(std::size_t face, int first_row, int end_row) const {
-  const int height = faces_[face].pinhole.height_px;
-  if (lens_.is_pinhole()) {
-    return {first_row, end_row};
-  }
+  const int height = whole_.faces[face].pinhole.height_px;
   Span needed{height, 0};
   for (int v = first_row; v < end_row; ++v) {
     const Span& rows = rows_of_[face][static_cast<std::size_t>(v)];
@@ -248,71 +265,51 @@ LensView::Span LensView::rows_needed(std::size_t face, int first_row, int end_ro
     needed.end = std::max(needed.end, rows.end);
   }
   needed.first = needed.first / kRowsTogether * kRowsTogether;
-  needed.end = std::min((needed.end + kRowsTogether - 1) / kRowsTogether * kRowsTogether, height);
+  needed.end = std::min(rounded_up(needed.end, kRowsTogether), height);
   return needed;
 }
 
-Drawn LensView::draw(const Draw& draw, const Pose3& T_scene_camera, double gain, const Ask& ask,
-                     int first_row, int end_row) {
-  Drawn last;
-  for (std::size_t i = 0; i < faces_.size(); ++i) {
-    const Span rows = rows_needed(i, first_row, end_row);
-    if (rows.first >= rows.end) {
-      continue;
-    }
-    View view;
-    view.intrinsics = faces_[i].pinhole;
-    view.intrinsics.height_px = rows.end - rows.first;
-    view.intrinsics.cy_px -= rows.first;
-    view.T_scene_camera = T_scene_camera * faces_[i].T_camera_face;
-    view.gain = gain;
-    last = draw(view, ask);
-    if (lens_.is_pinhole()) {
-      return last;
-    }
-    if (last.bgr.size() == canvas_size_) {
-      canvas_ = last;
-      continue;
-    }
-    const int row = tile_top_[i] + rows.first;
-    paste(last.bgr, canvas_size_, row, canvas_.bgr);
-    if (ask.floor_label) {
-      paste(last.floor_label, canvas_size_, row, canvas_.floor_label);
-    }
-    if (ask.depth) {
-      paste(last.depth_m, canvas_size_, row, canvas_.depth_m);
-    }
-    if (ask.instance) {
-      paste(last.instance, canvas_size_, row, canvas_.instance);
-    }
-  }
+/// What those rows of the picture need of the faces.
+Faces LensView::part(int first_row, int end_row) const {
   const cv::Range rows(first_row, end_row);
-  Drawn out;
-  cv::remap(canvas_.bgr, out.bgr, whole_px_.rowRange(rows), part_px_.rowRange(rows),
-            cv::INTER_LINEAR, cv::BORDER_REPLICATE);
-  const auto nearest = [&](const cv::Mat& canvas, cv::Mat& picture) {
-    cv::remap(canvas, picture, nearest_px_.rowRange(rows), cv::noArray(), cv::INTER_NEAREST,
-              cv::BORDER_REPLICATE);
-  };
-  if (ask.floor_label) {
-    nearest(canvas_.floor_label, out.floor_label);
+  Faces part{{},
+             whole_.canvas_px,
+             whole_.x_px.rowRange(rows),
+             whole_.y_px.rowRange(rows),
+             whole_.detail_px2.rowRange(rows)};
+  for (std::size_t i = 0; i < whole_.faces.size(); ++i) {
+    const Span needed = rows_needed(i, first_row, end_row);
+    if (needed.first < needed.end) {
+      Faces::Face& face = part.faces.emplace_back(whole_.faces[i]);
+      face.pinhole.height_px = needed.end - needed.first;
+      face.pinhole.cy_px -= needed.first;
+      face.top_px += needed.first;
+    }
   }
-  if (ask.instance) {
-    nearest(canvas_.instance, out.instance);
+  return part;
+}
+
+Drawn LensView::draw(const Draw& draw, const Pose3& T_scene_camera, double gain, const Ask& ask,
+                     int first_row, int end_row) const {
+  View view{lens_, T_scene_camera, gain};
+  view.intrinsics.height_px = end_row - first_row;
+  view.intrinsics.cy_px -= first_row;
+  if (lens_.is_pinhole()) {
+    return draw(view, ask);
   }
-  if (ask.depth) {
-    nearest(canvas_.depth_m, out.depth_m);
-    if (!axis_per_face_depth_.empty()) {
-      for (int v = 0; v < out.depth_m.rows; ++v) {
-        float* depth_m = out.depth_m.ptr<float>(v);
-        const float* factor = axis_per_face_depth_.ptr<float>(first_row + v);
-        for (int u = 0; u < out.depth_m.cols; ++u) {
-          depth_m[u] = std::isfinite(depth_m[u]) ? depth_m[u] * factor[u] : depth_m[u];
-        }
+  const Faces faces = part(first_row, end_row);
+  view.faces = &faces;
+  Drawn drawn = draw(view, ask);
+  if (ask.depth && !axis_per_face_depth_.empty()) {
+    for (int v = 0; v < drawn.depth_m.rows; ++v) {
+      float* depth_m = drawn.depth_m.ptr<float>(v);
+      const float* factor = axis_per_face_depth_.ptr<float>(first_row + v);
+      for (int u = 0; u < drawn.depth_m.cols; ++u) {
+        depth_m[u] = std::isfinite(depth_m[u]) ? depth_m[u] * factor[u] : depth_m[u];
       }
     }
   }
-  return out;
+  return drawn;
 }
 
 }  // namespace panoptes::sim

@@ -18,23 +18,17 @@ namespace panoptes::sim {
 /// shows something: there is no border.
 class LensView {
  public:
-  /// Draws the world as a pinhole sees it.
+  /// Draws the world as a View sees it.
   using Draw = std::function<Drawn(const View&, const Ask&)>;
 
   explicit LensView(const Intrinsics& lens);
 
-  /// A pinhole whose picture is a part of what the lens sees.
-  struct Face {
-    Intrinsics pinhole;
-    Pose3 T_camera_face;  ///< turned, not moved
-  };
-  const std::vector<Face>& faces() const { return faces_; }
+  const std::vector<Faces::Face>& faces() const { return whole_.faces; }
 
-  /// The rows from `first_row` to before `end_row` of the lens's picture, and the truth asked for,
-  /// which is taken from the nearest pixel drawn.
+  /// The rows from `first_row` to before `end_row` of the lens's picture, and the truth asked for.
   Drawn draw(const Draw& draw, const Pose3& T_scene_camera, double gain, const Ask& ask,
-             int first_row, int end_row);
-  Drawn draw(const Draw& draw, const Pose3& T_scene_camera, double gain, const Ask& ask) {
+             int first_row, int end_row) const;
+  Drawn draw(const Draw& draw, const Pose3& T_scene_camera, double gain, const Ask& ask) const {
     return this->draw(draw, T_scene_camera, gain, ask, 0, lens_.height_px);
   }
 
@@ -51,18 +45,13 @@ class LensView {
   };
   Span rows_needed(std::size_t face, int first_row, int end_row) const;
   void make_maps(const std::vector<Sight>& sights);
+  double covered(const std::vector<Sight>& sights, int v, int u) const;
+  Faces part(int first_row, int end_row) const;
 
   Intrinsics lens_;
-  std::vector<Face> faces_;
-  std::vector<int> tile_top_;               // of each face in the canvas, where they stand in a
-                                            // column
+  Faces whole_;
   std::vector<std::vector<Span>> rows_of_;  // of each face, for each row of the picture
-  cv::Mat whole_px_;                        // of the canvas, under each pixel of the picture:
-  cv::Mat part_px_;                         // whole pixels and 32nds of them,
-  cv::Mat nearest_px_;                      // and the nearest whole one
   cv::Mat axis_per_face_depth_;             // empty where the one face looks along the axis
-  cv::Size canvas_size_;
-  Drawn canvas_;  // kept to save making it anew
 };
 
 }  // namespace panoptes::sim

@@ -18,7 +18,7 @@ namespace {
 constexpr int kColumns = 9;  // of inner corners
 constexpr int kRows = 6;
 constexpr double kSquare_m = 0.03;
-constexpr std::size_t kPictures = 36;
+constexpr std::size_t kPictures = 72;
 
 /// A chessboard with a white border a square wide. The middle of the inner corners lies in the
 /// origin of the scene, the columns run along x, the rows along y, and it is seen from below (-z).
@@ -76,10 +76,10 @@ Seen corners_seen(const Intrinsics& lens, double near_m, double far_m) {
   Seen seen;
   Rng rng(2);
   constexpr int kParts = 6;  // of the picture, each way
-  constexpr int kMostLooks = 2000;
+  constexpr int kMostLooks = 6000;
   for (int i = 0; i < kMostLooks && seen.px.size() < kPictures; ++i) {
     // The board's middle somewhere in the part whose turn it is.
-    const auto turn = static_cast<int>(seen.px.size());
+    const auto turn = static_cast<int>(seen.px.size()) % (kParts * kParts);
     const int row = turn / kParts;
     const double x = (turn % kParts + rng.uniform()) / kParts;
     const double y = (row + rng.uniform()) / kParts;

@@ -7,7 +7,9 @@
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
+#include "tests/sim/render/crowded_room.h"
 #include "tests/sim/sensors/sphere.h"
 
 namespace panoptes::sim {
@@ -97,11 +99,8 @@ TEST(LensView, TheTruthLiesUnderThePicture) {
 }
 
 TEST(LensView, HasNoBorder) {
-  const auto white = [](const View& view, const Ask&) {
-    Drawn out;
-    out.bgr =
-        cv::Mat(view.intrinsics.height_px, view.intrinsics.width_px, CV_8UC3, cv::Scalar::all(255));
-    return out;
+  const auto white = [](const View& view, const Ask& ask) {
+    return draw_sphere([](const Vec3& /*d_scene*/) { return Vec3::Ones(); }, view, ask);
   };
   for (const auto& [name, lens] : lenses()) {
     LensView view(lens);
@@ -114,7 +113,7 @@ TEST(LensView, DrawsLittleMoreThanThePicture) {
   for (const auto& [name, lens] : lenses()) {
     const LensView view(lens);
     double pixels = 0;
-    for (const LensView::Face& face : view.faces()) {
+    for (const Faces::Face& face : view.faces()) {
       pixels += static_cast<double>(face.pinhole.width_px) * face.pinhole.height_px;
     }
     const double picture = static_cast<double>(lens.width_px) * lens.height_px;
@@ -152,6 +151,75 @@ TEST(LensView, RowsAreThoseOfTheWholePicture) {
       EXPECT_LE(cv::norm(part.depth_m, whole.depth_m.rowRange(rows), cv::NORM_INF), kRounding_m)
           << name;
     }
+  }
+}
+
+const Ask kAll{.floor_label = true, .depth = true, .instance = true};
+const Pose3 kInRoom = mounted_camera({0, 0, 0.5}, 1, 0.1);
+
+LensView::Draw drawing(Renderer& renderer) {
+  return [&renderer](const View& view, const Ask& ask) { return renderer.draw(view, ask); };
+}
+
+TEST(LensView, EachPixelShowsWhatAPinholeAlongItsDirectionSees) {
+  Renderer renderer(crowded_room());
+  for (const auto& [name, lens] : lenses()) {
+    const LensView view(lens);
+    const Drawn drawn = view.draw(drawing(renderer), kInRoom, 1, kAll);
+    Rng rng(3);
+    int others = 0;
+    constexpr int kLooks = 1000;
+    for (int i = 0; i < kLooks; ++i) {
+      const int u = static_cast<int>(rng.uniform() * lens.width_px);
+      const int v = static_cast<int>(rng.uniform() * lens.height_px);
+      const Vec3 d_camera = lens.direction(Vec2(u, v)).value();
+      const Pose3 T_camera_ray{Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), d_camera),
+                               Vec3::Zero()};
+      const View alone{{1, 1, lens.fx_px, lens.fy_px, 0, 0, {}}, kInRoom * T_camera_ray};
+      const Drawn one = renderer.draw(alone, kAll);
+      const bool same_object =
+          one.instance.at<std::uint16_t>(0, 0) == drawn.instance.at<std::uint16_t>(v, u);
+      const double nearness = 1 / (one.depth_m.at<float>(0, 0) * d_camera.z());
+      const double seen_nearness = 1 / drawn.depth_m.at<float>(v, u);
+      others += !same_object || std::abs(seen_nearness - nearness) > 1e-3 * std::abs(nearness);
+    }
+    // Half a drawn pixel from its edge a thing may be seen beyond it.
+    EXPECT_LT(others, 0.03 * kLooks) << name;
+  }
+}
+
+TEST(LensView, OpenGlShowsTheSame) {
+  RendererOptions options;
+  Renderer ours(crowded_room(), options);
+  options.painter = PainterKind::kOsMesa;
+  Renderer theirs(crowded_room(), options);
+  for (const auto& [name, lens] : lenses()) {
+    const LensView view(lens);
+    const Drawn a = view.draw(drawing(ours), kInRoom, 1, kAll);
+    const Drawn b = view.draw(drawing(theirs), kInRoom, 1, kAll);
+    cv::Mat blurred_a;
+    cv::Mat blurred_b;
+    cv::blur(a.bgr, blurred_a, {5, 5});
+    cv::blur(b.bgr, blurred_b, {5, 5});
+    EXPECT_LT(share_differing(blurred_a, blurred_b, 8), 0.01) << name;
+    EXPECT_LT(share_differing(a.instance, b.instance, 0), 0.002) << name;
+    EXPECT_LT(share_differing(a.floor_label, b.floor_label, 0), 0.002) << name;
+  }
+}
+
+TEST(LensView, NarrowVectorsDrawTheSameBits) {
+  RendererOptions options;
+  Renderer wide(crowded_room(), options);
+  options.narrow_vectors = true;
+  Renderer narrow(crowded_room(), options);
+  for (const auto& [name, lens] : lenses()) {
+    const LensView view(lens);
+    const Drawn a = view.draw(drawing(wide), kInRoom, 1, kAll);
+    const Drawn b = view.draw(drawing(narrow), kInRoom, 1, kAll);
+    EXPECT_EQ(cv::norm(a.bgr, b.bgr, cv::NORM_INF), 0) << name;
+    EXPECT_EQ(cv::norm(a.floor_label, b.floor_label, cv::NORM_INF), 0) << name;
+    EXPECT_EQ(cv::norm(1 / a.depth_m, 1 / b.depth_m, cv::NORM_INF), 0) << name;
+    EXPECT_EQ(cv::norm(a.instance, b.instance, cv::NORM_INF), 0) << name;
   }
 }
 

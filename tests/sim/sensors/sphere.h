@@ -19,6 +19,11 @@ inline constexpr double kSphere_m = 3;
 using Light = std::function<Vec3(const Vec3& d_scene)>;
 
 inline Drawn draw_sphere(const Light& light, const View& view, const Ask& ask) {
+  if (view.faces != nullptr) {
+    return draw_faces(view, ask, [&light](const View& pinhole, const Ask& of_face) {
+      return draw_sphere(light, pinhole, of_face);
+    });
+  }
   const Intrinsics& k = view.intrinsics;
   Drawn out;
   out.bgr.create(k.height_px, k.width_px, CV_8UC3);
