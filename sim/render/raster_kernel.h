@@ -383,7 +383,8 @@ void shade_row(const std::vector<Shade>& triangles, const Paint& paint, const Ti
 }
 
 /// As shade_row, of a picture that looks at places of a canvas: each pixel shows the triangle at
-/// the canvas's pixel nearest to its place, as it is at the place itself.
+/// the canvas's pixel nearest to its place, as it is at the place itself; beyond the triangle's
+/// sides, as it is at the canvas's pixel.
 template <bool kWithTruth>
 inline void look_tiles(const std::vector<Shade>& triangles, const Paint& paint,
                        const Canvas& canvas, const Look& look, int columns, int rows_px,
@@ -417,17 +418,16 @@ inline void look_tiles(const std::vector<Shade>& triangles, const Paint& paint,
         const Shade& t = triangles[number];
         F8 dx_px = x_px - static_cast<float>(t.origin_x_px);
         F8 dy_px = y_px - static_cast<float>(t.origin_y_px);
-        // A place that is just outside of the triangle shows the nearest of its side.
-        for (const Plane3& side : t.inside_px) {
-          const F8 inside_px = at_lanes(side, dx_px, dy_px);
-          if (bits(reinterpret_cast<I8>(inside_px)) != 0) {
-            const F8 outside_px = inside_px < 0.0F ? inside_px : F8{};
-            dx_px -= outside_px * side.per_x;
-            dy_px -= outside_px * side.per_y;
-          }
+        I8 outside{};
+        for (const Plane3& side : t.sides) {
+          outside |= reinterpret_cast<I8>(at_lanes(side, dx_px, dy_px));
         }
-        const F8 nearness = at_lanes(t.nearness, dx_px, dy_px);
-        const F8 distance = 1.0F / (nearness > t.farthest ? nearness : all(t.farthest));
+        if (bits(outside) != 0) {  // the signs
+          const I8 moved = outside < 0;
+          dx_px = moved ? __builtin_convertvector(x - t.origin_x_px, F8) : dx_px;
+          dy_px = moved ? __builtin_convertvector(y - t.origin_y_px, F8) : dy_px;
+        }
+        const F8 distance = 1.0F / at_lanes(t.nearness, dx_px, dy_px);
         const auto mine = reinterpret_cast<I8>(numbers == number);
         parts[count++] = {find_places(t, paint, dx_px, dy_px, distance, detail_px2),
                           reinterpret_cast<U8>(mine), &out.bgra[to]};

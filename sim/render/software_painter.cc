@@ -79,10 +79,8 @@ enum class Low : std::uint8_t { kNowhere, kPartly, kWhole };
 /// How a triangle looks; all but `nearness` over the distance.
 struct Shade {
   Plane3 nearness;
-  // For a lens that bends alone:
-  float farthest = 0;               ///< the least nearness at a corner before the camera
-  std::array<Plane3, 3> inside_px;  ///< how far inside of each side: not over the distance
-  Plane3 u;                         ///< in its texture, pixels
+  std::array<Plane3, 3> sides;  ///< positive inside of each; known for a lens that bends alone
+  Plane3 u;                     ///< in its texture, pixels
   Plane3 v;
   Plane3 column;  ///< in the lightmap
   Plane3 row;
@@ -550,12 +548,7 @@ class SoftwarePainter final : public Painter {
     shade.texture = static_cast<std::uint16_t>(texture);
     shade.object = va.object;
     if (bends_) {
-      shade.farthest = static_cast<float>(1 / std::max({a.z(), b.z(), c.z()}));
-      shade.inside_px = {plane(1, 0, 0), plane(0, 1, 0), plane(0, 0, 1)};
-      for (Plane3& side : shade.inside_px) {
-        const float steepness = std::sqrt(side.per_x * side.per_x + side.per_y * side.per_y);
-        side = {side.at_origin / steepness, side.per_x / steepness, side.per_y / steepness};
-      }
+      shade.sides = {plane(1, 0, 0), plane(0, 1, 0), plane(0, 0, 1)};
     }
     const auto number = static_cast<std::uint32_t>(shades_.size());
     const double nearest = 1 / std::max(near_m_, std::min({a.z(), b.z(), c.z()}));

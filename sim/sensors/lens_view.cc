@@ -12,10 +12,9 @@
 namespace panoptes::sim {
 namespace {
 
-// The pinholes together draw at most so many pixels for each one of the picture; the middle of the
-// picture is drawn a little coarser where that does not do. It keeps a lens below 1.5 times the
-// time of a plain picture.
-constexpr double kMostPixels = 1.25;
+// The pinholes together have at most so many pixels for each one of the picture; edges in the middle
+// of it are a little coarser where that does not do.
+constexpr double kMostPixels = 1.5;
 // What one more face costs besides its pixels: as much as so many of them.
 constexpr double kFaceCost_px = 25'000;
 // No face draws what is farther off its axis.

@@ -13,7 +13,7 @@
 namespace panoptes::sim {
 namespace {
 
-enum Lens : int { kPlain, kBarrel, kFisheye };
+enum Lens : int { kPlain, kBarrel, kWide, kFisheye };
 
 Intrinsics lens_of(benchmark::State& state) {
   const auto width_px = static_cast<int>(state.range(0));
@@ -23,6 +23,9 @@ Intrinsics lens_of(benchmark::State& state) {
       state.SetLabel("Brown-Conrady, 80 degrees");
       return lens_of_view(width_px, height_px, deg_to_rad(80),
                           BrownConrady{-0.25, 0.06, 0.0005, -0.0005, 0});
+    case kWide:
+      state.SetLabel("equidistant, 130 degrees");
+      return lens_of_view(width_px, height_px, deg_to_rad(130), Equidistant{});
     case kFisheye:
       state.SetLabel("equidistant, 180 degrees");
       return lens_of_view(width_px, height_px, deg_to_rad(180), Equidistant{});
@@ -56,7 +59,7 @@ void lens(benchmark::State& state) {
   }
 }
 BENCHMARK(lens)
-    ->ArgsProduct({{320, 640}, {kPlain, kBarrel, kFisheye}})
+    ->ArgsProduct({{320, 640}, {kPlain, kBarrel, kWide, kFisheye}})
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
 
@@ -118,7 +121,7 @@ void picture(benchmark::State& state) {
   }
 }
 BENCHMARK(picture)
-    ->ArgsProduct({{320, 640}, {kPlain, kBarrel, kFisheye}})
+    ->ArgsProduct({{320, 640}, {kPlain, kBarrel, kWide, kFisheye}})
     ->MeasureProcessCPUTime()
     ->Unit(benchmark::kMillisecond);
 
