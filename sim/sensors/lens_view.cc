@@ -12,8 +12,8 @@
 namespace panoptes::sim {
 namespace {
 
-// The pinholes together have at most so many pixels for each one of the picture; edges in the middle
-// of it are a little coarser where that does not do.
+// The pinholes together have at most so many pixels for each one of the picture; edges in the
+// middle of it are a little coarser where that does not do.
 constexpr double kMostPixels = 1.5;
 // What one more face costs besides its pixels: as much as so many of them.
 constexpr double kFaceCost_px = 25'000;
