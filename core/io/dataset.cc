@@ -16,6 +16,7 @@
 #include "core/base/text.h"
 #include "core/config/geometry_fields.h"
 #include "core/io/dataset_table.h"
+#include "core/io/digits.h"
 #include "core/io/file.h"
 
 namespace panoptes {
@@ -26,6 +27,11 @@ namespace fs = std::filesystem;
 constexpr std::string_view kOdometry = "mav0/odom0/data.csv";
 constexpr std::string_view kCommands = "mav0/cmd0/data.csv";
 constexpr std::string_view kEvents = "mav0/events.csv";
+
+// Between two rows of one drive: a robot of ours answers within a minute (frame_deadline_s).
+constexpr Duration kLongestGap = std::chrono::hours(1);
+// What odometry may jump besides, where stamps are rough.
+constexpr double kJump_m = 1;
 
 std::string in_folder(const std::string& folder, std::string_view file) {
   return (fs::path(folder) / file).string();
@@ -87,8 +93,7 @@ class Reader {
     }
     if (next_event_ < events_.size() && !dataset_.observations.empty() &&
         events_[next_event_].stamp <= dataset_.observations.back().stamp) {
-      throw events_table_->fault(events_[next_event_].row,
-                                 "no row of " + std::string(kOdometry) + " has this instant");
+      throw no_row_for(events_[next_event_]);
     }
     look_at_what_is_left();
     if (dataset_.observations.empty()) {
@@ -173,11 +178,13 @@ class Reader {
   void observe(const DatasetTable& odometry, std::size_t row) {
     RecordedObservation seen;
     seen.stamp = seen.now = odometry.stamp(row, 0);
-    seen.odometry.T_odom_body = {odometry.finite(row, 1), odometry.finite(row, 2),
-                                 odometry.finite(row, 3)};
-    seen.odometry.twist_body = {odometry.finite(row, 4), odometry.finite(row, 5)};
+    seen.odometry.T_odom_body = {odometry.bounded(row, 1, kFarthest_m),
+                                 odometry.bounded(row, 2, kFarthest_m),
+                                 odometry.bounded(row, 3, kMostTurned_rad)};
+    seen.odometry.twist_body = {odometry.bounded(row, 4, kFastest_mps),
+                                odometry.bounded(row, 5, kFastest_radps)};
     bool waited = false;
-    std::map<std::string, Time> named;
+    std::map<std::string, std::size_t> named;  // rows of events
     for (bool first = true; next_event_ < events_.size(); ++next_event_, first = false) {
       const Event& event = events_[next_event_];
       if (event.stamp != seen.stamp || (event.kind == "deadline" && !first)) {
@@ -195,44 +202,86 @@ class Reader {
         if (!cameras_.contains(event.subject)) {
           throw events_table_->fault(event.row, "there is no camera " + event.subject);
         }
-        named[event.subject] = events_table_->stamp(event.row, 3);
+        named[event.subject] = event.row;
       }
     }
     seen.health = health_;
+    check_follows(odometry, row, seen);
+    if (!waited && next_event_ < events_.size() && events_[next_event_].stamp < seen.stamp) {
+      throw no_row_for(events_[next_event_]);
+    }
     for (auto& [name, camera] : cameras_) {
       const auto other = named.find(name);
-      const Time stamp = other == named.end() ? seen.stamp : other->second;
-      if (!waited && camera.next < camera.pictures.size() &&
-          camera.pictures[camera.next].stamp == stamp) {
-        seen.pictures.emplace(name, camera.pictures[camera.next++]);
+      const Time stamp = other == named.end() ? seen.stamp : events_table_->stamp(other->second, 3);
+      const RecordedPicture* next =
+          waited || camera.next == camera.pictures.size() ? nullptr : &camera.pictures[camera.next];
+      if (next != nullptr && next->stamp < stamp) {
+        throw no_row_for(*next, "before " + odometry.place(row));
+      }
+      if (next != nullptr && next->stamp == stamp) {
+        seen.pictures.emplace(name, *next);
+        ++camera.next;
       } else if (other != named.end()) {
-        throw ConfigError(in_folder(folder_, kEvents) + ": at " +
-                          std::to_string(seen.stamp.time_since_epoch().count()) + " a picture of " +
-                          name + " is named that its data.csv does not have");
+        throw events_table_->fault(other->second,
+                                   "there is no such picture in the data.csv of " + name);
       }
     }
     dataset_.observations.push_back(std::move(seen));
   }
 
-  // Pictures that no observation took: the last frame set may be incomplete, nothing else.
-  void look_at_what_is_left() {
-    std::optional<Time> last_set;
-    for (const RecordedObservation& seen : dataset_.observations) {
-      for (const auto& [name, picture] : seen.pictures) {
-        last_set = std::max(last_set.value_or(picture.stamp), picture.stamp);
-      }
+  static ConfigError no_row_for(const RecordedPicture& picture, const std::string& where) {
+    return ConfigError(picture.mention + ": no row " + where +
+                       " has this picture's instant; one is needed at each picture, in the order "
+                       "of time");
+  }
+
+  ConfigError no_row_for(const Event& event) const {
+    return events_table_->fault(event.row,
+                                "no row of " + std::string(kOdometry) + " has this instant");
+  }
+
+  // Rows are in the order they were handed over in, as far apart as a robot on wheels gets.
+  void check_follows(const DatasetTable& odometry, std::size_t row,
+                     const RecordedObservation& seen) const {
+    if (std::chrono::abs(seen.now - seen.stamp) > kLongestGap) {
+      throw odometry.fault(row, "is over an hour away from its \"now\" in " + std::string(kEvents));
     }
+    if (dataset_.observations.empty()) {
+      return;
+    }
+    const RecordedObservation& before = dataset_.observations.back();
+    if (seen.now < before.now) {
+      throw odometry.fault(row, "is before the row before; rows must be in the order of time");
+    }
+    if (seen.now - before.now > kLongestGap) {
+      throw odometry.fault(row,
+                           "is over an hour after the row before; that is no single drive: cut the "
+                           "dataset there, or mend the stamp");
+    }
+    const double way_m =
+        (seen.odometry.T_odom_body.position() - before.odometry.T_odom_body.position()).norm();
+    const double time_s = std::abs(to_seconds(seen.stamp - before.stamp));
+    if (way_m > kJump_m + kFastest_mps * time_s) {
+      throw odometry.fault(row, "jumps " + shortest(way_m) + " m in " + shortest(time_s) +
+                                    " s; no robot on wheels is faster than " +
+                                    shortest(kFastest_mps) + " m/s: mend or remove what is wrong");
+    }
+  }
+
+  // Pictures that no observation took, after the last one that could have: the frame set that was
+  // being written.
+  void look_at_what_is_left() {
+    std::size_t taken = 0;
     std::size_t left = 0;
+    const RecordedPicture* first_left = nullptr;
     for (const auto& [name, camera] : cameras_) {
-      if (camera.next == camera.pictures.size()) {
-        continue;
-      }
-      const RecordedPicture& first = camera.pictures[camera.next];
-      if (!last_set || first.stamp <= *last_set) {
-        throw ConfigError(first.mention + ": no row of " + std::string(kOdometry) +
-                          " has this picture's instant; the odometry at each picture is needed");
-      }
+      taken += camera.next;
       left += camera.pictures.size() - camera.next;
+      first_left =
+          camera.next < camera.pictures.size() ? &camera.pictures[camera.next] : first_left;
+    }
+    if (taken == 0 && left > 0) {
+      throw no_row_for(*first_left, "of " + std::string(kOdometry));
     }
     if (left > 0) {
       dataset_.remarks.push_back(in_folder(folder_, "mav0") + ": " + std::to_string(left) +

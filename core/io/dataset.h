@@ -22,6 +22,14 @@ namespace panoptes {
 
 inline constexpr std::string_view kDatasetSchema = "panoptes.dataset/1";
 
+/// No robot on wheels is farther from the origin of its odometry or of its world (1000 km), or has
+/// turned more (160 000 times): a map's cells of 1 mm are counted in 32 bits still.
+inline constexpr double kFarthest_m = 1e6;
+inline constexpr double kMostTurned_rad = 1e6;
+/// Nor faster: 72 km/h, and wheels 1.3 m apart that run at that against each other.
+inline constexpr double kFastest_mps = 20;
+inline constexpr double kFastest_radps = 30;
+
 /// recording.yaml of a dataset: what the run was.
 struct RecordingInfo {
   std::string schema{kDatasetSchema};
@@ -77,7 +85,8 @@ using DatasetText = std::function<std::optional<std::string>(const std::string& 
 
 /// Reads the tables and settings of a dataset. `folder` is for messages, `cameras` are the names of
 /// its folders of pictures. A recording that was cut short is read to its last complete frame set.
-/// Throws ConfigError with the file and line for what is missing or wrong.
+/// Throws ConfigError with the file and line for what is missing or wrong: rows that are lost or
+/// swapped before the end, and odometry that no robot on wheels has.
 Dataset parse_dataset(const std::string& folder, const std::vector<std::string>& cameras,
                       const DatasetText& text);
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/io/digits.h"
 
 namespace panoptes {
 namespace {
@@ -115,6 +116,15 @@ double DatasetTable::finite(std::size_t row, std::size_t column) const {
   if (!std::isfinite(value)) {
     throw fault(row, "field " + std::to_string(column + 1) + " must be finite, got " +
                          shown(text(row, column)));
+  }
+  return value;
+}
+
+double DatasetTable::bounded(std::size_t row, std::size_t column, double most) const {
+  const double value = finite(row, column);
+  if (std::abs(value) > most) {
+    throw fault(row, "field " + std::to_string(column + 1) + " must be from " + shortest(-most) +
+                         " to " + shortest(most) + ", got " + shown(text(row, column)));
   }
   return value;
 }

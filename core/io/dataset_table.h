@@ -28,6 +28,7 @@ class DatasetTable {
   std::int64_t whole(std::size_t row, std::size_t column) const;
   double number(std::size_t row, std::size_t column) const;  ///< not NaN; may be infinite
   double finite(std::size_t row, std::size_t column) const;
+  double bounded(std::size_t row, std::size_t column, double most) const;  ///< in [-most, most]
 
   std::string place(std::size_t row) const;  ///< file:line
   /// What is wrong with a row, with its place.

@@ -218,9 +218,9 @@ TEST_F(DatasetTest, FaultsAreToldWithTheirPlace) {
   EXPECT_EQ(fault(), "none");
 
   replace("mav0/a/data.csv", "\n300000000,", "\n300000001,");
-  EXPECT_EQ(fault(), mav +
-                         "/a/data.csv:5: no row of mav0/odom0/data.csv has this picture's instant; "
-                         "the odometry at each picture is needed");
+  EXPECT_EQ(fault(), mav + "/a/data.csv:5: no row before " + mav +
+                         "/odom0/data.csv:6 has this picture's instant; one is needed at each "
+                         "picture, in the order of time");
   replace("mav0/a/data.csv", "\n300000001,", "\n300000000,../");
   EXPECT_EQ(fault(), mav + "/a/data.csv:5: must name a file of data/");
   replace("mav0/a/data.csv", "\n300000000,../", "\n100000001,");
@@ -232,6 +232,33 @@ TEST_F(DatasetTest, FaultsAreToldWithTheirPlace) {
                          "picture, missing and contact");
   replace("mav0/events.csv", "bumpr,,1", "bumper,,2");
   EXPECT_EQ(fault(), mav + "/events.csv:2: bumper must be 0 or 1");
+}
+
+TEST_F(DatasetTest, OnlyItsEndMayBeTorn) {
+  record();
+  const std::string file = "mav0/odom0/data.csv";
+  const std::string mav = (folder_ / "mav0").string();
+  const std::string whole = read_file(folder_ / file);
+  const auto row = [&](int i) {  // from where to where
+    std::size_t at = 0;
+    for (int line = 0; line <= i; ++line) {
+      at = whole.find('\n', at) + 1;
+    }
+    return std::pair(at, whole.find('\n', at) + 1);
+  };
+  const auto [from, to] = row(1);
+  write_file(folder_ / file, whole.substr(0, from) + whole.substr(to));
+  const std::string fault_at_the_next = mav + "/a/data.csv:3: no row before " + mav +
+                                        "/odom0/data.csv:3 has this picture's instant; one is "
+                                        "needed at each picture, in the order of time";
+  EXPECT_EQ(fault(), fault_at_the_next);
+  const auto [next, end] = row(2);
+  write_file(folder_ / file, whole.substr(0, from) + whole.substr(next, end - next) +
+                                 whole.substr(from, to - from) + whole.substr(end));
+  EXPECT_EQ(fault(), fault_at_the_next);  // swapped
+  const auto [last, last_end] = row(11);
+  write_file(folder_ / file, whole.substr(0, last));
+  EXPECT_EQ(fault(), "none");  // as a killed recording ends
 }
 
 TEST_F(DatasetTest, PicturesThatAreNoneAreTold) {
@@ -297,6 +324,58 @@ TEST(DatasetText, IsReadWithoutAnyFile) {
   EXPECT_THAT(dataset.observations[0].pictures, IsEmpty());
   EXPECT_EQ(dataset.observations[1].pictures.at("cam").file, "mav0/cam/data/five.png");
   EXPECT_FALSE(dataset.believed.rig.has_value());
+}
+
+// What is said of a dataset whose last row of odometry is `last`.
+std::string fault_of_last_row(const std::string& last) {
+  const auto text = [&](const std::string& file) -> std::optional<std::string> {
+    if (file == "mav0/odom0/data.csv") {
+      return "#\n0,0,0,0,0,0\n100000000,0.05,0,0,0.5,0\n" + last + "\n";
+    }
+    if (file == "mav0/cam/data.csv") {
+      return "#\n0,0.png\n100000000,1.png\n";
+    }
+    return std::nullopt;
+  };
+  try {
+    parse_dataset("d", {"cam"}, text);
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+TEST(DatasetText, RowsAreInTheOrderOfTime) {
+  EXPECT_EQ(fault_of_last_row("50000000,0.05,0,0,0.5,0"),
+            "d/mav0/odom0/data.csv:4: is before the row before; rows must be in the order of time");
+}
+
+TEST(DatasetText, OdometryOfAnotherClockIsRefused) {
+  const auto text = [](const std::string& file) -> std::optional<std::string> {
+    return file == "mav0/odom0/data.csv" ? std::optional("#\n0,0,0,0,0,0\n5,1,0,0,0,0\n")
+           : file == "mav0/cam/data.csv" ? std::optional("#\n7000,a.png\n8000,b.png\n")
+                                         : std::nullopt;
+  };
+  EXPECT_THROW(parse_dataset("d", {"cam"}, text), ConfigError);
+}
+
+TEST(DatasetText, WhatNoRobotOnWheelsDoesIsRefused) {
+  const std::string place = "d/mav0/odom0/data.csv:4: ";
+  EXPECT_EQ(fault_of_last_row("200000000,0.1,0,0,0.5,0"), "none");
+  EXPECT_EQ(fault_of_last_row("200000000,1e9,0,0,0.5,0"),
+            place + "field 2 must be from -1e+06 to 1e+06, got 1e9");
+  EXPECT_EQ(fault_of_last_row("200000000,0,0,-1e300,0.5,0"),
+            place + "field 4 must be from -1e+06 to 1e+06, got -1e300");
+  EXPECT_EQ(fault_of_last_row("200000000,0.1,0,0,700,0"),
+            place + "field 5 must be from -20 to 20, got 700");
+  EXPECT_EQ(fault_of_last_row("200000000,5.05,0,0,0.5,0"),
+            place +
+                "jumps 5 m in 0.1 s; no robot on wheels is faster than 20 m/s: mend or remove "
+                "what is wrong");
+  EXPECT_EQ(fault_of_last_row("4000000000000000000,0.1,0,0,0.5,0"),
+            place +
+                "is over an hour after the row before; that is no single drive: cut the "
+                "dataset there, or mend the stamp");
 }
 
 }  // namespace
