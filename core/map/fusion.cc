@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/base/error.h"
 
 namespace panoptes {
 namespace {
@@ -18,7 +19,16 @@ int block_floor(int cells) {
   return (cells >= 0 ? cells / kBlock : -((-cells + kBlock - 1) / kBlock)) * kBlock;
 }
 
+constexpr double kFarthest_cells = 1e9;  // sums of two stay in 32 bits
+
 int to_cell(double p, double cell_m) { return static_cast<int>(std::floor(p / cell_m)); }
+
+ConfigError too_large(const Vec2& size_m, double cell_m) {
+  return ConfigError("the map would reach over " + std::to_string(std::llround(size_m.x())) +
+                     " x " + std::to_string(std::llround(size_m.y())) +
+                     " m, too far for its cells of " + std::to_string(std::llround(cell_m * 1000)) +
+                     " mm; is the robot's odometry right?");
+}
 
 struct Bounds {
   Vec2 low = Vec2::Zero();
@@ -101,9 +111,9 @@ void for_each_contribution(const PlacedGrid& placed, double cell_m, const Each& 
     }
     const double first = (low - at) / step;
     const double second = (high - at) / step;
-    const int base = begin;
-    begin = std::max(begin, base + static_cast<int>(std::floor(std::min(first, second))) - 1);
-    end = std::min(end, base + static_cast<int>(std::ceil(std::max(first, second))) + 2);
+    const double count = end - begin;
+    end = begin + static_cast<int>(std::clamp(std::ceil(std::max(first, second)) + 2, 0.0, count));
+    begin += static_cast<int>(std::clamp(std::floor(std::min(first, second)) - 1, 0.0, count));
   };
   const int low_column = to_cell(bounds.low.x(), cell_m);
   const int high_column = to_cell(bounds.high.x(), cell_m) + 1;
@@ -164,6 +174,9 @@ void EvidenceSum::reserve(int low_column, int low_row, int high_column, int high
   }
   const int columns = end_column - first_column;
   const int rows = end_row - first_row;
+  if (static_cast<double>(columns) * rows > kMostCells) {
+    throw too_large(cell_m_ * Vec2(columns, rows), cell_m_);
+  }
   std::vector<Sum> grown(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
   for (int row = 0; row < rows_; ++row) {
     std::copy_n(sums_.begin() + static_cast<std::ptrdiff_t>(row) * columns_, columns_,
@@ -186,6 +199,10 @@ void EvidenceSum::apply(const PlacedGrid& placed) {
   }
   finer_m_ = placed.grid->cell_m;
   const Bounds bounds = placed_bounds(own_bounds(*placed.grid), placed.T_map_keyframe);
+  const Vec2 farthest = bounds.low.cwiseAbs().cwiseMax(bounds.high.cwiseAbs());
+  if (!(farthest.maxCoeff() < kFarthest_cells * cell_m_)) {
+    throw too_large(farthest, cell_m_);
+  }
   reserve(to_cell(bounds.low.x(), cell_m_) - 1, to_cell(bounds.low.y(), cell_m_) - 1,
           to_cell(bounds.high.x(), cell_m_) + 1, to_cell(bounds.high.y(), cell_m_) + 1);
   Sum* sums = sums_.data();
@@ -328,6 +345,22 @@ int GlobalMap::refuse(int keyframes_max) {
 }
 
 OccupancyMap fuse(std::span<const PlacedGrid> grids, double cell_m) {
+  Bounds all;
+  bool any = false;
+  for (const PlacedGrid& grid : grids) {
+    if (!grid.grid->rows.empty()) {
+      const Bounds one = placed_bounds(own_bounds(*grid.grid), grid.T_map_keyframe);
+      all = any ? Bounds{all.low.cwiseMin(one.low), all.high.cwiseMax(one.high)} : one;
+      any = true;
+    }
+  }
+  const auto cells = [&all](double size_m) {  // whole blocks, and what reserve() leaves around
+    const Vec2 sides = ((all.high - all.low) / size_m).array() + 2 * kBlock + 4;
+    return sides.x() * sides.y();
+  };
+  while (cells(cell_m) > kMostCells) {
+    cell_m *= 2;
+  }
   EvidenceSum sum(cell_m);
   for (const PlacedGrid& grid : grids) {
     sum.add(grid);

@@ -18,6 +18,10 @@ struct PlacedGrid {
   Pose2 T_map_keyframe;
 };
 
+/// A map that has more cells takes more memory than a computer that drives has (2 GB while it is
+/// made): 800 m a side with cells of 5 cm.
+inline constexpr double kMostCells = 1 << 28;
+
 /// Sums of evidence on a lattice that grows: cell (column, row) covers
 /// cell_m * [column, column + 1) x [row, row + 1). Free and occupied are summed apart, so that a
 /// thin obstacle does not drown in the free floor of a coarser cell.
@@ -25,6 +29,7 @@ class EvidenceSum {
  public:
   explicit EvidenceSum(double cell_m);
 
+  /// Throws ConfigError where the lattice would get more than kMostCells.
   void add(const PlacedGrid& placed);
   void subtract(const PlacedGrid& placed);  ///< undoes add() exactly
 
@@ -86,7 +91,8 @@ class GlobalMap {
   std::vector<int> waiting_;
 };
 
-/// One map of all the grids: made once, at the end of a run.
+/// One map of all the grids: made once, at the end of a run. Of cells twice as large, or four times
+/// and so on, where it would have more than kMostCells.
 OccupancyMap fuse(std::span<const PlacedGrid> grids, double cell_m);
 
 /// The window around the robot that is driven by: the last few keyframes and the open one, in

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/error.h"
 #include "core/base/rng.h"
 
 namespace panoptes {
@@ -37,6 +38,25 @@ std::shared_ptr<const GridCrop> random_crop(Rng& rng) {
 }
 
 Pose2 random_pose(Rng& rng) { return {rng.uniform(-5, 5), rng.uniform(-5, 5), rng.uniform(-3, 3)}; }
+
+TEST(Fusion, AMapThatNoMemoryHoldsIsRefused) {
+  const auto crop = crop_of(Vec2(0, 0), Vec2(1, 1), [](double, double) { return 50; });
+  for (const double far_m : {1e6, 1e9, 1e15}) {  // in 32 bits of cells, and beyond them
+    GlobalMap global(0.05);
+    global.add(crop, {});
+    EXPECT_THROW(global.add(crop, {far_m, far_m, 0}), ConfigError) << far_m;
+  }
+  GlobalMap alone(0.05);
+  EXPECT_THROW(alone.add(crop, {1e15, 0, 0}), ConfigError);
+}
+
+TEST(Fusion, AFinishedMapThatIsTooFineForItsSizeIsMadeCoarser) {
+  const auto crop = crop_of(Vec2(0, 0), Vec2(1, 1), [](double, double) { return 50; });
+  const OccupancyMap map = fuse(std::vector<PlacedGrid>{{crop, {}}, {crop, {200, 200, 0}}}, 0.01);
+  EXPECT_EQ(map.cell_m, 0.02);
+  EXPECT_EQ(map.at(Vec2(0.5, 0.5)), Cell::kFree);
+  EXPECT_EQ(map.at(Vec2(200.5, 200.5)), Cell::kFree);
+}
 
 class EveryCellSize : public testing::TestWithParam<double> {};
 
