@@ -34,11 +34,11 @@ OpenRobot open(const hw::RecordedOptions& options, const ExploreMission& mission
   OpenRobot out;
   out.rig = hw::recorded_rig(options, dataset, mission.rig);
   out.route_done = [] { return false; };  // the recording ends
-  out.remarks = dataset.remarks;
   check_pictures(dataset, out.rig);
   auto robot = std::make_unique<hw::RecordedRobot>(std::move(dataset), out.rig,
                                                    hw::RecordedTruth::read(options.dataset));
   out.length = robot->length();
+  out.remarks = robot->remarks();
   out.recorded = robot.get();
   out.robot = std::move(robot);
   return out;

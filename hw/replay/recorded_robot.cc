@@ -140,10 +140,8 @@ class RecordedRobot::Pictures {
 
 RecordedRobot::RecordedRobot(Dataset dataset, const Rig& rig, std::optional<RecordedTruth> truth)
     : dataset_(std::move(dataset)), truth_(std::move(truth)) {
-  if (truth_ && truth_->observations() < dataset_.observations.size()) {
-    throw ConfigError(dataset_.folder + ": mav0/truth0/data.csv has " +
-                      std::to_string(truth_->observations()) + " rows, mav0/odom0/data.csv " +
-                      std::to_string(dataset_.observations.size()));
+  if (truth_) {
+    truth_->cut_to_fit(dataset_);
   }
   for (RecordedObservation& seen : dataset_.observations) {
     std::erase_if(seen.pictures,

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/base/time.h"
 #include "core/camera/rig.h"
@@ -52,6 +53,9 @@ class RecordedRobot final : public Robot {
   /// Everything that was recorded has been observed.
   bool ended() const { return next_ == dataset_.observations.size(); }
   Duration length() const;
+
+  /// What the recording lacks because it was cut short, in words.
+  const std::vector<std::string>& remarks() const { return dataset_.remarks; }
 
   /// From when on the robot was told something else than in the recording; empty as long as it was
   /// not.

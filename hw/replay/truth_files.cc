@@ -34,10 +34,15 @@ struct LayerPlace {
 };
 void bind(Fields& f, LayerPlace& o) {
   constexpr double kMost_cells = 1e5;  // 1 km of 1 cm
-  f("cell_m", o.cell_m, not_negative);
+  constexpr double kFinest_m = 1e-3;
+  f("cell_m", o.cell_m, between(0, 1));
   f("origin_m", o.origin_m);
+  f.require(o.origin_m.cwiseAbs().maxCoeff() <= kFarthest_m, "origin_m",
+            "must be within 1000 km of 0");
   f("columns", o.columns, between(0, kMost_cells));
   f("rows", o.rows, between(0, kMost_cells));
+  f.require(o.columns == 0 || o.rows == 0 || o.cell_m >= kFinest_m, "cell_m",
+            "must be at least 0.001 where there are cells");
   constexpr double kMost = 1e9;  // a byte each
   f.require(static_cast<double>(o.columns) * o.rows <= kMost, "rows", "too many cells");
 }
@@ -242,8 +247,9 @@ std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset) {
   for (std::size_t row = 0; row < poses.size(); ++row) {
     TruePose pose;
     pose.stamp = poses.stamp(row, 0);
-    pose.T_scene_body = {poses.finite(row, 1), poses.finite(row, 2), poses.finite(row, 3)};
-    pose.twist_body = {poses.finite(row, 4), poses.finite(row, 5)};
+    pose.T_scene_body = {poses.bounded(row, 1, kFarthest_m), poses.bounded(row, 2, kFarthest_m),
+                         poses.bounded(row, 3, kMostTurned_rad)};
+    pose.twist_body = {poses.bounded(row, 4, kFastest_mps), poses.bounded(row, 5, kFastest_radps)};
     pose.clearance_m = poses.number(row, 6);  // infinite in a world without a thing
     pose.pitch_rad = poses.finite(row, 7);
     pose.roll_rad = poses.finite(row, 8);
@@ -252,10 +258,11 @@ std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset) {
   }
   const DatasetTable contacts = read_table(folder / "contacts.csv", 5);
   for (std::size_t row = 0; row < contacts.size(); ++row) {
-    out.all_.contacts.push_back({contacts.stamp(row, 0),
-                                 {contacts.finite(row, 1), contacts.finite(row, 2)},
-                                 contacts.text(row, 4),
-                                 contacts.whole(row, 3) != 0});
+    out.all_.contacts.push_back(
+        {contacts.stamp(row, 0),
+         {contacts.bounded(row, 1, kFarthest_m), contacts.bounded(row, 2, kFarthest_m)},
+         contacts.text(row, 4),
+         contacts.whole(row, 3) != 0});
   }
   const DatasetTable seen = read_table(folder / "seen.csv", 4);
   for (std::size_t row = 0; row < seen.size(); ++row) {
@@ -270,25 +277,58 @@ std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset) {
                               static_cast<std::size_t>(cells)});
   }
   const DatasetTable data = read_table(folder / "data.csv", 5);
+  out.file_ = data.file();
+  Known before;
   for (std::size_t row = 0; row < data.size(); ++row) {
-    Known known;
-    known.path_m = data.finite(row, 1);
-    const auto rows_of = [&](std::size_t column, std::size_t before, std::size_t most,
-                             const char* of) {
+    const auto count_of = [&](std::size_t column, std::size_t least, const DatasetTable& of) {
       const std::int64_t n = data.whole(row, column);
-      if (n < 0 || static_cast<std::size_t>(n) < before || static_cast<std::size_t>(n) > most) {
-        throw data.fault(row, std::string("must count rows of ") + of + ", of which there are " +
-                                  std::to_string(most) + ", and never fewer than before");
+      if (n < 0 || static_cast<std::size_t>(n) < least) {
+        throw data.fault(row, "must count the rows of " + of.file() + ", never fewer than before");
       }
       return static_cast<std::size_t>(n);
     };
-    const Known before = out.known_.empty() ? Known() : out.known_.back();
-    known.poses = rows_of(2, before.poses, out.all_.poses.size(), "poses.csv");
-    known.contacts = rows_of(3, before.contacts, out.all_.contacts.size(), "contacts.csv");
-    known.seen_runs = rows_of(4, before.seen_runs, out.seen_runs_.size(), "seen.csv");
-    out.known_.push_back(known);
+    const Known known{data.stamp(row, 0),
+                      data.place(row),
+                      data.finite(row, 1),
+                      count_of(2, before.poses, poses),
+                      count_of(3, before.contacts, contacts),
+                      count_of(4, before.seen_runs, seen)};
+    const auto check_last = [&known](std::size_t rows, const DatasetTable& of) {
+      if (rows > 0 && of.stamp(rows - 1, 0) > known.stamp) {
+        throw of.fault(rows - 1, "is later than the observation that knows of it (" +
+                                     known.mention + "); rows before it are missing");
+      }
+    };
+    if (known.poses <= poses.size() && known.contacts <= contacts.size() &&
+        known.seen_runs <= seen.size()) {
+      check_last(known.poses, poses);
+      check_last(known.seen_runs, seen);
+      out.known_.push_back(known);
+    }
+    before = known;
   }
   return out;
+}
+
+void RecordedTruth::cut_to_fit(Dataset& dataset) const {
+  std::vector<RecordedObservation>& observations = dataset.observations;
+  for (std::size_t i = 0; i < std::min(known_.size(), observations.size()); ++i) {
+    if (known_[i].stamp != observations[i].stamp) {
+      throw ConfigError(known_[i].mention + ": must be of the instant " +
+                        std::to_string(observations[i].stamp.time_since_epoch().count()) +
+                        ", as row " + std::to_string(i + 1) + " of mav0/odom0/data.csv");
+    }
+  }
+  if (known_.empty()) {
+    throw ConfigError(file_ +
+                      ": holds no whole row; remove its folder to replay without the truth");
+  }
+  if (known_.size() < observations.size()) {
+    dataset.remarks.push_back(file_ + ": the truth of the last " +
+                              std::to_string(observations.size() - known_.size()) +
+                              " observations is torn; they are left out");
+    observations.resize(known_.size());
+  }
 }
 
 Truth RecordedTruth::after(std::size_t observations) const {

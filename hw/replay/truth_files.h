@@ -4,10 +4,12 @@
 #include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/base/time.h"
 #include "core/eval/truth.h"
+#include "core/io/dataset.h"
 #include "core/io/growing_file.h"
 
 namespace panoptes::hw {
@@ -51,17 +53,24 @@ class TruthWriter {
 /// The truth of a recorded run, and what was known of it at each observation.
 class RecordedTruth {
  public:
+  /// Up to the last observation that all tables know whole: a recording may have been cut short.
   /// Throws ConfigError with the file and line for what is wrong; empty where the dataset has no
   /// truth.
   static std::optional<RecordedTruth> read(const std::filesystem::path& folder);
 
   std::size_t observations() const { return known_.size(); }
 
+  /// Leaves out the dataset's observations that this truth does not reach to, and remarks on it.
+  /// Throws ConfigError with the file and line where the two are not of the same observations.
+  void cut_to_fit(Dataset& dataset) const;
+
   /// After so many observations.
   Truth after(std::size_t observations) const;
 
  private:
   struct Known {
+    Time stamp;
+    std::string mention;  // file:line
     double path_m = 0;
     std::size_t poses = 0;
     std::size_t contacts = 0;
@@ -75,6 +84,7 @@ class RecordedTruth {
   Truth all_;  // but for the layer `seen`, which is empty, and the way
   std::vector<Known> known_;
   std::vector<Run> seen_runs_;
+  std::string file_;  // that says what was known when
 };
 
 }  // namespace panoptes::hw

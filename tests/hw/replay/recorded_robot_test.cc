@@ -88,6 +88,51 @@ TEST_F(RecordedRobotTest, ACommandThatTheKilledRecordingLacksDiffersFromNone) {
   EXPECT_FALSE(robot->commands_diverged_at());
 }
 
+TEST_F(RecordedRobotTest, ReplaysAsFarAsItsTruthIsWhole) {
+  for (const char* name : {"data.csv", "poses.csv", "contacts.csv", "seen.csv"}) {
+    SCOPED_TRACE(name);
+    const fs::path file = folder_ / "mav0/truth0" / name;
+    const std::string rows = read_file(file);
+    write_file(file, rows.substr(0, rows.size() - 3));  // in the middle of its last row
+    const auto robot = replay();
+    EXPECT_THAT(robot->remarks().back(),
+                testing::HasSubstr("truth0/data.csv: the truth of the last "));
+    ScriptedRobot live(kObservations);
+    while (!robot->ended()) {
+      expect_same(live.observe({}), robot->observe(robot->now() + seconds(1)));
+      expect_same(*live.truth(), *robot->truth());
+    }
+    EXPECT_LT(live.now(), Time(milliseconds(100 * (kObservations - 1))));
+    write_file(file, rows);
+  }
+}
+
+TEST_F(RecordedRobotTest, TruthThatLacksRowsBeforeItsEndIsRefused) {
+  const auto fault_without_row = [this](const char* name, int row) {
+    const fs::path file = folder_ / "mav0/truth0" / name;
+    const std::string rows = read_file(file);
+    std::size_t at = 0;
+    for (int line = 0; line < row; ++line) {
+      at = rows.find('\n', at) + 1;
+    }
+    write_file(file, rows.substr(0, at) + rows.substr(rows.find('\n', at) + 1));
+    std::string fault = "none";
+    try {
+      replay();
+    } catch (const ConfigError& error) {
+      fault = error.what();
+    }
+    write_file(file, rows);
+    return fault.substr(fault.find("/mav0/truth0/") + 13);
+  };
+  EXPECT_THAT(fault_without_row("poses.csv", 3),
+              testing::MatchesRegex("poses.csv:4: is later than the observation that knows of it .*"
+                                    "/data.csv:4.; rows before it are missing"));
+  EXPECT_THAT(fault_without_row("seen.csv", 2), testing::HasSubstr("rows before it are missing"));
+  EXPECT_EQ(fault_without_row("data.csv", 3),
+            "data.csv:4: must be of the instant 200000000, as row 3 of mav0/odom0/data.csv");
+}
+
 TEST_F(RecordedRobotTest, WithoutRecordedCommandsAnyDiffers) {
   fs::remove(folder_ / "mav0/cmd0/data.csv");
   const auto robot = replay();

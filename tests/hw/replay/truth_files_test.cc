@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "hw/replay/truth_files.h"
 
+#include <regex>
+
 #include <gmock/gmock.h>
 
 #include "core/base/error.h"
@@ -60,11 +62,19 @@ TEST_F(TruthFiles, FaultsAreToldWithTheirPlace) {
   write_file(truth / "seen.csv", seen.substr(0, seen.find('\n') + 1) + "0,3,5,2\n");
   EXPECT_EQ(fault(), (truth / "seen.csv").string() +
                          ":2: lies outside of the layer that layers.yaml describes");
-  write_file(truth / "seen.csv", seen.substr(0, seen.find('\n') + 1));
-  EXPECT_THAT(fault(), testing::HasSubstr("data.csv:2: must count rows of seen.csv, of which there "
-                                          "are 0, and never fewer than before"));
   write_file(truth / "seen.csv", seen);
   EXPECT_EQ(fault(), "none");
+  const std::string poses = read_file(truth / "poses.csv");
+  write_file(truth / "poses.csv",
+             poses.substr(0, poses.find('\n') + 1) + "0,1e9,0,0,0,0,1,0,0,0\n");
+  EXPECT_EQ(fault(),
+            (truth / "poses.csv").string() + ":2: field 2 must be from -1e+06 to 1e+06, got 1e9");
+  write_file(truth / "poses.csv", poses);
+  const std::string layers = read_file(truth / "layers.yaml");
+  write_file(truth / "layers.yaml",
+             std::regex_replace(layers, std::regex("cell_m: [0-9.]+"), "cell_m: 0"));
+  EXPECT_THAT(fault(), testing::HasSubstr("cell_m: must be at least 0.001 where there are cells"));
+  write_file(truth / "layers.yaml", layers);
   write_file(truth / "body.png", "x");
   EXPECT_EQ(fault(), (truth / "body.png").string() +
                          ": must be a picture of 30 x 20 pixels, as layers.yaml says");
