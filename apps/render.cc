@@ -198,7 +198,8 @@ void add_render(CLI::App& app, Command& chosen) {
   sub->add_option("--at-s", args->at_s, "when, in worlds where something happens (0)")
       ->type_name("S")
       ->check(CLI::Range(0.0, kMost_s));
-  sub->add_flag("--depth", args->depth, "the true depth as well");
+  sub->add_flag("--depth", args->depth,
+                "the true depth as well (16 bit, mm; 0 nothing, 65535 that far or farther)");
   sub->add_flag("--labels", args->labels, "which thing every pixel truly shows as well");
   add_common(*sub, args->common);
   sub->footer(

@@ -41,7 +41,8 @@ struct TruePose {
 struct TruePicture {
   Time stamp;            ///< the picture's own
   Pose3 T_scene_camera;  ///< at that instant
-  cv::Mat depth_m;       ///< float, along the camera's axis, infinite where nothing is
+  cv::Mat depth_m;       ///< float, along the camera's axis, of an equidistant lens along each
+                         ///< pixel's ray; infinite where nothing is
   cv::Mat instance;      ///< 16 bit: 1 + the number of the world's object, 0 where nothing is
   cv::Mat floor_label;   ///< 8 bit: 255 where it shows what is below 2 cm
   std::map<std::string, int> object_px;  ///< how many pixels show each object, by its name

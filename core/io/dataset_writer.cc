@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/io/dataset_writer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <string_view>
@@ -146,11 +147,18 @@ cv::Mat millimetres(const cv::Mat& depth_m) {
     const auto* from = depth_m.ptr<float>(row);
     auto* to = out.ptr<std::uint16_t>(row);
     for (int column = 0; column < depth_m.cols; ++column) {
-      const double mm = std::round(1000.0 * from[column]);
-      to[column] = mm > 0 && mm <= kMost_mm ? static_cast<std::uint16_t>(mm) : std::uint16_t{0};
+      const double mm = std::isfinite(from[column]) ? std::round(1000.0 * from[column]) : 0;
+      to[column] = static_cast<std::uint16_t>(std::clamp(mm, 0.0, kMost_mm));
     }
   }
   return out;
+}
+
+std::string depth_comment(const Intrinsics& lens) {
+  return std::string("16 bit, millimetres along ") +
+         (std::holds_alternative<Equidistant>(lens.distortion) ? "each pixel's ray"
+                                                               : "the camera's axis") +
+         "; 0: nothing is there; 65535: 65.535 m or farther";
 }
 
 DatasetWriter::DatasetWriter(fs::path folder, const RecordingInfo& info, const Rig& rig,

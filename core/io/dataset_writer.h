@@ -33,8 +33,11 @@ class PictureFolder {
   GrowingFile rows_;
 };
 
-/// Depth as datasets keep it: 16 bit, 0 where nothing is or it is too far.
+/// Depth as datasets keep it: 16 bit, 0 where nothing is, 65535 where it is that far or farther.
 cv::Mat millimetres(const cv::Mat& depth_m);
+
+/// How to read it, for a camera with this lens.
+std::string depth_comment(const Intrinsics& lens);
 
 /// Writes a dataset in the layout of EuRoC (Burri et al. 2016) while a robot drives: whatever kills
 /// the recording, all that was added before is readable. Not for many threads at once.

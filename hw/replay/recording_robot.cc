@@ -39,7 +39,7 @@ class RecordingRobot::Writer {
  public:
   Writer(const fs::path& folder, const RecordingInfo& info, const Rig& rig, const Body& body,
          const std::optional<Truth>& truth, const std::vector<std::string>& things)
-      : folder_(folder), writer_(folder, info, rig, body) {
+      : folder_(folder), rig_(rig), writer_(folder, info, rig, body) {
     if (truth) {
       truth_.emplace(folder, *truth);
     }
@@ -144,7 +144,7 @@ class RecordingRobot::Writer {
   void write(const RecordedCommand& command) { writer_.add(command); }
 
   void write(const std::string& camera, const TruePicture& picture) {
-    const auto keep = [&](const char* kind, const cv::Mat& pixels) {
+    const auto keep = [&](const char* kind, const cv::Mat& pixels, const std::string& comment) {
       if (pixels.empty()) {
         return;
       }
@@ -154,17 +154,21 @@ class RecordingRobot::Writer {
         at = true_folders_
                  .emplace(name, PictureFolder(folder_ / "mav0" / name, PictureFolder::Kind::kFlat))
                  .first;
+        write_file(folder_ / "mav0" / name / "sensor.yaml",
+                   "sensor_type: ground_truth\ncomment: \"" + comment + "\"\n");
       }
       at->second.add(picture.stamp, pixels);
     };
     if (!picture.depth_m.empty()) {
-      keep("_depth", millimetres(picture.depth_m));
+      keep("_depth", millimetres(picture.depth_m),
+           depth_comment(rig_.cameras.at(camera).intrinsics));
     }
-    keep("_labels", picture.instance);
-    keep("_floor", picture.floor_label);
+    keep("_labels", picture.instance, "16 bit, the thing's number in mav0/things.csv");
+    keep("_floor", picture.floor_label, "8 bit, 255 on what is below 2 cm");
   }
 
   fs::path folder_;
+  Rig rig_;
   DatasetWriter writer_;
   std::optional<TruthWriter> truth_;
   std::map<std::string, PictureFolder> true_folders_;

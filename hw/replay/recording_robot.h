@@ -27,8 +27,10 @@ struct TruePictures {
 /// Any robot, and all that it perceives and is told kept in a dataset (core/io/dataset_writer.h,
 /// hw/replay/truth_files.h). A thread of its own packs the pictures and writes; when it falls
 /// behind by a few frame sets, observe() waits for it. True pictures go to mav0/<camera>_depth (16
-/// bit, millimetres, 0 where nothing is), <camera>_labels (16 bit, the thing's number in
-/// mav0/things.csv) and <camera>_floor (255 on the floor).
+/// bit, millimetres, 0 where nothing is, 65535 where it is farther than 16 bits tell; along the
+/// camera's axis, of an equidistant lens along each pixel's ray), <camera>_labels (16 bit, the
+/// thing's number in mav0/things.csv) and <camera>_floor (255 on the floor); the sensor.yaml of
+/// each folder says so.
 class RecordingRobot final : public Robot {
  public:
   /// `folder` is claimed; `rig` is what the robot believes, its floor marks surveyed.

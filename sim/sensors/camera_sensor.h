@@ -65,7 +65,7 @@ struct Taken {
   cv::Mat bgr;
   cv::Mat
       floor_label;   ///< as in Drawn, of the middle of each row's exposure; empty unless asked for
-  cv::Mat depth_m;   ///< along the camera's axis, negative behind it; else as in Drawn
+  cv::Mat depth_m;   ///< of an equidistant lens along each pixel's ray; else as in Drawn
   cv::Mat instance;  ///< as in Drawn
 };
 

@@ -162,6 +162,7 @@ LensView::LensView(const Intrinsics& lens) : lens_(lens) {
   const std::size_t count = plan.boxes.size();
   plan.boxes.assign(count, {});
   // Where each pixel finds what it shows, now for all of them, at focal length 1.
+  const bool along_rays = std::holds_alternative<Equidistant>(lens.distortion);
   std::vector<Sight> sights;
   sights.reserve(static_cast<std::size_t>(lens.width_px) *
                  static_cast<std::size_t>(lens.height_px));
@@ -172,7 +173,7 @@ LensView::LensView(const Intrinsics& lens) : lens_(lens) {
       sight.face = face_of(plan.R_camera_faces, d);
       const Vec3 d_face = plan.R_camera_faces[sight.face].conjugate() * d;
       sight.at = d_face.head<2>() / d_face.z();
-      sight.axis_per_face_depth = d.z() / d_face.z();
+      sight.depth_per_face_depth = (along_rays ? d.norm() : d.z()) / d_face.z();
       plan.boxes[sight.face].add(sight.at);
       sights.push_back(sight);
     }
@@ -201,7 +202,8 @@ LensView::LensView(const Intrinsics& lens) : lens_(lens) {
 
 void LensView::make_maps(const std::vector<Sight>& sights) {
   const std::vector<Faces::Face>& faces = whole_.faces;
-  const bool along_axis = faces.size() == 1 && faces[0].T_camera_face.rotation.w() == 1;
+  const bool as_drawn = faces.size() == 1 && faces[0].T_camera_face.rotation.w() == 1 &&
+                        !std::holds_alternative<Equidistant>(lens_.distortion);
   for (const Faces::Face& face : faces) {
     rows_of_.emplace_back(lens_.height_px, Span{face.pinhole.height_px, 0});
   }
@@ -209,8 +211,8 @@ void LensView::make_maps(const std::vector<Sight>& sights) {
   whole_.x_px.create(size_px, CV_32F);
   whole_.y_px.create(size_px, CV_32F);
   whole_.detail_px2.create(size_px, CV_32F);
-  if (!along_axis) {
-    axis_per_face_depth_.create(size_px, CV_32F);
+  if (!as_drawn) {
+    depth_per_face_depth_.create(size_px, CV_32F);
   }
   auto sight = sights.begin();
   for (int v = 0; v < lens_.height_px; ++v) {
@@ -222,8 +224,8 @@ void LensView::make_maps(const std::vector<Sight>& sights) {
       whole_.y_px.at<float>(v, u) = static_cast<float>(px.y() + faces[sight->face].top_px);
       whole_.detail_px2.at<float>(v, u) =
           static_cast<float>(covered(sights, v, u) * pinhole.fx_px * pinhole.fy_px);
-      if (!along_axis) {
-        axis_per_face_depth_.at<float>(v, u) = static_cast<float>(sight->axis_per_face_depth);
+      if (!as_drawn) {
+        depth_per_face_depth_.at<float>(v, u) = static_cast<float>(sight->depth_per_face_depth);
       }
       Span& rows = rows_of_[sight->face][static_cast<std::size_t>(v)];
       rows.first = std::min(rows.first, static_cast<int>(px.y()));
@@ -299,10 +301,10 @@ Drawn LensView::draw(const Draw& draw, const Pose3& T_scene_camera, double gain,
   const Faces faces = part(first_row, end_row);
   view.faces = &faces;
   Drawn drawn = draw(view, ask);
-  if (ask.depth && !axis_per_face_depth_.empty()) {
+  if (ask.depth && !depth_per_face_depth_.empty()) {
     for (int v = 0; v < drawn.depth_m.rows; ++v) {
       float* depth_m = drawn.depth_m.ptr<float>(v);
-      const float* factor = axis_per_face_depth_.ptr<float>(first_row + v);
+      const float* factor = depth_per_face_depth_.ptr<float>(first_row + v);
       for (int u = 0; u < drawn.depth_m.cols; ++u) {
         depth_m[u] = std::isfinite(depth_m[u]) ? depth_m[u] * factor[u] : depth_m[u];
       }

@@ -15,7 +15,8 @@ namespace panoptes::sim {
 
 /// How the picture of any lens is cut from what pinholes see: from one that sees a little more, or,
 /// where the lens sees too wide for one, from several that look different ways, joined. Every pixel
-/// shows something: there is no border.
+/// shows something: there is no border. Depth is along the camera's axis; an equidistant lens,
+/// which sees beside its axis and behind, has it along each pixel's ray.
 class LensView {
  public:
   /// Draws the world as a View sees it.
@@ -41,7 +42,7 @@ class LensView {
   struct Sight {
     std::size_t face = 0;
     Vec2 at = Vec2::Zero();  ///< in its face, at focal length 1
-    double axis_per_face_depth = 1;
+    double depth_per_face_depth = 1;
   };
   Span rows_needed(std::size_t face, int first_row, int end_row) const;
   void make_maps(const std::vector<Sight>& sights);
@@ -51,7 +52,7 @@ class LensView {
   Intrinsics lens_;
   Faces whole_;
   std::vector<std::vector<Span>> rows_of_;  // of each face, for each row of the picture
-  cv::Mat axis_per_face_depth_;             // empty where the one face looks along the axis
+  cv::Mat depth_per_face_depth_;            // empty where they are the same
 };
 
 }  // namespace panoptes::sim

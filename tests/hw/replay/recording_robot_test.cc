@@ -84,11 +84,15 @@ TEST_F(RecordingRobotTest, TruePicturesGoBesideThePictures) {
   };
   const cv::Mat depth = picture("front_depth");
   ASSERT_EQ(depth.type(), CV_16UC1);
-  EXPECT_EQ(cv::Mat_<std::uint16_t>(depth)(0, 0), 1235);  // rounded
-  EXPECT_EQ(cv::Mat_<std::uint16_t>(depth)(0, 1), 0);     // too far for 16 bits
+  EXPECT_EQ(cv::Mat_<std::uint16_t>(depth)(0, 0), 1235);   // rounded
+  EXPECT_EQ(cv::Mat_<std::uint16_t>(depth)(0, 1), 65535);  // too far for 16 bits
   EXPECT_EQ(cv::Mat_<std::uint16_t>(depth)(0, 2), 0);
   EXPECT_EQ(cv::Mat_<std::uint16_t>(depth)(0, 3), 0);
   EXPECT_EQ(cv::Mat_<std::uint16_t>(depth)(0, 4), 65535);
+  EXPECT_THAT(
+      read_file(folder_ / "mav0/front_depth/sensor.yaml"),
+      testing::HasSubstr("16 bit, millimetres along the camera's axis; 0: nothing is there; "
+                         "65535: 65.535 m or farther"));
   EXPECT_EQ(cv::Mat_<std::uint16_t>(picture("front_labels"))(0, 1), 40'000);
   EXPECT_EQ(cv::Mat_<std::uint8_t>(picture("front_floor"))(0, 1), 255);
   EXPECT_EQ(read_file(folder_ / "mav0/things.csv"),

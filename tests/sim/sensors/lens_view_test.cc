@@ -84,8 +84,9 @@ TEST(LensView, TheTruthLiesUnderThePicture) {
         wrong_labels += (drawn.floor_label.at<std::uint8_t>(v, u) != 0) != (d_scene.z() < 0);
         wrong_instances +=
             drawn.instance.at<std::uint16_t>(v, u) != 1 + (d_scene.x() < 0) + 2 * (d_scene.y() < 0);
-        worst_m =
-            std::max(worst_m, std::abs(drawn.depth_m.at<float>(v, u) - kSphere_m * d_camera.z()));
+        const bool along_rays = std::holds_alternative<Equidistant>(lens.distortion);
+        const double depth_m = kSphere_m * (along_rays ? 1 : d_camera.z());
+        worst_m = std::max(worst_m, std::abs(drawn.depth_m.at<float>(v, u) - depth_m));
       }
     }
     // The borders between labels, a few lines through the picture, may be half a pixel off.
@@ -179,7 +180,9 @@ TEST(LensView, EachPixelShowsWhatAPinholeAlongItsDirectionSees) {
       const Drawn one = renderer.draw(alone, kAll);
       const bool same_object =
           one.instance.at<std::uint16_t>(0, 0) == drawn.instance.at<std::uint16_t>(v, u);
-      const double nearness = 1 / (one.depth_m.at<float>(0, 0) * d_camera.z());
+      const double depth_per_range =
+          std::holds_alternative<Equidistant>(lens.distortion) ? 1 : d_camera.z();
+      const double nearness = 1 / (one.depth_m.at<float>(0, 0) * depth_per_range);
       const double seen_nearness = 1 / drawn.depth_m.at<float>(v, u);
       others += !same_object || std::abs(seen_nearness - nearness) > 1e-3 * std::abs(nearness);
     }
