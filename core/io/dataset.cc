@@ -247,6 +247,11 @@ class Reader {
       throw odometry.fault(row, "is over an hour away from its \"now\" in " + std::string(kEvents));
     }
     if (dataset_.observations.empty()) {
+      if (std::chrono::abs(seen.now.time_since_epoch()) > kLongestGap) {
+        throw odometry.fault(row,
+                             "is over an hour away from 0, when a run begins; subtract it from "
+                             "every time stamp of the dataset, and from its pictures' names");
+      }
       return;
     }
     const RecordedObservation& before = dataset_.observations.back();
@@ -325,10 +330,7 @@ DatasetText text_of(const fs::path& folder) {
                       ": is no dataset: it has no folder mav0 (the EuRoC layout, as panoptes "
                       "record writes it)");
   }
-  return [folder](const std::string& file) -> std::optional<std::string> {
-    std::error_code none;
-    return fs::exists(folder / file, none) ? std::optional(read_file(folder / file)) : std::nullopt;
-  };
+  return [folder](const std::string& file) { return read_part(folder / file); };
 }
 
 // The folders of mav0 that hold a camera's pictures: not the truth's, nor other sensors'.
@@ -392,6 +394,17 @@ void bind(Fields& f, RecordingInfo& o) {
   f("seed", o.seed);
 }
 
+std::optional<std::string> read_part(const fs::path& file) {
+  std::error_code none;
+  if (!fs::exists(file, none)) {
+    return std::nullopt;
+  }
+  if (!fs::is_regular_file(file, none)) {
+    throw ConfigError(file.string() + ": is not a file");
+  }
+  return read_file(file);
+}
+
 Dataset parse_dataset(const std::string& folder, const std::vector<std::string>& cameras,
                       const DatasetText& text) {
   return Reader(folder, cameras, text).read();
@@ -414,8 +427,9 @@ RecordedBeliefs read_beliefs(const fs::path& folder) {
 void check_pictures(const Dataset& dataset, const Rig& rig) {
   constexpr std::array<unsigned char, 8> kBegin{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   constexpr std::array<unsigned char, 4> kEnd{'I', 'E', 'N', 'D'};
-  constexpr std::size_t kHead = 24;  // signature, length and name of IHDR, width, height
-  constexpr std::size_t kTail = 8;   // name and checksum of IEND
+  // signature, length and name of IHDR, width, height, bits of a sample
+  constexpr std::size_t kHead = 25;
+  constexpr std::size_t kTail = 8;  // name and checksum of IEND
   for (const RecordedObservation& seen : dataset.observations) {
     for (const auto& [name, picture] : seen.pictures) {
       const OpenFile file(in_folder(dataset.folder, picture.file));
@@ -435,6 +449,12 @@ void check_pictures(const Dataset& dataset, const Rig& rig) {
       }
       if (!std::equal(kEnd.begin(), kEnd.end(), tail.begin())) {
         throw picture_fault(dataset, picture, "is torn: the end of the PNG picture is missing");
+      }
+      if (head[24] > 8) {
+        throw picture_fault(dataset, picture,
+                            "has " + std::to_string(head[24]) +
+                                " bits a sample; save the camera's pictures with 8 (mogrify -depth "
+                                "8 of ImageMagick does it)");
       }
       const auto camera = rig.cameras.find(name);
       const int width = big_endian(head.data() + 16);

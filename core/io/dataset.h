@@ -96,8 +96,12 @@ Dataset read_dataset(const std::filesystem::path& folder);
 /// Its settings alone. Throws ConfigError for what is no dataset of a robot with wheels.
 RecordedBeliefs read_beliefs(const std::filesystem::path& folder);
 
+/// The text of one of a dataset's files; empty where there is none. Throws ConfigError for what is
+/// no file, IoError for one that the machine cannot read.
+std::optional<std::string> read_part(const std::filesystem::path& file);
+
 /// Looks at the first and last bytes of every picture: throws ConfigError with the place for one
-/// that is missing, torn, or of another size than the camera's in `rig`.
+/// that is missing, torn, of more than 8 bits, or of another size than the camera's in `rig`.
 void check_pictures(const Dataset& dataset, const Rig& rig);
 
 /// One picture, 8-bit BGR. Throws ConfigError with the place for one that cannot be read.

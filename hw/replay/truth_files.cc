@@ -87,16 +87,20 @@ void write_layer(const fs::path& file, const TruthLayer& layer) {
   write_file(file, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 
-TruthLayer read_layer(const fs::path& file, const LayerPlace& place) {
-  TruthLayer layer = empty_layer(place);
-  std::error_code error;
-  if (layer.cells.empty() && !fs::exists(file, error)) {
-    return layer;
-  }
-  if (!fs::exists(file, error)) {
+std::string there(const fs::path& file, const std::optional<std::string>& text) {
+  if (!text) {
     throw ConfigError(file.string() + ": is not there");
   }
-  const std::string bytes = read_file(file);
+  return *text;
+}
+
+TruthLayer read_layer(const fs::path& file, const LayerPlace& place) {
+  TruthLayer layer = empty_layer(place);
+  const std::optional<std::string> found = read_part(file);
+  if (!found && layer.cells.empty()) {
+    return layer;
+  }
+  const std::string bytes = there(file, found);
   cv::Mat picture;
   try {
     if (!bytes.empty()) {
@@ -142,11 +146,7 @@ std::string estimate_row(const TruePose& pose) {
 std::int64_t count(std::size_t n) { return static_cast<std::int64_t>(n); }
 
 DatasetTable read_table(const fs::path& file, std::size_t columns) {
-  std::error_code error;
-  if (!fs::exists(file, error)) {
-    throw ConfigError(file.string() + ": is not there");
-  }
-  return {file.string(), read_file(file), columns};
+  return {file.string(), there(file, read_part(file)), columns};
 }
 
 }  // namespace

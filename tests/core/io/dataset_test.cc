@@ -7,6 +7,7 @@
 #include <limits>
 
 #include <gmock/gmock.h>
+#include <opencv2/imgcodecs.hpp>
 
 #include "core/base/error.h"
 #include "core/base/rng.h"
@@ -273,6 +274,10 @@ TEST_F(DatasetTest, PicturesThatAreNoneAreTold) {
   EXPECT_EQ(fault(), place + "is not a PNG picture");
   fs::remove(picture);
   EXPECT_EQ(fault(), place + "is not there");
+  cv::imwrite(picture.string(), cv::Mat(6, 8, CV_16UC1, cv::Scalar(300)));
+  EXPECT_EQ(fault(), place +
+                         "has 16 bits a sample; save the camera's pictures with 8 (mogrify "
+                         "-depth 8 of ImageMagick does it)");
   std::string spoilt = whole;
   spoilt[spoilt.size() / 2] = static_cast<char>(spoilt[spoilt.size() / 2] ^ 0x55);
   write_file(picture, spoilt);
@@ -286,6 +291,18 @@ TEST_F(DatasetTest, PicturesThatAreNoneAreTold) {
     ADD_FAILURE() << "a picture of another size";
   } catch (const ConfigError& error) {
     EXPECT_THAT(error.what(), EndsWith("has 8 x 6 pixels, the rig's b has 9 x 6"));
+  }
+}
+
+TEST_F(DatasetTest, AFolderInAFilesPlaceIsTold) {
+  record();
+  for (const char* file : {"mav0/odom0/data.csv", "mav0/events.csv", "mav0/a/data.csv",
+                           "recording.yaml", "rig.yaml"}) {
+    fs::rename(folder_ / file, folder_ / "kept");
+    fs::create_directory(folder_ / file);
+    EXPECT_EQ(fault(), (folder_ / file).string() + ": is not a file");
+    fs::remove(folder_ / file);
+    fs::rename(folder_ / "kept", folder_ / file);
   }
 }
 
@@ -357,6 +374,23 @@ TEST(DatasetText, OdometryOfAnotherClockIsRefused) {
                                          : std::nullopt;
   };
   EXPECT_THROW(parse_dataset("d", {"cam"}, text), ConfigError);
+}
+
+TEST(DatasetText, StampsOfAnotherEpochAreRefused) {  // they would end the run before it begins
+  const auto text = [](const std::string& file) -> std::optional<std::string> {
+    return file == "mav0/odom0/data.csv" ? std::optional("#\n1403636579763555584,0,0,0,0,0\n")
+           : file == "mav0/cam/data.csv" ? std::optional("#\n1403636579763555584,a.png\n")
+                                         : std::nullopt;
+  };
+  try {
+    parse_dataset("d", {"cam"}, text);
+    ADD_FAILURE() << "stamps since 1970";
+  } catch (const ConfigError& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "d/mav0/odom0/data.csv:2: is over an hour away from 0, when a run begins; subtract "
+        "it from every time stamp of the dataset, and from its pictures' names");
+  }
 }
 
 TEST(DatasetText, WhatNoRobotOnWheelsDoesIsRefused) {
