@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/io/map_server.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -156,10 +157,11 @@ MapServerMap read(const MapYaml& yaml, const std::filesystem::path& yaml_path) {
 
 void write_map_server(const std::filesystem::path& stem, const OccupancyMap& map) {
   const std::filesystem::path picture = with_suffix(stem, ".pgm");
-  std::string pgm =
-      "P5\n" + std::to_string(map.columns) + " " + std::to_string(map.rows) + "\n255\n";
-  for (int row = map.rows - 1; row >= 0; --row) {
-    for (int column = 0; column < map.columns; ++column) {
+  const int columns = std::max(1, map.columns);
+  const int rows = std::max(1, map.rows);
+  std::string pgm = "P5\n" + std::to_string(columns) + " " + std::to_string(rows) + "\n255\n";
+  for (int row = rows - 1; row >= 0; --row) {
+    for (int column = 0; column < columns; ++column) {
       const Cell cell = map.at(column, row);
       pgm += static_cast<char>(cell == Cell::kFree       ? kFree
                                : cell == Cell::kOccupied ? kOccupied

@@ -8,7 +8,8 @@
 namespace panoptes {
 
 /// Writes `<stem>.pgm` and then `<stem>.yaml` in ROS map_server's trinary form: free 254, unknown
-/// 205, occupied 0, the top row first; `origin` is the lower-left corner of the lower-left cell.
+/// 205, occupied 0, the top row first; `origin` is the lower-left corner of the lower-left cell. A
+/// map without cells is written as one that is unknown: no reader takes a picture without pixels.
 void write_map_server(const std::filesystem::path& stem, const OccupancyMap& map);
 
 /// Reads a map_server map (trinary, scale or raw; PGM, PNG, BMP or JPEG) by the yaml's own

@@ -44,6 +44,12 @@ TEST_F(MapServer, WritesWhatRosReads) {
             std::string("P5\n3 2\n255\n\xCD\xFE\xFE\xFE\xCD\0", 17));
 }
 
+TEST_F(MapServer, NothingMappedIsOneUnknownCell) {
+  write_map_server(folder_ / "map", OccupancyMap());
+  EXPECT_EQ(read_file(folder_ / "map.pgm"), "P5\n1 1\n255\n\xCD");
+  EXPECT_EQ(read_map_server(folder_ / "map.yaml").cells, std::vector<Cell>{Cell::kUnknown});
+}
+
 TEST_F(MapServer, ReadsBackWhatItWrote) {
   const OccupancyMap map = small_map();
   write_map_server(folder_ / "map", map);
