@@ -19,7 +19,8 @@ struct RecordArguments {
   CommonArguments common;
 };
 
-// Drives a mission and keeps all that the robot perceived and was told in a dataset.
+// Drives a mission and keeps all that the robot perceived and was told in a dataset. What the
+// mission requires of a whole run, a recording of any part of it need not meet.
 int record(const RecordArguments& args) {
   std::vector<std::string> overrides = args.common.overrides();
   if (args.depth) {
@@ -36,7 +37,7 @@ int record(const RecordArguments& args) {
         open.rig, mission.robot, open.true_pictures);
   };
   return run_mission(mission, {"record", args.common.out_dir.value_or(default_out_dir(mission)),
-                               args.common.quiet, keep_all});
+                               args.common.quiet, keep_all, false});
 }
 
 }  // namespace

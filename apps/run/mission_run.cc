@@ -19,12 +19,14 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   OutDir out(run.out_dir);
   Until until(mission.until);
   const Rng rng(mission.seed);
+  RunInfo info = run_info(run.command, mission);
+  info.judged = run.judged;
   OpenRobot open;
   try {
     open = open_robot(mission, rng.fork("robot"), patient_renderer(until, run.quiet));
   } catch (const sim::BakeStopped&) {
     out.keep();
-    Recorder nothing(run.out_dir, run_info(run.command, mission), nullptr);
+    Recorder nothing(run.out_dir, info, nullptr);
     const RunReport report = nothing.write_report(std::nullopt, {}, {"interrupted", ""});
     print(report);
     return report.exit_status;
@@ -36,7 +38,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   StageClock clock;
   Navigator navigator(mission.navigator, mission.robot, open.rig, rng.fork("navigator"),
                       listener(clock));
-  Recorder recorder(run.out_dir, run_info(run.command, mission), &clock);
+  Recorder recorder(run.out_dir, info, &clock);
   Progress progress(std::min(from_seconds(mission.until.duration_s), open.length), run.quiet);
   for (const std::string& remark : open.remarks) {
     std::fprintf(stderr, "%s\n", remark.c_str());

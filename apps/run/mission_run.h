@@ -18,6 +18,8 @@ struct MissionRun {
 
   /// Puts something between the robot and who drives it; may be empty.
   std::function<void(OpenRobot& open, const std::filesystem::path& out_dir)> wrap;
+
+  bool judged = true;  ///< by the mission's `require:`
 };
 
 /// The one loop: the robot perceives, the navigator maps and says where to drive, the recorder

@@ -137,6 +137,9 @@ bool take_metrics(Trial& trial) {
   trial.broken.clear();
   trial.required.clear();
   for (const Json& line : metrics.value("requirements", Json::array())) {
+    if (!line.contains("pass")) {  // not judged
+      continue;
+    }
     trial.required.emplace_back(line.value("require", ""), line.value("pass", false));
     if (!line.value("pass", false)) {
       trial.broken.push_back(line.value("require", ""));

@@ -136,9 +136,11 @@ struct MadeUpRun {
 class RecorderTest : public ScratchTest {
  protected:
   RunReport record(const std::filesystem::path& out_dir, const std::optional<Truth>& truth,
-                   std::vector<std::string> require = {}, RunEnd end = {"completed", "explored"}) {
+                   std::vector<std::string> require = {}, RunEnd end = {"completed", "explored"},
+                   bool judged = true) {
     std::filesystem::create_directories(out_dir);
     RunInfo info;
+    info.judged = judged;
     info.version = "0.1.0";
     info.mission = "made-up";
     info.seed = 7;
@@ -260,6 +262,39 @@ TEST_F(RecorderTest, JudgesTheRequirements) {
   EXPECT_EQ(lines[4]["pass"], true);
   EXPECT_THAT(report.summary, testing::Contains("broken: loops.false == 0, it is 1"));
   EXPECT_THAT(report.summary, testing::Contains("broken: goals == 3, no such figure"));
+}
+
+TEST_F(RecorderTest, AReplayThatDivergedIsNotJudgedByFiguresOfDriving) {
+  const RunReport report = record(
+      folder_ / "run", run_.truth,
+      {"collisions == 0", "exploration.t90_s <= 100", "loops.accepted >= 0"},
+      {.outcome = "completed", .end_reason = "end_of_data", .commands_diverged_at = time_at(1)});
+  EXPECT_EQ(report.exit_status, 0);
+  const json lines = metrics(folder_ / "run")["requirements"];
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[0], json::parse(R"({"require": "collisions == 0"})"));
+  EXPECT_EQ(lines[1], json::parse(R"({"require": "exploration.t90_s <= 100"})"));
+  EXPECT_EQ(lines[2]["pass"], true);
+  EXPECT_THAT(report.summary,
+              testing::Contains("not judged: collisions == 0, exploration.t90_s <= 100 (figures "
+                                "that driving decides)"));
+  EXPECT_EQ(
+      record(
+          folder_ / "misspelt", run_.truth, {"map.covrage >= 0.5"},
+          {.outcome = "completed", .end_reason = "end_of_data", .commands_diverged_at = time_at(1)})
+          .exit_status,
+      1);
+}
+
+TEST_F(RecorderTest, ARecordingIsNotJudgedByWhatTheWholeMissionRequires) {
+  const RunReport report = record(folder_ / "run", run_.truth, {"map.coverage >= 2"},
+                                  {.outcome = "completed", .end_reason = "duration"}, false);
+  EXPECT_EQ(report.exit_status, 0);
+  const json lines = metrics(folder_ / "run")["requirements"];
+  EXPECT_FALSE(lines[0].contains("pass"));
+  EXPECT_TRUE(lines[0].contains("value"));
+  EXPECT_THAT(report.summary, testing::Contains("not judged: map.coverage >= 2 (a recording is "
+                                                "done when it is recorded)"));
 }
 
 TEST_F(RecorderTest, CallsACollisionACollision) {
