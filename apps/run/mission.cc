@@ -56,7 +56,7 @@ void bind(Fields&, DriveByNavigator&) {}
 
 void bind(Fields& f, DriveAlongRoute& o) {
   f.require(f.writing() || f.present("file"), "file", "missing; it must name a file of waypoints");
-  f.file_or_inline("file", o.route, o.file);
+  f.file_or_inline("file", o.route);
 }
 
 void bind(Fields&, DriveNowhere&) {}

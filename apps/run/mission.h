@@ -33,8 +33,7 @@ struct DriveByNavigator {
 struct DriveAlongRoute {
   static constexpr std::string_view kName = "route";
   static constexpr std::string_view kShort = "file";
-  sim::Route route;
-  std::string file;  ///< where it came from; empty when written inline
+  sim::Route route;  ///< written inline: a replay needs no file but the dataset's
 };
 struct DriveNowhere {
   static constexpr std::string_view kName = "none";

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "core/io/file.h"
 
 namespace panoptes {
 namespace {
@@ -96,6 +97,14 @@ TEST(Mission, DrivesAlongARouteGivenInline) {
   const auto mission = load_mission<ExploreMission>(
       kOffice, {"drive={route: {waypoints: [{x_m: 1, y_m: 2}], speed_mps: 0.3}}"});
   EXPECT_EQ(std::get<DriveAlongRoute>(mission.drive).route.waypoints.size(), 1U);
+  // a run's mission.yaml holds the way itself, not the name of a file that may be gone
+  const std::string route = testing::TempDir() + "panoptes-mission-test-route.yaml";
+  write_file(route, "waypoints: [{x_m: 1, y_m: 2.5}]\n");
+  const std::string written =
+      write_settings(load_mission<ExploreMission>(kOffice, {"drive={route: " + route + "}"}));
+  std::filesystem::remove(route);
+  const auto again = read_settings_text<ExploreMission>(written, "mission.yaml");
+  EXPECT_EQ(std::get<DriveAlongRoute>(again.drive).route.waypoints.at(0).y_m, 2.5);
   EXPECT_TRUE(std::holds_alternative<DriveNowhere>(
       load_mission<ExploreMission>(kOffice, {"drive=none"}).drive));
 }
