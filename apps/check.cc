@@ -12,7 +12,9 @@
 #include "apps/run/open_robot.h"
 #include "core/base/error.h"
 #include "core/config/geometry_fields.h"
+#include "core/io/dataset.h"
 #include "core/io/map_server.h"
+#include "hw/replay/truth_files.h"
 #include "sim/world/load.h"
 
 namespace panoptes {
@@ -89,9 +91,39 @@ const FileKind& kind_of(const std::string& file) {
       "waypoints:, a map image: and occupied_thresh:");
 }
 
+// A recorded run: as it is replayed, or as another program's, which has no mission.
+void check_dataset(const std::string& folder) {
+  std::error_code ignored;
+  std::vector<std::string> remarks;
+  if (std::filesystem::exists(std::filesystem::path(folder) / "mission.yaml", ignored)) {
+    const auto mission = load_mission<ExploreMission>(folder);
+    remarks = open_robot(mission, Rng(mission.seed)).remarks;
+  } else {
+    Dataset dataset = read_dataset(folder);
+    check_pictures(dataset, dataset.believed.rig.value_or(Rig()));
+    if (const auto truth = hw::RecordedTruth::read(folder)) {
+      truth->cut_to_fit(dataset);
+    }
+    remarks = dataset.remarks;
+    remarks.push_back(folder +
+                      ": has no mission.yaml; to replay it, write a mission with "
+                      "platform: {kind: recorded, dataset: " +
+                      folder + "}");
+  }
+  for (const std::string& remark : remarks) {
+    std::printf("%s\n", remark.c_str());
+  }
+}
+
 // The exit status that the file alone would give.
 int check_file(const std::string& file) {
   try {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(std::filesystem::path(file) / "mav0", ignored)) {
+      check_dataset(file);
+      std::printf("%s: ok (dataset)\n", file.c_str());
+      return 0;
+    }
     const FileKind& kind = kind_of(file);
     kind.check(file);
     std::printf("%s: ok (%s)\n", file.c_str(), kind.name);
@@ -120,7 +152,7 @@ int check(const std::vector<std::string>& files) {
 void add_check(CLI::App& app, Command& chosen) {
   auto files = std::make_shared<std::vector<std::string>>();
   CLI::App* sub = app.add_subcommand("check", "Is this configuration right?");
-  sub->add_option("files", *files, "missions, worlds, rigs, robots, routes, maps")
+  sub->add_option("files", *files, "missions, worlds, rigs, robots, routes, maps, datasets")
       ->required()
       ->type_name("FILE...");
   sub->footer("Example: panoptes check scenes/missions/*.yaml scenes/worlds/*.yaml");

@@ -156,6 +156,32 @@ TEST_F(Replay, KeepsWhatThePicturesTrulyShow) {
               testing::ElementsAre("back", "floor", "front"));
 }
 
+TEST_F(Replay, NeedsNoFileButTheDatasets) {
+  write("route.yaml", "waypoints: [{x_m: 4.95, y_m: 3.0}]\n");
+  // what the mission requires of a whole run, a short recording need not meet
+  EXPECT_EQ(record("data", {"--duration", "2", "--set",
+                            "platform.start={x_m: 4.95, y_m: 4.0, "
+                            "theta_deg: -90}",
+                            "--set", "drive={route: route.yaml}"})
+                .status,
+            0);
+  fs::remove(folder_ / "work/route.yaml");
+  EXPECT_EQ(panoptes({"check", "data"}).out, "data: ok (dataset)\n");
+  EXPECT_EQ(replay("data", "again", {"--set", "require=[]"}).status, 0);
+  EXPECT_EQ(read_file(folder_ / "work/data/steps.csv"),
+            read_file(folder_ / "work/again/steps.csv"));
+  fs::remove(folder_ / "work/data/mission.yaml");  // as another program's
+  EXPECT_EQ(panoptes({"check", "data"}).out,
+            "data: has no mission.yaml; to replay it, write a mission with platform: {kind: "
+            "recorded, dataset: data}\ndata: ok (dataset)\n");
+  const fs::path rows = folder_ / "work/data/mav0/odom0/data.csv";
+  write_file(rows, read_file(rows) + "3000000000,1e9,0,0,0,0\n");
+  const Said said = panoptes({"check", "data"});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_EQ(said.out,
+            "data/mav0/odom0/data.csv:33: field 2 must be from -1e+06 to 1e+06, got 1e9\n");
+}
+
 TEST_F(Replay, NothingIsOverwrittenAndNothingIsLeftOfWhatIsRefused) {
   fs::create_directories(folder_ / "work/data");
   write("data/note.txt", "mine");
