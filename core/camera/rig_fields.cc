@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <numbers>
 #include <optional>
 
@@ -14,6 +15,11 @@ constexpr int kMaxSize_px = 8192;
 // Beyond it a pinhole's picture is all edge; a fisheye's goes on.
 constexpr double kMaxFov_rad = deg_to_rad(170);
 constexpr double kMaxFisheyeFov_rad = deg_to_rad(350);
+// In widths (heights) of the picture: from beyond the widest fisheye to half a degree of view.
+constexpr double kShortestFocal = 0.05;
+constexpr double kLongestFocal = 100;
+constexpr double kFarthestMount_m = 10;   // a mast; beyond it somebody wrote millimetres
+constexpr double kFarthestFloor_m = 100;  // no camera on a robot tells floor from wall out there
 
 // A lens and its sensor as data sheets have them.
 struct LensSheet {
@@ -88,6 +94,17 @@ void bind_intrinsics(Fields& f, Intrinsics& o) {
   f.choice("distortion", o.distortion);
   bind_view(f, o);
   if (o.fx_px > 0 && o.fy_px > 0) {
+    const auto sensible = [](double focal_px, int size_px) {
+      return focal_px >= kShortestFocal * size_px && focal_px <= kLongestFocal * size_px;
+    };
+    f.require(sensible(o.fx_px, o.width_px) && sensible(o.fy_px, o.height_px),
+              f.present("lens") ? "lens" : "intrinsics_px",
+              "must have focal lengths of 0.05 to 100 times the picture's size (widths for fx, "
+              "heights for fy); correct their unit");
+    f.require(std::abs(o.cx_px - o.width_px / 2.0) <= o.width_px &&
+                  std::abs(o.cy_px - o.height_px / 2.0) <= o.height_px,
+              "intrinsics_px",
+              "must have cx and cy no farther from the middle of the picture than its own size");
     const bool axis_inside =
         o.cx_px > 0 && o.cy_px > 0 && o.cx_px < o.width_px - 1 && o.cy_px < o.height_px - 1;
     f.require(o.is_pinhole() || axis_inside, "intrinsics_px",
@@ -99,15 +116,21 @@ void bind_intrinsics(Fields& f, Intrinsics& o) {
 
 // at_m, yaw_deg and tilt_deg, or T_body_camera.
 void bind_mounting(Fields& f, Pose3& T_body_camera) {
+  const auto require_on_robot = [&f](const char* key, const Vec3& eye_body) {
+    f.require(eye_body.cwiseAbs().maxCoeff() <= kFarthestMount_m, key,
+              "must be within 10 m of the robot's middle, in metres");
+  };
   if (f.writing() || f.present("T_body_camera")) {
     f("T_body_camera", T_body_camera);
     f.require(!f.present("at_m"), "T_body_camera", "must not be given beside at_m");
+    require_on_robot("T_body_camera", T_body_camera.translation);
     return;
   }
   Vec3 position_body = Vec3::Zero();
   double yaw_rad = 0;
   double tilt_rad = 0;
   f.needed("at_m", position_body);
+  require_on_robot("at_m", position_body);
   f.angle("yaw", yaw_rad, between(-2 * std::numbers::pi, 2 * std::numbers::pi));
   f.angle("tilt", tilt_rad, between(-std::numbers::pi / 2, std::numbers::pi / 2));
   T_body_camera = mounted_camera(position_body, yaw_rad, tilt_rad);
@@ -147,7 +170,7 @@ void bind(Fields& f, FloorView& o) {
   f.word("rows", o.rows,
          {{"all", FloorView::Rows::kAll}, {"lower_half", FloorView::Rows::kLowerHalf}});
   f("near_m", o.near_m, not_negative);
-  f("far_m", o.far_m, positive);
+  f("far_m", o.far_m, between(0.01, kFarthestFloor_m));
   f.require(o.far_m > o.near_m, "far_m", "must be > near_m");
   f("marks", o.marks);
   f.require(o.marks.empty() || o.marks.size() >= 4, "marks",

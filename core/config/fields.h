@@ -84,9 +84,9 @@ class Fields {
 
   /// As above, but its absence is a fault.
   template <class T>
-  void needed(std::string_view key, T& value) {
+  void needed(std::string_view key, T& value, const Rule& rule = Rule()) {
     require_present(key);
-    (*this)(key, value);
+    (*this)(key, value, rule);
   }
 
   /// A map whose entries begin as `common` rather than as T's own defaults.

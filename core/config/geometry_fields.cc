@@ -41,10 +41,11 @@ void bind(Fields& f, Body& o) {
   f("wheel_base_m", o.wheel_base_m, between(0.01, 5));
   f("wheel_radius_m", o.wheel_radius_m, between(0.001, 2));
   f("ticks_per_turn", o.ticks_per_turn, at_least(1));
-  f("max_speed_mps", o.max_speed_mps, positive);
-  f("max_turn_radps", o.max_turn_radps, positive);
-  f("max_accel_mps2", o.max_accel_mps2, positive);
-  f("max_turn_accel_radps2", o.max_turn_accel_radps2, positive);
+  // From a snail to a racing car, on wheels.
+  f("max_speed_mps", o.max_speed_mps, between(1e-3, 100));
+  f("max_turn_radps", o.max_turn_radps, between(1e-3, 100));
+  f("max_accel_mps2", o.max_accel_mps2, between(1e-3, 1000));
+  f("max_turn_accel_radps2", o.max_turn_accel_radps2, between(1e-3, 1000));
 }
 
 }  // namespace panoptes

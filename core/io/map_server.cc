@@ -112,9 +112,9 @@ MapServerMap read(const MapYaml& yaml, const std::filesystem::path& yaml_path) {
   MapServerMap found;
   OccupancyMap& map = found.map;
   map.cell_m = yaml.value<double>("resolution");
-  if (!(map.cell_m > 0 && map.cell_m < 10)) {
-    yaml.fault("resolution",
-               "must be > 0 and < 10 metres, got " + yaml.value<std::string>("resolution"));
+  if (!(map.cell_m >= 0.001 && map.cell_m < 10)) {
+    yaml.fault("resolution", "must be at least 0.001 and less than 10 metres, got " +
+                                 yaml.value<std::string>("resolution"));
   }
   const auto origin = yaml.value<std::vector<double>>("origin");
   if (origin.size() < 2 || origin.size() > 3) {

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <iterator>
 #include <limits>
+#include <map>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -348,27 +350,52 @@ class Builder {
                          : fmt::format("there are {}", fmt::join(known, ", "));
   }
 
-  /// So that the map of what is true stays of a size that a computer can hold.
+  /// So that the map of what is true stays of a size that a computer can hold, and pictures are
+  /// drawn finely enough.
   void require_room(const std::string& mention) {
     constexpr double kWidest_m = 1000;
+    const auto mention_of = [&](std::size_t object) {
+      return mentions_[object].empty() ? mention : mentions_[object];
+    };
     Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity());
     Vec2 high = -low;
+    std::size_t farthest = 0;
+    double farthest_m = 0;
+    std::size_t too_far = 0;
+    std::optional<std::size_t> widening;
     for (std::size_t i = 0; i < world_.objects.size(); ++i) {
       const Object& object = world_.objects[i];
+      double far_m = 0;
       for (const Triangle& t : object.triangles) {
         for (const Corner& corner : t.corners) {
-          const Vec2 p = (object.T_scene_object * corner.p_object).head<2>();
-          low = low.cwiseMin(p);
-          high = high.cwiseMax(p);
+          const Vec3 p = object.T_scene_object * corner.p_object;
+          far_m = std::max(far_m, p.cwiseAbs().maxCoeff());
+          low = low.cwiseMin(p.head<2>());
+          high = high.cwiseMax(p.head<2>());
         }
       }
-      if ((high - low).maxCoeff() > kWidest_m) {
-        faults_.user(mentions_[i].empty() ? mention : mentions_[i],
-                     fmt::format("with '{}' the world is {:.0f} m wide; it may be {:.0f}: move it "
-                                 "nearer to the rest",
-                                 object.name, (high - low).maxCoeff(), kWidest_m));
-        return;
+      too_far += far_m > kFarthest_m ? 1 : 0;
+      if (far_m > farthest_m) {
+        farthest = i;
+        farthest_m = far_m;
       }
+      if (!widening && (high - low).maxCoeff() > kWidest_m) {
+        widening = i;
+        faults_.user(
+            mention_of(i),
+            fmt::format("with '{}' the world is {:.6g} m wide; it may be {}: move it nearer "
+                        "to the rest",
+                        object.name, (high - low).maxCoeff(), kWidest_m));
+      }
+    }
+    if (too_far > 0 && !widening) {
+      faults_.user(mention_of(farthest),
+                   fmt::format("'{}' stands {:.6g} m from the origin{}; a world reaches {} m along "
+                               "each axis, for farther out pictures are drawn too coarsely: move "
+                               "the world to the origin",
+                               world_.objects[farthest].name, farthest_m,
+                               too_far > 1 ? fmt::format(", and {} more too far", too_far - 1) : "",
+                               kFarthest_m));
     }
   }
 

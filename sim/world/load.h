@@ -145,6 +145,10 @@ WorldSettings expanded(const WorldSettings& settings);
 /// or larger than a renderer can take (kMostTriangles, kMostTextures).
 World make_world(const WorldSettings& settings);
 
+/// Nothing stands farther from the origin along an axis: beyond it single precision, in which
+/// pictures are drawn and bodies touch, is coarser than a tenth of a millimetre.
+inline constexpr double kFarthest_m = 1000;
+
 /// Drawing a 640x480 picture of 40 k triangles takes 10 ms, of 330 k twice as long, and the bake
 /// looks at every one: beyond this a world is too slow to be of use.
 inline constexpr std::size_t kMostTriangles = 400'000;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <array>
+#include <cmath>
+
+#include <fmt/format.h>
 
 #include "core/config/geometry_fields.h"
 #include "sim/world/boxes.h"
@@ -12,24 +15,60 @@ namespace {
 // Beyond what a run can last; far below what a Time can hold.
 constexpr double kLongest_s = 1e9;
 
+// A lamp of this power lights a surface white from 30 m.
+constexpr double kBrightest = 1000;
+// Times what the lamps of a group have. Light is kept in steps of 1/65000 of the brightest that an
+// event makes it: beyond this what is lit as rooms are would be black.
+constexpr double kMostRaised = 100;
+// Thinner than the finest detail of a picture: corners of a thing this close count as one.
+constexpr double kThinnest_m = 1e-3;
+
+const Rule in_reach = [](double value) {
+  return std::abs(value) <= kFarthest_m
+             ? std::string()
+             : fmt::format(
+                   "must be within {} m of the origin, for farther out pictures are drawn "
+                   "too coarsely; move the world there",
+                   kFarthest_m);
+};
+const Rule light = [](double value) {
+  return value >= 0 && value <= kBrightest
+             ? std::string()
+             : fmt::format("must be from 0 to {}, where 1 lights a white surface white",
+                           kBrightest);
+};
+const Rule length = [](double value) {
+  return value >= kThinnest_m && value <= kFarthest_m
+             ? std::string()
+             : fmt::format("must be from {} to {} metres", kThinnest_m, kFarthest_m);
+};
+
+bool is_direction(const Vec3& v) {
+  constexpr double kShortest = 1e-6;
+  constexpr double kLongest = 1e6;
+  return v.stableNorm() >= kShortest && v.stableNorm() <= kLongest;
+}
+
 /// What a fault about a thing as a whole points at.
 std::string mention_of(const Fields& f) { return f.present("name") ? f.where("name") : f.here(); }
 
 }  // namespace
 
 void bind(Fields& f, AreaLight& o) {
-  f.needed("at_m", o.at_m);
-  f("size_m", o.size_m, positive);
+  f.needed("at_m", o.at_m, in_reach);
+  f("size_m", o.size_m, length);
   f("normal", o.normal);
-  f.require(o.normal.norm() > 0, "normal", "must not be zero: it is where the light shines to");
-  f("power", o.power, not_negative);
+  f.require(is_direction(o.normal), "normal",
+            "must be from 1e-6 to 1e6 long: it is where the light shines to");
+  f("power", o.power, light);
   f("group", o.group);
 }
 
 void bind(Fields& f, Sun& o) {
   f.needed("from", o.from);
-  f.require(o.from.norm() > 0, "from", "must not be zero: it is the direction to the sun");
-  f("power", o.power, not_negative);
+  f.require(is_direction(o.from), "from",
+            "must be from 1e-6 to 1e6 long: it is the direction to the sun");
+  f("power", o.power, light);
   f("group", o.group);
 }
 
@@ -42,7 +81,7 @@ void bind(Fields& f, ObjectSettings& o) {
   f("scale", o.scale, positive);
   f.word("up", o.up, {{"usual", Up::kUsual}, {"y", Up::kY}, {"z", Up::kZ}});
   f("at", o.at);
-  f("z_m", o.z_m);
+  f("z_m", o.z_m, in_reach);
   f("movable", o.movable);
   f.paths("textures", o.textures, o.texture_mentions);
 }
@@ -51,10 +90,10 @@ void bind(Fields& f, BoxSettings& o) {
   f("name", o.name);
   o.mention = mention_of(f);
   f.require(f.present("size_m"), "size_m", "missing; it must be given");
-  f("size_m", o.size_m, positive);
+  f("size_m", o.size_m, length);
   f("at", o.at);
-  f("hinge_m", o.hinge_m);
-  f("z_m", o.z_m);
+  f("hinge_m", o.hinge_m, in_reach);
+  f("z_m", o.z_m, in_reach);
   f("movable", o.movable);
   f.path("picture", o.picture);
   o.picture_mention = f.where("picture");
@@ -64,8 +103,8 @@ void bind(Fields& f, BoxSettings& o) {
               "must name front, back, left, right, top or bottom, got " + face);
   }
   f("picture_m", o.picture_m, not_negative);
-  f.require((o.picture_m.x() > 0) == (o.picture_m.y() > 0), "picture_m",
-            "must be > 0 both ways, or [0, 0] for once over each face");
+  f.require(o.picture_m.maxCoeff() == 0 || o.picture_m.minCoeff() >= kThinnest_m, "picture_m",
+            "must be at least 0.001 metres both ways, or [0, 0] for once over each face");
 }
 
 void bind(Fields& f, EventSettings& o) {
@@ -82,7 +121,7 @@ void bind(Fields& f, EventSettings& o) {
   const int said = one_of("lights", o.lights) + one_of("move", o.move) + one_of("open", o.open);
   f.require(said == 1, "lights", "exactly one of lights, move and open must be given");
   if (!f.writing() || !o.lights.empty()) {
-    f("power", o.power, not_negative);
+    f("power", o.power, between(0, kMostRaised));
   }
   if (!f.writing() || !o.move.empty()) {
     f("to", o.to);
@@ -93,6 +132,8 @@ void bind(Fields& f, EventSettings& o) {
   f.require(!f.present("power") || !o.lights.empty(), "power", "goes with lights alone");
   f.require(!f.present("to") || !o.move.empty(), "to", "goes with move alone");
   f.require(o.move.empty() || f.present("to"), "to", "missing; it is where the thing goes");
+  const std::string too_far = in_reach(o.to.position().cwiseAbs().maxCoeff());
+  f.require(too_far.empty(), "to", too_far);
 }
 
 void bind(Fields& f, PersonSettings& o) {
@@ -100,7 +141,7 @@ void bind(Fields& f, PersonSettings& o) {
   o.mention = mention_of(f);
   f.path("mesh", o.mesh);
   o.mesh_mention = f.present("mesh") ? f.where("mesh") : o.mention;
-  f.needed("path", o.path);
+  f.needed("path", o.path, in_reach);
   o.path_mention = f.where("path");
   f.require(o.path.size() >= 2, "path", "must be a list of two points or more");
   f("speed_mps", o.speed_mps, between(0.01, 10));
@@ -130,7 +171,7 @@ void bind(Fields& f, WorldSettings& o) {
     o.mention = f.here();
   }
   f("name", o.name);
-  f("ambient", o.ambient, not_negative);
+  f("ambient", o.ambient, light);
   f("ambient_group", o.ambient_group);
   f("lights", o.lights);
   f("sun", o.sun);

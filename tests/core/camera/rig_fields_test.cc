@@ -100,6 +100,26 @@ TEST(RigFields, RefusesWhatNoCameraCanBe) {
                   "are surveyed before the run"));
 }
 
+TEST(RigFields, RefusesNumbersThatShowNothing) {
+  const std::string focal =
+      "must have focal lengths of 0.05 to 100 times the picture's size (widths for fx, heights for "
+      "fy); correct their unit";
+  const std::string on_robot = "must be within 10 m of the robot's middle, in metres";
+  EXPECT_THAT(
+      faults("cameras:\n"
+             "  a: {at_m: [0, 0, 790], intrinsics_px: [1e-3, 1e-3, 160, 120]}\n"
+             "  b: {at_m: [0, 0, 1], lens: {focal_mm: 1e6, pixel_um: 3}}\n"
+             "  c: {at_m: [0, 0, 1], intrinsics_px: [200, 200, 1e9, 120]}\n"
+             "  d: {at_m: [0, 0, 1], fov_deg: 80, floor: {far_m: 1e9}}\n"),
+      ElementsAre(
+          "rig.yaml:2:13: cameras.a.at_m: " + on_robot,
+          "rig.yaml:2:41: cameras.a.intrinsics_px: " + focal,
+          "rig.yaml:3:30: cameras.b.lens: " + focal,
+          "rig.yaml:4:39: cameras.c.intrinsics_px: must have cx and cy no farther from the middle "
+          "of the picture than its own size",
+          "rig.yaml:5:52: cameras.d.floor.far_m: must be from 0.01 to 100, got 1e9"));
+}
+
 TEST(RigFields, ReadsLensesThatBend) {
   const auto rig = read_settings_text<Rig>(
       "cameras:\n"

@@ -89,7 +89,7 @@ TEST_F(MapServer, SaysWhereTheYamlIsWrong) {
   EXPECT_EQ(message(good), path + ":1:1: resolution: is missing");
   EXPECT_EQ(message(good + "resolution: fine\n"), path + ":5:13: resolution: has the wrong type");
   EXPECT_EQ(message(good + "resolution: -1\n"),
-            path + ":5:13: resolution: must be > 0 and < 10 metres, got -1");
+            path + ":5:13: resolution: must be at least 0.001 and less than 10 metres, got -1");
   EXPECT_EQ(message(good + "resolution: 0.1\nmode: row\n"),
             path + ":6:7: mode: must be trinary, scale or raw, got row");
   EXPECT_EQ(message(good + "resolution: 0.1\n"),

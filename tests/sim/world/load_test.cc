@@ -268,8 +268,55 @@ TEST_F(LoadWorld, ThingsOfNoSizeAreRefused) {
   const std::string at = path("world.yaml");
   EXPECT_EQ(message_of<ConfigError>("boxes:\n  - {name: b, size_m: [1, 0, 1]}\nobjects:\n  - "
                                     "{name: a, mesh: good.obj, scale: 0}\n"),
-            at + ":2:27: boxes[0].size_m[1]: must be > 0, got 0\n" + at +
+            at + ":2:27: boxes[0].size_m[1]: must be from 0.001 to 1000 metres, got 0\n" + at +
                 ":4:38: objects[0].scale: must be > 0, got 0");
+}
+
+TEST_F(LoadWorld, AWorldFarFromTheOriginIsRefused) {
+  const std::string at = path("world.yaml");
+  EXPECT_EQ(message_of<ConfigError>(
+                "boxes:\n  - {name: a, size_m: [1, 1, 1], at: {x_m: 5e6}}\n"
+                "  - {name: b, size_m: [1, 1, 1], at: {x_m: 5e6, y_m: 3}}\n"
+                "  - {name: c, size_m: [1, 1, 1], at: {x_m: 5000002, y_m: 3}, movable: true}\n"),
+            at + ":4:12: 'c' stands 5e+06 m from the origin, and 2 more too far; a world reaches "
+                 "1000 m along each axis, for farther out pictures are drawn too coarsely: move "
+                 "the world to the origin");
+  EXPECT_EQ(message_of<ConfigError>("objects:\n  - {name: tower, mesh: good.obj, z_m: 998}\n"),
+            at + ":2:12: 'tower' stands 1001 m from the origin; a world reaches 1000 m along each "
+                 "axis, for farther out pictures are drawn too coarsely: move the world to the "
+                 "origin");
+  const std::string cure =
+      "must be within 1000 m of the origin, for farther out pictures are drawn too coarsely; move "
+      "the world there, got ";
+  EXPECT_EQ(message_of<ConfigError>(
+                "lights:\n  - {at_m: [0, 2000, 3]}\nevents:\n  - {at_s: 1, move: b, to: {x_m: "
+                "1e9}}\npeople:\n  - {name: p, path: [[0, 0], [-1e9, 0]]}\n"),
+            at + ":2:16: lights[0].at_m[1]: " + cure + "2000\n" + at +
+                ":4:28: events[0].to: must be within 1000 m of the origin, for farther out "
+                "pictures are drawn too coarsely; move the world there\n" +
+                at + ":6:31: people[0].path[1][0]: " + cure + "-1e9");
+}
+
+TEST_F(LoadWorld, NumbersThatLeadNowhereAreRefused) {
+  const std::string at = path("world.yaml");
+  EXPECT_EQ(
+      message_of<ConfigError>(
+          "ambient: 1e7\nsun: {from: [1e300, 0, 0]}\n"
+          "boxes: [{name: b, size_m: [1, 1e-12, 1], picture_m: [1e-9, 1]}]\n"
+          "lights: [{at_m: [0, 0, 2], group: hall, normal: [0, 0, 0], size_m: [1e-9, 1]}]\n"
+          "events: [{at_s: 1, lights: hall, power: 1e300}]\n"),
+      at +
+          ":1:10: ambient: must be from 0 to 1000, where 1 lights a white surface white, got "
+          "1e7\n" +
+          at + ":2:13: sun.from: must be from 1e-6 to 1e6 long: it is the direction to the sun\n" +
+          at + ":3:31: boxes[0].size_m[1]: must be from 0.001 to 1000 metres, got 1e-12\n" + at +
+          ":3:53: boxes[0].picture_m: must be at least 0.001 metres both ways, or [0, 0] for once "
+          "over each face\n" +
+          at +
+          ":4:49: lights[0].normal: must be from 1e-6 to 1e6 long: it is where the light "
+          "shines to\n" +
+          at + ":4:69: lights[0].size_m[0]: must be from 0.001 to 1000 metres, got 1e-9\n" + at +
+          ":5:41: events[0].power: must be from 0 to 100, got 1e300");
 }
 
 TEST_F(LoadWorld, APictureTooLargeIsRefusedByItsHeader) {
