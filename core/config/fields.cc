@@ -653,8 +653,11 @@ void Setting::path(std::string& value) {
         tree.text.starts_with("data:")
             ? tree.text + ", looked for in " + root + "/scenes and " + root + "/assets"
             : value;
+    const bool is_folder = std::filesystem::is_directory(value, error);
     state_->document->faults.push_back(
-        {tree.place, join(state_->path), "no such file: " + looked_for, true});
+        {tree.place, join(state_->path),
+         is_folder ? "is a folder, not a file: " + value : "no such file: " + looked_for,
+         !is_folder});
   }
 }
 

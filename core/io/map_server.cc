@@ -102,9 +102,8 @@ Mode mode_of(const MapYaml& yaml) {
 cv::Mat picture_of(const std::filesystem::path& path) {
   try {
     return decode_picture(read_file(path), kMostSide_cells, PictureColours::kGrey);
-  } catch (const IoError& error) {
-    const std::string reason = error.what();
-    throw IoError(reason.starts_with(path.string()) ? reason : path.string() + ": " + reason);
+  } catch (const ConfigError& error) {
+    throw ConfigError(path.string() + ": " + error.what());
   }
 }
 

@@ -153,7 +153,7 @@ cv::Mat decode_anymap(std::string_view bytes, const Anymap& header) {
                               static_cast<std::size_t>(header.channels);
   const std::size_t sample_bytes = header.text ? 2 : header.most > 255 ? 2 : 1;  // text: "0 "
   if (bytes.size() - header.pixels_at + (header.text ? 1 : 0) < samples * sample_bytes) {
-    throw IoError(std::string(kDamaged));
+    throw ConfigError(std::string(kDamaged));
   }
   cv::Mat pixels(height, width, CV_8UC(header.channels));
   std::size_t at = header.pixels_at;
@@ -163,7 +163,7 @@ cv::Mat decode_anymap(std::string_view bytes, const Anymap& header) {
     if (header.text) {
       const std::optional<std::uint32_t> number = next_number(bytes, at);
       if (!number) {
-        throw IoError(std::string(kDamaged));
+        throw ConfigError(std::string(kDamaged));
       }
       value = *number;
     } else {
@@ -224,7 +224,7 @@ std::string bare_png(std::string_view bytes) {
     }
     at += length + 12;
   }
-  throw IoError(std::string(kDamaged));
+  throw ConfigError(std::string(kDamaged));
 }
 
 }  // namespace
@@ -244,11 +244,12 @@ std::optional<PictureSize> picture_size(std::string_view bytes) {
 cv::Mat decode_picture(std::string_view bytes, int most_side_px, PictureColours colours) {
   const std::optional<PictureSize> size = picture_size(bytes);
   if (!size) {
-    throw IoError(std::string(kNoPicture));
+    throw ConfigError(std::string(kNoPicture));
   }
   if (size->width_px > most_side_px || size->height_px > most_side_px) {
-    throw IoError("is " + std::to_string(size->width_px) + " x " + std::to_string(size->height_px) +
-                  " pixels; make it at most " + std::to_string(most_side_px) + " wide and high");
+    throw ConfigError("is " + std::to_string(size->width_px) + " x " +
+                      std::to_string(size->height_px) + " pixels; make it at most " +
+                      std::to_string(most_side_px) + " wide and high");
   }
   cv::Mat pixels;
   if (const std::optional<Anymap> map = anymap_header(bytes)) {
@@ -262,14 +263,14 @@ cv::Mat decode_picture(std::string_view bytes, int most_side_px, PictureColours 
   }
   std::string whole = bytes.starts_with(kPngSignature) ? bare_png(bytes) : std::string(bytes);
   if (whole.starts_with("\xff\xd8") && whole.rfind("\xff\xd9") == std::string::npos) {
-    throw IoError(std::string(kDamaged));
+    throw ConfigError(std::string(kDamaged));
   }
   const cv::Mat encoded(1, static_cast<int>(whole.size()), CV_8U, whole.data());
   pixels = cv::imdecode(
       encoded, (colours == PictureColours::kGrey ? cv::IMREAD_GRAYSCALE : cv::IMREAD_COLOR) |
                    cv::IMREAD_IGNORE_ORIENTATION);
   if (pixels.empty()) {
-    throw IoError(std::string(kDamaged));
+    throw ConfigError(std::string(kDamaged));
   }
   return pixels;
 }

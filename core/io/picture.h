@@ -21,7 +21,7 @@ enum class PictureColours { kBgr, kGrey };
 
 /// The pixels of such a file, 8 bits a channel. Its size is looked at before anything is decoded,
 /// and its frame is checked before a decoder sees it, so that nothing is written to the terminal.
-/// Throws IoError for what is none, is cut short or damaged, or is wider or higher than
+/// Throws ConfigError for what is none, is cut short or damaged, or is wider or higher than
 /// `most_side_px`; the message says what is wrong and what to do, and the caller of which file.
 cv::Mat decode_picture(std::string_view bytes, int most_side_px, PictureColours colours);
 

@@ -195,6 +195,8 @@ std::vector<Object> make_floor_plan(const FloorPlanSettings& settings, Pictures&
     read = read_turned_map_server(settings.map);
   } catch (const IoError& error) {
     throw IoError(prefix + "floor plan: " + error.what());
+  } catch (const ConfigError& error) {
+    throw ConfigError(prefix + "floor plan: " + error.what());
   }
   const auto occupied = std::count(read.map.cells.begin(), read.map.cells.end(), Cell::kOccupied);
   if (occupied == 0 || occupied == static_cast<std::ptrdiff_t>(read.map.cells.size())) {

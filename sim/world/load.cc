@@ -178,10 +178,10 @@ class Builder {
                    "the world is empty; give it objects, boxes, a floor_plan, generate or include");
     }
     if (world_.textures.size() > kMostTextures) {
-      faults_.machine(settings.mention,
-                      fmt::format("the world has {} pictures and colours; it may have {}: let more "
-                                  "things share them",
-                                  world_.textures.size(), kMostTextures));
+      faults_.user(settings.mention,
+                   fmt::format("the world has {} pictures and colours; it may have {}: let more "
+                               "things share them",
+                               world_.textures.size(), kMostTextures));
     }
     for (const EventSettings& event : settings.events) {
       add_event(event);
@@ -216,9 +216,9 @@ class Builder {
     }
     triangles_ += object.triangles.size();
     if (triangles_ > kMostTriangles && triangles_ - object.triangles.size() <= kMostTriangles) {
-      faults_.machine(mention, fmt::format("'{}' brings the world to {} triangles; it takes {}: "
-                                           "make meshes coarser or use fewer",
-                                           object.name, triangles_, kMostTriangles));
+      faults_.user(mention, fmt::format("'{}' brings the world to {} triangles; it takes {}: "
+                                        "make meshes coarser or use fewer",
+                                        object.name, triangles_, kMostTriangles));
     }
     if (triangles_ > kMostTriangles) {
       object.triangles.clear();  // said; no need to hold more of them

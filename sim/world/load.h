@@ -140,9 +140,10 @@ WorldSettings expanded(const WorldSettings& settings);
 
 /// Makes the world, `expanded` or not: reads meshes, pictures and maps. Every fault is said at once
 /// with the place that mentions it: ConfigError for what contradicts itself (names given twice,
-/// events on what is not there, a way that leads through a wall), IoError where all there is to
-/// complain of is files: missing, not to be read, without faces, with numbers that are not finite,
-/// or larger than a renderer can take (kMostTriangles, kMostTextures).
+/// events on what is not there, a way that leads through a wall) and for files that are no good
+/// (damaged, without faces, with numbers that are not finite, or larger than a renderer can take:
+/// kMostTriangles, kMostTextures); IoError where all there is to complain of is files that are
+/// missing or that the machine cannot read.
 World make_world(const WorldSettings& settings);
 
 /// Nothing stands farther from the origin along an axis: beyond it single precision, in which

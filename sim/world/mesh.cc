@@ -14,6 +14,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include <assimp/Importer.hpp>
@@ -44,9 +45,8 @@ class Complaint {
       : mention_(settings.mesh_mention.empty() ? "" : settings.mesh_mention + ": "),
         file_(std::move(file)) {}
 
-  [[noreturn]] void raise(const std::string& what) const {
-    throw IoError(fmt::format("{}mesh '{}' {}", mention_, file_, what));
-  }
+  [[noreturn]] void raise(const std::string& what) const { throw ConfigError(line(what)); }
+  [[noreturn]] void raise_missing(const std::string& what) const { throw IoError(line(what)); }
   [[noreturn]] void raise_many(std::uint64_t triangles) const {
     raise(
         fmt::format("has {} triangles; a world takes {} in all: make it coarser (Blender: "
@@ -55,6 +55,10 @@ class Complaint {
   }
 
  private:
+  std::string line(const std::string& what) const {
+    return fmt::format("{}mesh '{}' {}", mention_, file_, what);
+  }
+
   std::string mention_;
   std::string file_;
 };
@@ -66,11 +70,24 @@ std::string format_of(const std::string& file) {
   return suffix;
 }
 
-/// Lines of an OBJ that begin a face, as triangles.
-std::uint64_t count_obj(std::ifstream& stream) {
+/// Lines of an OBJ that begin a face, as triangles; the files of materials it names must be there,
+/// for without them it would silently be grey.
+std::uint64_t count_obj(std::ifstream& stream, const fs::path& folder, const Complaint& complaint) {
+  constexpr std::string_view kMaterials = "mtllib ";
   std::uint64_t triangles = 0;
   std::string line;
   while (std::getline(stream, line)) {
+    if (line.starts_with(kMaterials)) {
+      const std::size_t last = line.find_last_not_of(" \t\r");
+      const std::string name = line.substr(kMaterials.size(), last + 1 - kMaterials.size());
+      std::error_code ignored;
+      if (!fs::is_regular_file(folder / name, ignored)) {
+        complaint.raise_missing(
+            fmt::format("takes its materials from '{}', which does not exist; put that file there, "
+                        "or take out its line mtllib",
+                        (folder / name).string()));
+      }
+    }
     if (line.size() > 1 && line[0] == 'f' && (line[1] == ' ' || line[1] == '\t')) {
       std::uint64_t corners = 0;
       for (std::size_t i = 1; i < line.size(); ++i) {
@@ -84,19 +101,31 @@ std::uint64_t count_obj(std::ifstream& stream) {
   return triangles;
 }
 
-/// What the header of a PLY says; its faces may have more corners than three.
-std::uint64_t count_ply(std::ifstream& stream) {
+/// What the header of a PLY says; its faces may have more corners than three. Room is made for as
+/// many corners as it says before any is read.
+std::uint64_t count_ply(std::ifstream& stream, std::uintmax_t size_bytes,
+                        const Complaint& complaint) {
   constexpr int kMostHeaderLines = 1000;
-  constexpr std::string_view kFaces = "element face ";
+  constexpr std::string_view kElement = "element ";
   std::string line;
   for (int i = 0; i < kMostHeaderLines && std::getline(stream, line); ++i) {
-    std::uint64_t count = 0;
-    if (line.starts_with(kFaces)) {
-      std::from_chars(line.data() + kFaces.size(), line.data() + line.size(), count);
-      return count;
-    }
     if (line.starts_with("end_header")) {
       break;
+    }
+    if (!line.starts_with(kElement)) {
+      continue;
+    }
+    const char* const end = line.data() + line.size();
+    std::uint64_t count = 0;
+    if (std::from_chars(line.data() + line.find_last_of(' ') + 1, end, count).ec ==
+        std::errc::result_out_of_range) {
+      count = std::numeric_limits<std::uint64_t>::max();
+    }
+    if (line.starts_with("element face ")) {
+      return count;
+    }
+    if (count > size_bytes) {
+      complaint.raise("says that it has more corners than a file of its size can; export it again");
     }
   }
   return 0;
@@ -114,11 +143,15 @@ std::uint64_t count_stl(std::ifstream& stream, std::uintmax_t size_bytes) {
 }
 
 /// Triangles as far as they can be told without reading the mesh; 0 where they cannot.
-std::uint64_t count_before_reading(const std::string& file, std::uintmax_t size_bytes) {
+std::uint64_t count_before_reading(const std::string& file, std::uintmax_t size_bytes,
+                                   const Complaint& complaint) {
   const std::string format = format_of(file);
   std::ifstream stream(file, std::ios::binary);
-  return format == ".obj"   ? count_obj(stream)
-         : format == ".ply" ? count_ply(stream)
+  if (!stream) {
+    complaint.raise_missing("cannot be opened; make it readable");
+  }
+  return format == ".obj"   ? count_obj(stream, fs::path(file).parent_path(), complaint)
+         : format == ".ply" ? count_ply(stream, size_bytes, complaint)
          : format == ".stl" ? count_stl(stream, size_bytes)
                             : 0;
 }
@@ -329,7 +362,7 @@ std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictur
   const Complaint complaint(settings, file);
   std::error_code ignored;
   if (!fs::is_regular_file(file, ignored)) {
-    complaint.raise("does not exist; correct its path or put the file there");
+    complaint.raise_missing("does not exist; correct its path or put the file there");
   }
   const std::uintmax_t size_bytes = fs::file_size(file, ignored);
   if (size_bytes > kMostFile_bytes) {
@@ -339,7 +372,8 @@ std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictur
                     size_bytes >> 20U, kMostFile_bytes >> 20U));
   }
   const Up up = up_of(settings, file);
-  if (const std::uint64_t count = count_before_reading(file, size_bytes); count > kMostTriangles) {
+  if (const std::uint64_t count = count_before_reading(file, size_bytes, complaint);
+      count > kMostTriangles) {
     complaint.raise_many(count);
   }
   Assimp::Importer importer;

@@ -28,6 +28,8 @@ int Pictures::find_or_add(const std::string& name, const std::string& mention, c
       textures_.back().bgr = read();
     } catch (const IoError& error) {
       faults_.machine(mention, fmt::format("texture '{}' {}", name, error.what()));
+    } catch (const ConfigError& error) {
+      faults_.user(mention, fmt::format("texture '{}' {}", name, error.what()));
     }
   }
   return entry->second;

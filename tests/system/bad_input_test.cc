@@ -55,7 +55,7 @@ TEST_F(BadInput, WorldsAndAssetsThatAreNotThere) {
   write("w.yaml", "name: w\nobjects:\n  - {name: room, mesh: room.gltf}\n");
   expect_refused(3, "w.yaml:3:24: platform.world.objects[0].mesh: no such file: room.gltf");
   write("room.gltf", "no mesh");
-  expect_refused(3,
+  expect_refused(2,
                  "w.yaml:3:24: mesh 'room.gltf' cannot be read: No suitable reader found for the "
                  "file format of file \"room.gltf\".; export it again, as glTF or OBJ");
 
@@ -65,7 +65,7 @@ TEST_F(BadInput, WorldsAndAssetsThatAreNotThere) {
   write("w.yaml", "name: w\nobjects:\n" + before + "t.png}}\n");
   expect_refused(3, place + "platform.world.objects[0].textures.top: no such file: t.png");
   write("t.png", "no picture");
-  expect_refused(3, place +
+  expect_refused(2, place +
                         "texture 't.png' is not a picture that can be read; save it again as PNG "
                         "or JPEG");
 }

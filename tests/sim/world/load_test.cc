@@ -105,7 +105,8 @@ TEST_F(LoadWorld, AMissingMeshIsSaidWithItsPlace) {
 
 TEST_F(LoadWorld, AMeshThatIsNoneIsSaidWithItsPlace) {
   write("broken.gltf", "{ this is not json");
-  const std::string message = message_of<IoError>("objects:\n  - {name: a, mesh: broken.gltf}\n");
+  const std::string message =
+      message_of<ConfigError>("objects:\n  - {name: a, mesh: broken.gltf}\n");
   EXPECT_THAT(message, StartsWith(path("world.yaml") + ":2:21: mesh '" + path("broken.gltf") +
                                   "' cannot be read: "));
   EXPECT_THAT(message, HasSubstr("; export it again, as glTF or OBJ"));
@@ -114,14 +115,14 @@ TEST_F(LoadWorld, AMeshThatIsNoneIsSaidWithItsPlace) {
 
 TEST_F(LoadWorld, AMeshWithoutFacesIsSaid) {
   write("empty.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\n");
-  EXPECT_EQ(message_of<IoError>("objects:\n  - {name: a, mesh: empty.obj}\n"),
+  EXPECT_EQ(message_of<ConfigError>("objects:\n  - {name: a, mesh: empty.obj}\n"),
             path("world.yaml") + ":2:21: mesh '" + path("empty.obj") +
                 "' has no faces; export it with its surfaces");
 }
 
 TEST_F(LoadWorld, AMeshWithNumbersThatAreNoneIsSaid) {
   write("nan.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
-  EXPECT_EQ(message_of<IoError>("objects:\n  - {name: a, mesh: nan.obj}\n"),
+  EXPECT_EQ(message_of<ConfigError>("objects:\n  - {name: a, mesh: nan.obj}\n"),
             path("world.yaml") + ":2:21: mesh '" + path("nan.obj") +
                 "' has a corner that is not a finite number; export it again");
 }
@@ -139,10 +140,10 @@ TEST_F(LoadWorld, AMissingTextureIsSaid) {
 
 TEST_F(LoadWorld, ATextureThatIsNoPictureIsSaid) {
   write("text.png", "no picture");
-  EXPECT_EQ(
-      message_of<IoError>("objects:\n  - {name: a, mesh: good.obj, textures: {paint: text.png}}\n"),
-      path("world.yaml") + ":2:49: texture '" + path("text.png") +
-          "' is not a picture that can be read; save it again as PNG or JPEG");
+  EXPECT_EQ(message_of<ConfigError>(
+                "objects:\n  - {name: a, mesh: good.obj, textures: {paint: text.png}}\n"),
+            path("world.yaml") + ":2:49: texture '" + path("text.png") +
+                "' is not a picture that can be read; save it again as PNG or JPEG");
 }
 
 TEST_F(LoadWorld, APictureForAnUnknownMaterialIsSaid) {
@@ -150,6 +151,21 @@ TEST_F(LoadWorld, APictureForAnUnknownMaterialIsSaid) {
                 "objects:\n  - {name: a, mesh: good.obj, textures: {pant: other.png}}\n"),
             path("world.yaml") + ":2:48: mesh '" + path("good.obj") +
                 "' has no material 'pant'; it has paint");
+}
+
+TEST_F(LoadWorld, AMissingFileOfMaterialsIsSaid) {
+  fs::remove(path("good.mtl"));
+  EXPECT_EQ(message_of<IoError>("objects:\n  - {name: a, mesh: good.obj}\n"),
+            path("world.yaml") + ":2:21: mesh '" + path("good.obj") +
+                "' takes its materials from '" + path("good.mtl") +
+                "', which does not exist; put that file there, or take out its line mtllib");
+}
+
+TEST_F(LoadWorld, AFolderIsNoMesh) {
+  fs::create_directories(path("folder.obj"));
+  EXPECT_EQ(message_of<ConfigError>("objects:\n  - {name: a, mesh: folder.obj}\n"),
+            path("world.yaml") +
+                ":2:21: objects[0].mesh: is a folder, not a file: " + path("folder.obj"));
 }
 
 TEST_F(LoadWorld, AMissingTextureIsNamedOnce) {
@@ -324,7 +340,7 @@ TEST_F(LoadWorld, APictureTooLargeIsRefusedByItsHeader) {
   const std::string header("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\x75\x30\0\0\x75\x30\x08\x02\0\0\0",
                            29);
   std::ofstream(path("huge.png"), std::ios::binary) << header << "\0\0\0\0";
-  EXPECT_EQ(message_of<IoError>("boxes:\n  - {size_m: [1, 1, 1], picture: huge.png}\n"),
+  EXPECT_EQ(message_of<ConfigError>("boxes:\n  - {size_m: [1, 1, 1], picture: huge.png}\n"),
             path("world.yaml") + ":2:34: texture '" + path("huge.png") +
                 "' is 30000 x 30000 pixels; make it at most 8192 wide and high");
 }
@@ -339,7 +355,7 @@ TEST_F(LoadWorld, ADamagedPictureIsSaidWithoutNoise) {
   ::testing::internal::CaptureStderr();
   for (const std::size_t keep : {png.size() - 4, png.size() / 2, std::size_t{40}}) {
     std::ofstream(path("cut.png"), std::ios::binary) << png.substr(0, keep);
-    EXPECT_EQ(message_of<IoError>("boxes:\n  - {size_m: [1, 1, 1], picture: cut.png}\n"),
+    EXPECT_EQ(message_of<ConfigError>("boxes:\n  - {size_m: [1, 1, 1], picture: cut.png}\n"),
               path("world.yaml") + ":2:34: texture '" + path("cut.png") +
                   "' is damaged or cut short; save it again as PNG or JPEG");
   }

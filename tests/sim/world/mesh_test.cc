@@ -154,6 +154,10 @@ TEST_F(BadMesh, ATooFineOneIsRefusedByItsHeader) {
                        "element face 1000000\nend_header\n"),
             "has 1000000 triangles; a world takes 400000 in all: make it coarser (Blender: "
             "Decimate), or cut it up");
+  EXPECT_EQ(message_of("v.ply",
+                       "ply\nformat ascii 1.0\nelement vertex 99999999999\nproperty float x\n"
+                       "element face 1\nend_header\n"),
+            "says that it has more corners than a file of its size can; export it again");
   std::string faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   for (int i = 0; i < 500'000; ++i) {
     faces += "f 1 2 3\n";
@@ -178,7 +182,7 @@ TEST_F(BadMesh, AWorldCountsAllItsMeshes) {
   try {
     make_world(settings);
     FAIL() << "accepted";
-  } catch (const IoError& error) {
+  } catch (const ConfigError& error) {
     EXPECT_STREQ(error.what(),
                  "w.yaml:1:b: 'b' brings the world to 500000 triangles; it takes 400000: make "
                  "meshes coarser or use fewer");
