@@ -114,7 +114,15 @@ void make_generated(WorldSettings& settings) {
   }
 }
 
-WorldSettings expanded(WorldSettings settings, std::vector<Inclusion>& chain) {
+/// What has been included on the way to a world.
+struct Inclusions {
+  std::vector<Inclusion> chain;                 ///< the files that include one another
+  std::map<std::string, std::string> mentions;  ///< of every file included, by what it is
+  std::vector<std::string> faults;
+};
+
+WorldSettings expanded(WorldSettings settings, Inclusions& inclusions) {
+  std::vector<Inclusion>& chain = inclusions.chain;
   make_generated(settings);
   for (std::size_t i = 0; i < settings.include.size(); ++i) {
     chain.push_back(
@@ -122,7 +130,17 @@ WorldSettings expanded(WorldSettings settings, std::vector<Inclusion>& chain) {
     const std::string& written = settings.include[i];
     const std::string file = written.starts_with("data:") ? resolve_path(written, "") : written;
     refuse_ring(file, chain);
-    WorldSettings other = expanded(read_settings<WorldSettings>(file), chain);
+    // A world has one place, so twice the same would stand in itself.
+    const auto [first, is_new] =
+        inclusions.mentions.emplace(identity_of(file), chain.back().mention);
+    if (!is_new) {
+      inclusions.faults.push_back(
+          fmt::format("{}: include: '{}' is here already, by {}; take one of the two out",
+                      chain.back().mention, file, first->second));
+      chain.pop_back();
+      continue;
+    }
+    WorldSettings other = expanded(read_settings<WorldSettings>(file), inclusions);
     chain.pop_back();
     append(settings.lights, other.lights);
     append(settings.boxes, other.boxes);
@@ -413,8 +431,12 @@ class Builder {
 }  // namespace
 
 WorldSettings expanded(const WorldSettings& settings) {
-  std::vector<Inclusion> chain;
-  return expanded(settings, chain);
+  Inclusions inclusions;
+  WorldSettings whole = expanded(settings, inclusions);
+  if (!inclusions.faults.empty()) {
+    throw ConfigError(inclusions.faults);
+  }
+  return whole;
 }
 
 World make_world(const WorldSettings& settings) { return Builder().make(expanded(settings)); }

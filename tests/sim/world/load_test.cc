@@ -273,6 +273,15 @@ TEST_F(LoadWorld, WorldsThatIncludeEachOtherAreRefused) {
                 path("world.yaml") + ":1:11 -> " + path("world.yaml") + "); take one of these out");
 }
 
+TEST_F(LoadWorld, AWorldIncludedTwiceIsSaidOnce) {
+  write("shelf.yaml",
+        "objects:\n  - {name: sign, mesh: good.obj}\n  - {name: s, mesh: good.obj}\n");
+  write("room.yaml", "include:\n  - ./shelf.yaml\n");
+  EXPECT_EQ(message_of<ConfigError>("include: [shelf.yaml, room.yaml]\n"),
+            path("room.yaml") + ":2:5: include: '" + path("shelf.yaml") + "' is here already, by " +
+                path("world.yaml") + ":1:11; take one of the two out");
+}
+
 TEST_F(LoadWorld, AnEmptyWorldIsRefused) {
   EXPECT_EQ(message_of<ConfigError>("name: nothing\n"),
             path("world.yaml") +
