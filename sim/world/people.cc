@@ -74,20 +74,20 @@ void check_ways(const World& world, const std::vector<PersonSettings>& people,
       const std::string& mention = mentions[outline.index];
       return fmt::format("'{}'{}", outline.object, mention.empty() ? "" : " (" + mention + ")");
     };
+    std::size_t first = 0;
     if (const auto thing = hit(path[0], path[0]); thing != around.end()) {
+      first = 1;
       faults.user(people[i].path_mention,
                   fmt::format("path: '{}' stands at {} in or within {} m of {}; start elsewhere",
                               people[i].name, place(path[0]), person.radius_m, name_of(*thing)));
-      continue;
     }
-    for (std::size_t k = 0; k + 1 < path.size(); ++k) {
+    for (std::size_t k = first; k + 1 < path.size(); ++k) {
       if (const auto thing = hit(path[k], path[k + 1]); thing != around.end()) {
         faults.user(people[i].path_mention,
                     fmt::format("path: '{}' would walk from {} to {} through or within {} m of {}; "
                                 "lead the path around it",
                                 people[i].name, place(path[k]), place(path[k + 1]), person.radius_m,
                                 name_of(*thing)));
-        break;
       }
     }
   }

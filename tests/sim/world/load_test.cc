@@ -238,6 +238,16 @@ TEST_F(LoadWorld, PeopleWalkRoundThings) {
                                              "1.9], [1, 0]]}\n"),
             at + ":4:39: path: 'ann' stands at (0.00, 1.90) in or within 0.25 m of 'wall' (" + at +
                 ":2:12); start elsewhere");
+  EXPECT_EQ(message_of<ConfigError>(before + "people:\n  - {name: ann, mesh: good.obj, path: [[0, "
+                                             "1.9], [1, 0], [1, 4], [2, 4], [2, 0]]}\n"),
+            at + ":4:39: path: 'ann' stands at (0.00, 1.90) in or within 0.25 m of 'wall' (" + at +
+                ":2:12); start elsewhere\n" + at +
+                ":4:39: path: 'ann' would walk from (1.00, 0.00) to (1.00, 4.00) through or within "
+                "0.25 m of 'wall' (" +
+                at + ":2:12); lead the path around it\n" + at +
+                ":4:39: path: 'ann' would walk from (2.00, 4.00) to (2.00, 0.00) through or within "
+                "0.25 m of 'wall' (" +
+                at + ":2:12); lead the path around it");
   const World world = load(before +
                            "people:\n  - {name: ann, mesh: good.obj, path: [[0, 0], [0, "
                            "-1]], speed_mps: 0.5, start_s: 3}\n");
