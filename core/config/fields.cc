@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <system_error>
 
 #include "core/base/check.h"
@@ -128,7 +129,8 @@ struct Document {
   bool writing = false;
   std::vector<SettingsFault> faults;
   std::vector<Override> overrides;
-  std::vector<std::string> files;  // in the order in which they were read
+  std::vector<std::string> files;                   // in the order in which they were read
+  std::map<std::string, std::string> unsaid_kinds;  // of mappings that name none of them, by path
 
   void fault(const SettingsTree& at, const Path& path, const std::string& text) {
     faults.push_back({at.place, join(path), text});
@@ -821,6 +823,7 @@ std::size_t Fields::kind_index(std::string_view key, const std::vector<std::stri
         }
       }
     }
+    document.unsaid_kinds[join(path)] = joined(kinds);
     return current;
   }
   const std::string& word = kind->text;
@@ -917,8 +920,13 @@ void Fields::finish() {
     if (std::find(node_->asked.begin(), node_->asked.end(), key.name) == node_->asked.end()) {
       SettingsTree at;
       at.place = key.place;
+      const auto kinds = node_->document->unsaid_kinds.find(join(node_->path));
       node_->document->fault(at, plus(node_->path, key.name),
-                             "unknown key; " + suggestion(key.name, node_->asked));
+                             "unknown key; " + suggestion(key.name, node_->asked) +
+                                 (kinds == node_->document->unsaid_kinds.end() ||
+                                          !nearest_word(key.name, node_->asked).empty()
+                                      ? ""
+                                      : "; kind is one of " + kinds->second));
       for (Override& o : node_->document->overrides) {
         o.used = o.used || starts_with(o.path, plus(node_->path, key.name));
       }

@@ -335,6 +335,12 @@ TEST(Fields, RefusesWordsItDoesNotKnow) {
                   "you mean histogram?"));
   EXPECT_THAT(faults("method: {kind: none, alpha: 3}"),
               ElementsAre("m.yaml:1:16: method: must be one of histogram, route, got none"));
+  EXPECT_THAT(
+      faults("method: {spoons: 3}"),
+      ElementsAre("m.yaml:1:10: method.spoons: unknown key; known: kind, alpha; kind is one "
+                  "of histogram, route"));
+  EXPECT_THAT(faults("method: {alph: 3}"),
+              ElementsAre("m.yaml:1:10: method.alph: unknown key; did you mean alpha?"));
   EXPECT_THAT(faults("method: {kind: route}"),
               ElementsAre("m.yaml:1:9: method.file: missing; it must be given"));
   EXPECT_THAT(faults("method: {kind: histogram, file: x}"),
