@@ -283,6 +283,28 @@ std::string parse_double(const std::string& text, double& value) {
   return std::isfinite(value) ? "" : "must be finite";
 }
 
+struct Between {
+  double low;
+  double high;
+
+  std::string must() const {
+    return "must be from " + number_text(low) + " to " + number_text(high);
+  }
+  std::string operator()(double value) const {
+    return value >= low && value <= high ? std::string() : must();
+  }
+};
+
+// What a rule on an angle in radians says of one that was written in degrees.
+std::string rule_in_degrees(const Rule& rule_rad, double value_deg) {
+  const std::string must = rule_rad ? rule_rad(deg_to_rad(value_deg)) : std::string();
+  const auto* range = rule_rad.target<Between>();
+  const auto printed_deg = [](double rad) { return std::round(1e6 * rad_to_deg(rad)) / 1e6; };
+  return must.empty() || range == nullptr
+             ? must
+             : Between{printed_deg(range->low), printed_deg(range->high)}.must();
+}
+
 }  // namespace
 
 class Setting::State {
@@ -377,13 +399,7 @@ class Fields::Node {
   }
 };
 
-Rule between(double low, double high) {
-  return [low, high](double value) {
-    return value >= low && value <= high
-               ? std::string()
-               : "must be from " + number_text(low) + " to " + number_text(high);
-  };
-}
+Rule between(double low, double high) { return Between{low, high}; }
 
 Rule at_least(double low) {
   return [low](double value) {
@@ -620,14 +636,10 @@ void Fields::angle(std::string_view stem, double& value_rad, const Rule& rule_ra
                            "given twice; " + in_deg + " says it already");
     return;
   }
-  const Rule deg_rule = [&rule_rad](double value) {
-    const std::string must = rule_rad ? rule_rad(deg_to_rad(value)) : std::string();
-    return must.empty() ? must : must + " in radians";
-  };
   double value_deg = 0;
   bool read = false;
-  const Rule note = [&deg_rule, &read](double value) {
-    std::string must = deg_rule(value);
+  const Rule note = [&](double value) {
+    std::string must = rule_in_degrees(rule_rad, value);
     read = must.empty();
     return must;
   };

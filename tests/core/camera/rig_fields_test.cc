@@ -82,16 +82,14 @@ TEST(RigFields, RefusesWhatNoCameraCanBe) {
       ElementsAre("rig.yaml:2:3: cameras: must be named by letters, digits, _ and - (their names "
                   "become file names)",
                   "rig.yaml:2:18: cameras.a b.size_px: must be [width, height]",
-                  "rig.yaml:2:34: cameras.a b.fov_deg: must be from 0.017453292519943295 to "
-                  "2.9670597283903604 in radians, got 190",
+                  "rig.yaml:2:34: cameras.a b.fov_deg: must be from 1 to 170, got 190",
                   "rig.yaml:3:6: cameras.c.fov_deg: missing; it must be given (or lens, or "
                   "intrinsics_px)",
                   "rig.yaml:3:6: cameras.c.at_m: missing; it must be given",
                   "rig.yaml:3:6: cameras.c.floor: missing; a camera with the role floor must say "
                   "which part of its picture is mapped"));
   EXPECT_THAT(faults("cameras: {a: {fov_deg: 190, at_m: [0, 0, 1]}}"),
-              ElementsAre("rig.yaml:1:24: cameras.a.fov_deg: must be from 0.017453292519943295 to "
-                          "2.9670597283903604 in radians, got 190"));
+              ElementsAre("rig.yaml:1:24: cameras.a.fov_deg: must be from 1 to 170, got 190"));
   EXPECT_THAT(
       faults("cameras: {a: {fov_deg: 80, at_m: [0, 0, 1], floor: {near_m: 2, far_m: 1, marks: "
              "[{p_body_m: [1, 1], px: [1, 1]}]}}}"),

@@ -358,7 +358,7 @@ TEST(Fields, RefusesKeysGivenTwice) {
 
 TEST(Fields, AnglesKeepTheirRuleInEitherUnit) {
   EXPECT_THAT(faults("fov_deg: 300"),
-              ElementsAre("m.yaml:1:10: fov_deg: must be from 0.01 to 3 in radians, got 300"));
+              ElementsAre("m.yaml:1:10: fov_deg: must be from 0.572958 to 171.887339, got 300"));
   EXPECT_THAT(faults("fov_rad: 4"),
               ElementsAre("m.yaml:1:10: fov_rad: must be from 0.01 to 3, got 4"));
   EXPECT_THAT(faults("fov: 90"),
