@@ -23,6 +23,7 @@ constexpr double kSeenCell_m = 0.05;
 // seeing it, its radius, the blind gap before it (up to 0.25 m) and 10 cm.
 constexpr double kStartClear_m = 0.7;
 constexpr double kTouching_m = 0.001;  // the bumper's own give
+constexpr double kOnTop_m = 0.1;       // a camera that stands on the mast
 constexpr int kStartDraws = 100'000;   // finds a place that is one part in ten thousand of the room
 // A robot that knows the floor by its colour begins on one floor, or on two where they meet: nobody
 // would put it where paving, kerb and road are all at its feet.
@@ -30,17 +31,13 @@ constexpr int kStartFloors = 2;
 constexpr int kClearStarts = 200;  // of which one will do, but in a world of patchwork floors
 
 void refuse_bad_start(const Pose2& start, const std::string& mention, const Obstacles& obstacles,
-                      const Body& body) {
+                      const FloorSurfaces& floor, const Body& body) {
   const Vec2 at = start.position();
   const std::string where = fmt::format("{}{}platform.start: x_m: {:.3f}, y_m: {:.3f} ", mention,
                                         mention.empty() ? "" : ": ", at.x(), at.y());
   const char* const what_to_do = "move the start, or leave it out to have one drawn from the seed";
-  const Vec2 low = obstacles.low_scene();
-  const Vec2 high = obstacles.high_scene();
-  if ((at.array() < low.array()).any() || (at.array() > high.array()).any()) {
-    throw ConfigError(where + fmt::format("is outside of the world, which reaches from "
-                                          "({:.2f}, {:.2f}) to ({:.2f}, {:.2f}); {}",
-                                          low.x(), low.y(), high.x(), high.y(), what_to_do));
+  if (const std::string fault = world_box(obstacles, floor).outside_fault(at); !fault.empty()) {
+    throw ConfigError(where + fault + "; " + what_to_do);
   }
   const double clear_m = std::max(kStartClear_m, body.radius_m + kTouching_m);
   const std::optional<Nearest> nearest = obstacles.nearest(at, clear_m);
@@ -57,17 +54,16 @@ void refuse_bad_start(const Pose2& start, const std::string& mention, const Obst
                           nearest->distance_m, nearest->outline->object, clear_m, what_to_do));
 }
 
-Pose2 drawn_start(const Obstacles& obstacles, const FloorSurfaces& floor, const Body& body,
-                  Rng rng) {
-  const FreeRegion region(obstacles, body.radius_m);
-  const Vec2 low = obstacles.low_scene();
-  const Vec2 high = obstacles.high_scene();
+/// A place in a box with room all around; empty where none is found.
+std::optional<Pose2> drawn_within(const WorldBox& box, const Obstacles& obstacles,
+                                  const FloorSurfaces& floor, const Body& body, Rng& rng) {
+  const FreeRegion region(obstacles, body.radius_m, box.low_scene, box.high_scene);
   const double clear_m = std::max(kStartClear_m, body.radius_m + kTouching_m);
   std::optional<Pose2> first_clear;
   int clear = 0;
   for (int i = 0; i < kStartDraws && clear < kClearStarts; ++i) {
-    const double x = rng.uniform(low.x(), high.x());
-    const double y = rng.uniform(low.y(), high.y());
+    const double x = rng.uniform(box.low_scene.x(), box.high_scene.x());
+    const double y = rng.uniform(box.low_scene.y(), box.high_scene.y());
     const double theta = rng.uniform(-std::numbers::pi, std::numbers::pi);
     if (!region.contains({x, y}) || obstacles.nearest({x, y}, clear_m)) {
       continue;
@@ -79,18 +75,32 @@ Pose2 drawn_start(const Obstacles& obstacles, const FloorSurfaces& floor, const 
     first_clear = first_clear.value_or(start);
     ++clear;
   }
-  if (first_clear) {
-    return *first_clear;
-  }
-  throw ConfigError(
-      fmt::format("platform.start: no place in the world has {:.2f} m clear all around "
-                  "where the robot could start; give a start",
-                  clear_m));
+  return first_clear;
 }
 
-Pose2 start_pose(const SimulatedOptions& options, const Obstacles& obstacles,
+/// Among what stands, and where that leaves no room anywhere on the floor: floor that goes on
+/// outside of a room's walls is no place to begin.
+Pose2 drawn_start(const Obstacles& obstacles, const FloorSurfaces& floor, const Body& body,
+                  Rng rng) {
+  std::optional<Pose2> start;
+  if (!obstacles.outlines().empty()) {
+    start =
+        drawn_within({obstacles.low_scene(), obstacles.high_scene()}, obstacles, floor, body, rng);
+  }
+  if (!start) {
+    start = drawn_within(world_box(obstacles, floor), obstacles, floor, body, rng);
+  }
+  if (!start) {
+    throw ConfigError(
+        fmt::format("platform.start: no place in the world has {:.2f} m clear all around "
+                    "where the robot could start; give a start",
+                    std::max(kStartClear_m, body.radius_m + kTouching_m)));
+  }
+  return *start;
+}
+
+Pose2 start_pose(const SimulatedOptions& options, std::vector<Outline> all,
                  const Surroundings& around, const Body& body, const Rng& rng) {
-  std::vector<Outline> all = obstacles.outlines();
   for (Outline& outline : around.things.outlines_now()) {
     all.push_back(std::move(outline));
   }
@@ -98,26 +108,35 @@ Pose2 start_pose(const SimulatedOptions& options, const Obstacles& obstacles,
   if (!options.start) {
     return drawn_start(at_start, around.floor_surfaces, body, rng.fork("start"));
   }
-  refuse_bad_start(*options.start, options.start_mention, at_start, body);
+  refuse_bad_start(*options.start, options.start_mention, at_start, around.floor_surfaces, body);
   return *options.start;
 }
 
-TriggerOptions fitting_trigger(const SimulatedOptions& options, const Rig& rig) {
-  const std::string fault = rig_fault(options, rig);
-  if (!fault.empty()) {
-    throw ConfigError("platform." + fault);
+TriggerOptions fitting_trigger(const SimulatedOptions& options, const Rig& rig, const Body& body) {
+  std::vector<std::string> lines;
+  for (const KeyFault& fault : rig_faults(options, rig, body)) {
+    lines.push_back(fault.key + ": " + fault.what);
+  }
+  if (!lines.empty()) {
+    throw ConfigError(lines);
   }
   return options.trigger;
 }
 
+double longest_exposure_ms(const SensorOptions& options) {
+  const auto* automatic = std::get_if<AutoExposure>(&options.exposure);
+  return automatic != nullptr ? automatic->most_ms
+                              : std::get<FixedExposure>(options.exposure).exposure_ms;
+}
+
+double readout_ms(const SensorOptions& options, const Intrinsics& lens) {
+  return 1e-3 * options.row_us * (lens.height_px - 1);
+}
+
 /// How long before and after its stamp a picture sees.
 Duration reach_of(const SensorOptions& options, const Intrinsics& lens) {
-  const auto* automatic = std::get_if<AutoExposure>(&options.exposure);
-  const double exposure_ms = automatic != nullptr
-                                 ? automatic->most_ms
-                                 : std::get<FixedExposure>(options.exposure).exposure_ms;
-  const double rows_s = 1e-6 * options.row_us * (lens.height_px - 1);
-  return from_seconds((options.motion_blur ? 1e-3 * exposure_ms : 0) / 2 + rows_s / 2);
+  const double exposed_ms = options.motion_blur ? longest_exposure_ms(options) : 0;
+  return from_seconds(1e-3 * (exposed_ms + readout_ms(options, lens)) / 2);
 }
 
 World without_people(World world) {
@@ -153,37 +172,80 @@ TruthLayer nothing_seen(const TruthLayer& like) {
 
 }  // namespace
 
-std::string rig_fault(const SimulatedOptions& options, const Rig& rig) {
+std::string WorldBox::outside_fault(const Vec2& at_scene) const {
+  if ((at_scene.array() >= low_scene.array()).all() &&
+      (at_scene.array() <= high_scene.array()).all()) {
+    return {};
+  }
+  return fmt::format(
+      "is outside of the world, which reaches from ({:.2f}, {:.2f}) to ({:.2f}, {:.2f})",
+      low_scene.x(), low_scene.y(), high_scene.x(), high_scene.y());
+}
+
+WorldBox world_box(const Obstacles& obstacles, const FloorSurfaces& floor) {
+  WorldBox box{floor.low_scene(), floor.high_scene()};
+  if (!obstacles.outlines().empty()) {
+    box = {box.low_scene.cwiseMin(obstacles.low_scene()),
+           box.high_scene.cwiseMax(obstacles.high_scene())};
+  }
+  return box.low_scene.x() <= box.high_scene.x() ? box : WorldBox{};
+}
+
+std::vector<KeyFault> rig_faults(const SimulatedOptions& options, const Rig& rig,
+                                 const Body& body) {
   std::vector<std::string> known;
   for (const auto& [name, camera] : rig.cameras) {
     known.push_back(name);
   }
+  std::vector<KeyFault> faults;
   for (const auto& [name, sensor] : options.sensors) {
     if (!rig.cameras.contains(name)) {
       const std::string near = nearest_word(name, known);
-      return fmt::format("sensors.{0}: the rig has no camera {0}{1}", name,
-                         near.empty() ? "; name one of the rig's" : "; did you mean " + near + "?");
+      faults.push_back(
+          {"platform.sensors." + name,
+           "the rig has no camera " + name +
+               (near.empty() ? "; name one of the rig's" : "; did you mean " + near + "?")});
     }
   }
-  const std::string fault = trigger_fault(options.trigger, rig);
-  return fault.empty() ? fault : "trigger." + fault;
-}
-
-std::string mounting_fault(const Rig& rig, const Body& body) {
+  for (const KeyFault& fault : trigger_faults(options.trigger, rig)) {
+    faults.push_back({"platform.trigger." + fault.key, fault.what});
+  }
   for (const auto& [name, camera] : rig.cameras) {
+    const auto own = options.sensors.find(name);
+    const SensorOptions& sensor = own == options.sensors.end() ? options.sensor : own->second;
+    const double period_ms = 1e3 / camera.rate_hz;
+    const double exposure_ms = longest_exposure_ms(sensor);
+    const double rows_ms = readout_ms(sensor, camera.intrinsics);
+    if (exposure_ms + rows_ms > period_ms) {
+      faults.push_back(
+          {own == options.sensors.end() ? "platform.sensor" : "platform.sensors." + name,
+           fmt::format("a picture of the camera {} takes {:.4g} ms of exposure and {:.4g} ms of "
+                       "readout ({} rows of {:.4g} us), but the next begins after {:.4g} ms; "
+                       "shorten exposure_ms (most_ms) or row_us, or lower rate_hz to {:.4g}",
+                       name, exposure_ms, rows_ms, camera.intrinsics.height_px, sensor.row_us,
+                       period_ms, std::floor(1e4 / (exposure_ms + rows_ms)) / 10)});
+    }
     const Vec3& eye_body = camera.T_body_camera.translation;
     if (eye_body.z() <= 0) {
-      return fmt::format("cameras.{}: is mounted {:.3f} m below the floor; mount it above", name,
-                         -eye_body.z());
-    }
-    if (eye_body.z() < body.hull_height_m && eye_body.head<2>().norm() < body.radius_m) {
-      return fmt::format(
-          "cameras.{}: is mounted inside the robot, whose hull is {:.3f} m high and reaches {:.3f} "
-          "m from its middle; mount it above or farther out",
-          name, body.hull_height_m, body.radius_m);
+      faults.push_back(
+          {"rig.cameras." + name,
+           fmt::format("is mounted {:.3f} m below the floor; mount it above", -eye_body.z())});
+    } else if (eye_body.z() > body.height_m + kOnTop_m) {
+      faults.push_back({"rig.cameras." + name,
+                        fmt::format("is mounted {:.3f} m high, but the robot ends at {:.3f} m, and "
+                                    "what hangs higher would pass through the camera; mount it "
+                                    "lower, or correct the robot's height_m",
+                                    eye_body.z(), body.height_m)});
+    } else if (eye_body.z() < body.hull_height_m && eye_body.head<2>().norm() < body.radius_m) {
+      faults.push_back(
+          {"rig.cameras." + name,
+           fmt::format(
+               "is mounted inside the robot, whose hull is {:.3f} m high and reaches {:.3f} "
+               "m from its middle; mount it above or farther out",
+               body.hull_height_m, body.radius_m)});
     }
   }
-  return {};
+  return faults;
 }
 
 void bind(Fields& f, TruthOptions& o) {
@@ -195,6 +257,8 @@ void bind(Fields& f, SimulatedOptions& o) {
   f.require(f.writing() || f.present("world"), "world", "missing; it must name the world's file");
   f.file_or_inline("world", o.world, o.world_file);
   f("start", o.start);
+  f.require(!o.start || o.start->position().cwiseAbs().maxCoeff() <= kFarthest_m, "start",
+            "must be within 1000 m of the origin, where every world is");
   o.start_mention = f.where("start");
   f("mounting_error", o.mounting_error);
   f("wheel_error", o.wheel_error);
@@ -222,8 +286,10 @@ Surroundings bare_surroundings(const World& world, const Body& body) {
   return around;
 }
 
-Surroundings surroundings(const World& world, const Body& body, const RendererOptions& options) {
-  Surroundings around = bare_surroundings(world, body);
+namespace {
+
+void furnish(Surroundings& around, const World& world, const Body& body,
+             const RendererOptions& options) {
   const World lasting = without_people(world);
   const double cell_m = truth_cell_m(lasting);
   around.floor = occupancy(lasting, 0, kFloorLayerTop_m, cell_m);
@@ -232,6 +298,13 @@ Surroundings surroundings(const World& world, const Body& body, const RendererOp
   around.draw = [renderer](const View& view, const Ask& ask, const Moment& moment) {
     return renderer->draw(view, ask, moment);
   };
+}
+
+}  // namespace
+
+Surroundings surroundings(const World& world, const Body& body, const RendererOptions& options) {
+  Surroundings around = bare_surroundings(world, body);
+  furnish(around, world, body, options);
   return around;
 }
 
@@ -242,18 +315,16 @@ SimulatedRobot::SimulatedRobot(const SimulatedOptions& options, Surroundings sur
       true_rig_(mounted(options.mounting_error, believed, rng.fork("mounting"))),
       truth_options_(options.truth),
       obstacles_(std::move(surroundings_.outlines)),
-      drive_world_(body, obstacles_, start_pose(options, obstacles_, surroundings_, body, rng),
+      drive_world_(body, obstacles_,
+                   start_pose(options, obstacles_.outlines(), surroundings_, body, rng),
                    surroundings_.things),
       encoders_(options.wheel_error, body, rng.fork("wheels")),
       dead_reckoning_(body),
       surfaces_(options.surfaces),
       attitude_(options.attitude, body),
-      trigger_(fitting_trigger(options, believed), believed, rng.fork("trigger")),
+      trigger_(fitting_trigger(options, believed, body), believed, rng.fork("trigger")),
       latency_(from_seconds(options.trigger.latency_s)),
       seen_(nothing_seen(surroundings_.floor)) {
-  if (const std::string fault = mounting_fault(believed, body); !fault.empty()) {
-    throw ConfigError("rig." + fault);
-  }
   rig_ = surveyed(believed, true_rig_, body, rng.fork("survey"));
   for (const auto& [name, camera] : true_rig_.cameras) {
     const auto own = options.sensors.find(name);
@@ -467,8 +538,16 @@ std::unique_ptr<SimulatedRobot> open_simulated(const SimulatedOptions& options, 
                                                const Rig& believed, const Rng& rng,
                                                RendererOptions renderer) {
   renderer.painter = options.renderer;
-  return std::make_unique<SimulatedRobot>(
-      options, surroundings(make_world(options.world), body, renderer), body, believed, rng);
+  const World world = make_world(options.world);
+  Surroundings around = bare_surroundings(world, body);
+  // What would be refused is refused now: light and shadow may take minutes.
+  SimulatedOptions ready = options;
+  ready.trigger = fitting_trigger(options, believed, body);
+  ready.start = start_pose(options, around.outlines, around, body, rng);
+  surveyed(believed, mounted(options.mounting_error, believed, rng.fork("mounting")), body,
+           rng.fork("survey"));
+  furnish(around, world, body, renderer);
+  return std::make_unique<SimulatedRobot>(ready, std::move(around), body, believed, rng);
 }
 
 }  // namespace panoptes::sim

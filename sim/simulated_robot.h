@@ -61,13 +61,10 @@ struct SimulatedOptions {
 };
 void bind(Fields& f, SimulatedOptions& o);
 
-/// What the options say of cameras that the rig has not, as "<key>: <what is wrong; what to do>";
-/// empty when there is nothing to say.
-std::string rig_fault(const SimulatedOptions& options, const Rig& rig);
-
-/// Which camera could see nothing where it is mounted, as "<key of the rig>: <what is wrong; what
-/// to do>"; empty when all can.
-std::string mounting_fault(const Rig& rig, const Body& body);
+/// All that does not go together in the options, the rig and the body, by the keys of a mission:
+/// settings of cameras that the rig has not, pictures that take longer than the time between two,
+/// cameras that could see nothing where they are mounted.
+std::vector<KeyFault> rig_faults(const SimulatedOptions& options, const Rig& rig, const Body& body);
 
 /// What stands around the robot, as its body, its cameras and the truth meet it.
 struct Surroundings {
@@ -87,6 +84,16 @@ Surroundings surroundings(const World& world, const Body& body,
 /// The same where nothing is drawn and no truth is asked for: enough to say whether a robot can
 /// start.
 Surroundings bare_surroundings(const World& world, const Body& body);
+
+/// The corners of the world: of the box around what stands in it and its floor.
+struct WorldBox {
+  Vec2 low_scene = Vec2::Zero();
+  Vec2 high_scene = Vec2::Zero();
+
+  /// That a place is outside, in words; empty when it is not.
+  std::string outside_fault(const Vec2& at_scene) const;
+};
+WorldBox world_box(const Obstacles& obstacles, const FloorSurfaces& floor);
 
 /// A robot that exists in numbers alone. Its time moves in observe(), by steps of 1/120 s, between
 /// which it drives exact arcs; the frame sets come as its trigger says. Everything that a set holds
@@ -177,7 +184,7 @@ class SimulatedRobot final : public hw::Robot {
 };
 
 /// The simulated robot that a mission's `platform:` describes, its world loaded and its renderer
-/// made.
+/// made; what is wrong with it is said before light and shadow are computed.
 std::unique_ptr<SimulatedRobot> open_simulated(const SimulatedOptions& options, const Body& body,
                                                const Rig& believed, const Rng& rng,
                                                RendererOptions renderer = {});

@@ -23,13 +23,10 @@ sim::SensorOptions quiet(sim::SensorOptions sensor) {
   return sensor;
 }
 
-std::string fault_of(const Vec2& at, double radius_m, const sim::Obstacles& obstacles) {
-  const Vec2& low = obstacles.low_scene();
-  const Vec2& high = obstacles.high_scene();
-  if ((at.array() < low.array()).any() || (at.array() > high.array()).any()) {
-    return fmt::format(
-        "is outside of the world, which reaches from ({:.2f}, {:.2f}) to ({:.2f}, {:.2f})", low.x(),
-        low.y(), high.x(), high.y());
+std::string fault_of(const Vec2& at, double radius_m, const sim::Obstacles& obstacles,
+                     const sim::WorldBox& world) {
+  if (const std::string fault = world.outside_fault(at); !fault.empty()) {
+    return fault;
   }
   const auto nearest = obstacles.nearest(at, radius_m);
   if (!nearest) {
@@ -91,9 +88,10 @@ class Lookout::Impl {
     for (const sim::Outline& outline : obstacles.outlines()) {
       sight.outlines_scene.push_back(outline.corners_scene);
     }
-    sight.low_scene = obstacles.low_scene();
-    sight.high_scene = obstacles.high_scene();
-    sight.fault = fault_of(T_scene_body.position(), body.radius_m, obstacles);
+    const sim::WorldBox box = sim::world_box(obstacles, around_.floor_surfaces);
+    sight.low_scene = box.low_scene;
+    sight.high_scene = box.high_scene;
+    sight.fault = fault_of(T_scene_body.position(), body.radius_m, obstacles, box);
     if (const auto nearest = obstacles.nearest(T_scene_body.position())) {
       sight.clearance_m = std::max(0.0, nearest->distance_m - body.radius_m);
     }

@@ -84,10 +84,9 @@ void bind(Fields& f, ExploreMission& o) {
   }
   f.file_or_inline("robot", o.robot);
   if (const auto* simulated = std::get_if<sim::SimulatedOptions>(&o.platform)) {
-    const std::string fault = sim::rig_fault(*simulated, o.rig);
-    f.require(fault.empty(), "platform", fault);
-    const std::string mounting = sim::mounting_fault(o.rig, o.robot);
-    f.require(mounting.empty(), "rig", mounting);
+    for (const sim::KeyFault& fault : sim::rig_faults(*simulated, o.rig, o.robot)) {
+      f.require(false, fault.key, fault.what);
+    }
   }
   f("seed", o.seed);
   f("until", o.until);

@@ -772,13 +772,23 @@ void Fields::require(bool holds, std::string_view key, std::string_view must) {
   if (holds || writing()) {
     return;
   }
-  const SettingsTree* child = std::as_const(*node_->tree).find(key);
-  std::string text(must);
-  if (child != nullptr && child->kind == Kind::kScalar) {
-    text += got(*child);
+  const SettingsTree* at = node_->tree;
+  const std::vector<std::string> keys = split_path(std::string(key));
+  std::size_t found = 0;
+  for (; found < keys.size(); ++found) {
+    const SettingsTree* child = at->find(keys[found]);
+    if (child == nullptr) {
+      break;
+    }
+    at = child;
   }
-  node_->document->fault(child != nullptr ? *child : *node_->tree,
-                         plus(node_->path, std::string(key)), text);
+  std::string text(must);
+  if (found == keys.size() && at->kind == Kind::kScalar) {
+    text += got(*at);
+  }
+  Path path = node_->path;
+  path.insert(path.end(), keys.begin(), keys.end());
+  node_->document->fault(*at, path, text);
 }
 
 std::size_t Fields::word_index(std::string_view key, const std::vector<std::string>& words,

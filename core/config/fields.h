@@ -135,7 +135,8 @@ class Fields {
   void paths(std::string_view key, std::map<std::string, std::string>& values,
              std::map<std::string, std::string>& mentions);
 
-  /// A rule between several fields of this struct, reported at `key`.
+  /// A rule between several fields of this struct, reported at `key`, which may lead into what
+  /// stands inside (`sensors.front.row_us`): then where as much of it as there is stands.
   void require(bool holds, std::string_view key, std::string_view must);
 
   bool writing() const;

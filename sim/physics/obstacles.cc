@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kIndexCell_m = 0.5;    // about the size of furniture
 constexpr double kRegionCell_m = 0.05;  // the narrowest aisle is ten times as wide
+constexpr double kMostRegionCells = 16e6;
 
 int cell_of(double value, double low, double cell, int count) {
   return std::clamp(static_cast<int>(std::floor((value - low) / cell)), 0, count - 1);
@@ -131,14 +132,20 @@ std::optional<Nearest> Obstacles::nearest(const Vec2& p_scene, double within_m) 
 }
 
 FreeRegion::FreeRegion(const Obstacles& obstacles, double radius_m)
-    : low_(obstacles.low_scene()),
-      columns_(cells_over(obstacles.high_scene().x() - low_.x(), kRegionCell_m)),
-      rows_(cells_over(obstacles.high_scene().y() - low_.y(), kRegionCell_m)) {
+    : FreeRegion(obstacles, radius_m, obstacles.low_scene(), obstacles.high_scene()) {}
+
+FreeRegion::FreeRegion(const Obstacles& obstacles, double radius_m, const Vec2& low_scene,
+                       const Vec2& high_scene)
+    : low_(low_scene),
+      cell_m_(
+          std::max(kRegionCell_m, std::sqrt((high_scene - low_scene).prod() / kMostRegionCells))),
+      columns_(cells_over(high_scene.x() - low_.x(), cell_m_)),
+      rows_(cells_over(high_scene.y() - low_.y(), cell_m_)) {
   const std::size_t cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
   std::vector<int> region(cells, -1);  // -1: not free; 0: free; else the region's number
   for (int row = 0; row < rows_; ++row) {
     for (int column = 0; column < columns_; ++column) {
-      const Vec2 p_scene = low_ + kRegionCell_m * Vec2(column + 0.5, row + 0.5);
+      const Vec2 p_scene = low_ + cell_m_ * Vec2(column + 0.5, row + 0.5);
       if (!obstacles.nearest(p_scene, radius_m)) {
         region[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
                static_cast<std::size_t>(column)] = 0;
@@ -185,15 +192,15 @@ FreeRegion::FreeRegion(const Obstacles& obstacles, double radius_m)
 }
 
 bool FreeRegion::contains(const Vec2& p_scene) const {
-  const double column = std::floor((p_scene.x() - low_.x()) / kRegionCell_m);
-  const double row = std::floor((p_scene.y() - low_.y()) / kRegionCell_m);
+  const double column = std::floor((p_scene.x() - low_.x()) / cell_m_);
+  const double row = std::floor((p_scene.y() - low_.y()) / cell_m_);
   return column >= 0 && row >= 0 && column < columns_ && row < rows_ &&
          inside_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
                  static_cast<std::size_t>(column)] != 0;
 }
 
 double FreeRegion::area_m2() const {
-  return kRegionCell_m * kRegionCell_m *
+  return cell_m_ * cell_m_ *
          static_cast<double>(std::count(inside_.begin(), inside_.end(), char{1}));
 }
 

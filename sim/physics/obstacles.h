@@ -44,16 +44,20 @@ class Obstacles {
 };
 
 /// Where a disc of `radius_m` can go without touching anything: the largest connected such region
-/// of a 5 cm grid over the obstacles' box. Empty when the disc fits nowhere.
+/// of a 5 cm grid (coarser over more than 200 x 200 m) over the obstacles' box, or another. Empty
+/// when the disc fits nowhere.
 class FreeRegion {
  public:
   FreeRegion(const Obstacles& obstacles, double radius_m);
+  FreeRegion(const Obstacles& obstacles, double radius_m, const Vec2& low_scene,
+             const Vec2& high_scene);
 
   bool contains(const Vec2& p_scene) const;
   double area_m2() const;
 
  private:
   Vec2 low_;
+  double cell_m_;
   int columns_ = 0;
   int rows_ = 0;
   std::vector<char> inside_;

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "core/base/check.h"
 
 namespace panoptes::sim {
@@ -45,34 +43,35 @@ void bind(Fields& f, TriggerOptions& o) {
   f("groups", o.groups);
 }
 
-std::string trigger_fault(const TriggerOptions& options, const Rig& rig) {
+std::vector<KeyFault> trigger_faults(const TriggerOptions& options, const Rig& rig) {
   std::vector<std::string> known;
   for (const auto& [name, camera] : rig.cameras) {
     known.push_back(name);
   }
+  std::vector<KeyFault> faults;
   std::map<std::string, std::string> named_by;
   for (const auto& [name, group] : options.groups) {
-    const auto fault = [&group_name = name](const std::string& what) {
-      return fmt::format("groups.{}.cameras: {}", group_name, what);
-    };
+    const std::string key = "groups." + name + ".cameras";
     for (const std::string& camera : group.cameras) {
       if (!rig.cameras.contains(camera)) {
         const std::string near = nearest_word(camera, known);
-        return fault("the rig has no camera " + camera +
-                     (near.empty() ? "; name one of the rig's" : "; did you mean " + near + "?"));
+        faults.push_back(
+            {key, "the rig has no camera " + camera +
+                      (near.empty() ? "; name one of the rig's" : "; did you mean " + near + "?")});
+        continue;
       }
       const auto [other, is_new] = named_by.emplace(camera, name);
       if (!is_new) {
-        return fault(camera + " is in the group " + other->second +
-                     " already; a camera has one clock");
+        faults.push_back({key, camera + " is in the group " + other->second +
+                                   " already; a camera has one clock"});
       }
     }
   }
-  return {};
+  return faults;
 }
 
 Trigger::Trigger(const TriggerOptions& options, const Rig& rig, const Rng& rng) {
-  PANOPTES_CHECK(trigger_fault(options, rig).empty(), "the groups and the rig go together");
+  PANOPTES_CHECK(trigger_faults(options, rig).empty(), "the groups and the rig go together");
   const auto clock_of = [&](const std::string& camera, double rate_hz, const std::string& name,
                             const TriggerGroup& group) {
     double shortest_s = 1 / rate_hz;

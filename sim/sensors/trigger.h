@@ -33,9 +33,15 @@ struct TriggerOptions {
 };
 void bind(Fields& f, TriggerOptions& o);
 
-/// What does not go together in the groups and a rig, as "<key>: <what is wrong; what to do>";
-/// empty when all does.
-std::string trigger_fault(const TriggerOptions& options, const Rig& rig);
+/// What does not go together in settings that speak of one another: the key (dotted), what is wrong
+/// and what to do.
+struct KeyFault {
+  std::string key;
+  std::string what;
+};
+
+/// All that does not go together in the groups and a rig.
+std::vector<KeyFault> trigger_faults(const TriggerOptions& options, const Rig& rig);
 
 /// A picture to be taken.
 struct DuePicture {

@@ -51,6 +51,8 @@ FloorSurfaces::FloorSurfaces(const World& world) : has_sun_(world.sun.has_value(
       }
       face.low_scene = a.cwiseMin(b).cwiseMin(c).head<2>();
       face.high_scene = a.cwiseMax(b).cwiseMax(c).head<2>();
+      low_scene_ = low_scene_.cwiseMin(face.low_scene);
+      high_scene_ = high_scene_.cwiseMax(face.high_scene);
       faces_.push_back(face);
     }
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "core/geometry/pose2.h"
@@ -20,6 +21,9 @@ class FloorSurfaces {
   /// many under a sun, whose shadows have hard edges. What is narrower than 5 cm may be missed.
   int looks_within(double radius_m, const Vec2& p_scene) const;
 
+  Vec2 low_scene() const { return low_scene_; }    ///< corners of the box around it; low above high
+  Vec2 high_scene() const { return high_scene_; }  ///< where there is no floor
+
  private:
   struct Face {
     std::array<Vec3, 3> corners_scene;  // counter-clockwise from above
@@ -28,6 +32,8 @@ class FloorSurfaces {
     int texture = 0;
   };
   std::vector<Face> faces_;
+  Vec2 low_scene_ = Vec2::Constant(std::numeric_limits<double>::infinity());
+  Vec2 high_scene_ = -low_scene_;
   bool has_sun_ = false;
 };
 

@@ -61,18 +61,18 @@ TEST(Mission, RefusesARigWithoutTheCameraARoleNeeds) {
 TEST(Mission, RefusesSettingsOfCamerasThatTheRigHasNot) {
   EXPECT_THAT(faults({"platform.trigger.groups.usb.cameras=[front, flor]"}),
               testing::ElementsAre(testing::EndsWith(
-                  ": platform: trigger.groups.usb.cameras: the rig has no camera flor; did you "
+                  " platform.trigger.groups.usb.cameras: the rig has no camera flor; did you "
                   "mean floor?")));
   EXPECT_THAT(faults({"platform.sensors.sideways.bayer=true"}),
               testing::ElementsAre(testing::EndsWith(
-                  ": platform: sensors.sideways: the rig has no camera sideways; name one of the "
+                  ": platform.sensors.sideways: the rig has no camera sideways; name one of the "
                   "rig's")));
 }
 
 TEST(Mission, RefusesACameraInsideTheRobot) {
   EXPECT_THAT(faults({"rig.cameras.front.at_m=[0, 0, 0.2]"}),
               testing::ElementsAre(testing::EndsWith(
-                  ": rig: cameras.front: is mounted inside the robot, whose hull is 0.240 m high "
+                  ": rig.cameras.front: is mounted inside the robot, whose hull is 0.240 m high "
                   "and reaches 0.250 m from its middle; mount it above or farther out")));
 }
 

@@ -372,6 +372,44 @@ TEST(SimulatedRobot, RefusesAStartInsideOrTouchingSomething) {
       "the seed");
 }
 
+TEST(SimulatedRobot, TheWorldReachesAsFarAsItsFloor) {
+  Surroundings plain = room();
+  plain.outlines = {box("crate", 0.1, 0.1, 0.5, 0.5)};
+  plain.floor_surfaces = strips({0, 6});
+  const auto start_at = [&](double x_m, double y_m) {
+    return refusal(
+        [&] { SimulatedRobot(starting_at(x_m, y_m), plain, Body{}, two_cameras(), Rng(1)); });
+  };
+  EXPECT_EQ(start_at(5.5, 5.5), "nothing refused");
+  EXPECT_EQ(start_at(6.5, 1),
+            "platform.start: x_m: 6.500, y_m: 1.000 is outside of the world, which reaches from "
+            "(0.00, 0.00) to (6.00, 6.00); move the start, or leave it out to have one drawn from "
+            "the seed");
+  double farthest_m = 0;
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    const Pose2 start = drawn_start(plain, Rng(seed));
+    EXPECT_EQ(start_at(start.x_m, start.y_m), "nothing refused");
+    farthest_m = std::max(farthest_m, start.position().norm());
+  }
+  EXPECT_GT(farthest_m, 3);
+}
+
+TEST(SimulatedRobot, TellsABadStartBeforeAnythingIsDrawn) {
+  SimulatedOptions options = starting_at(0, 0);
+  BoxSettings floor;
+  floor.name = "floor";
+  floor.size_m = Vec3(4, 4, 0.1);
+  floor.z_m = -0.1;
+  BoxSettings crate;
+  crate.name = "crate";
+  options.world.boxes = {floor, crate};
+  RendererOptions undrawable;
+  undrawable.near_m = 0;
+  EXPECT_EQ(refusal([&] { open_simulated(options, Body{}, two_cameras(), Rng(1), undrawable); }),
+            "platform.start: x_m: 0.000, y_m: 0.000 is inside crate; move the start, or leave it "
+            "out to have one drawn from the seed");
+}
+
 TEST(SimulatedRobot, RefusesAWorldWithoutRoomForAStart) {
   Surroundings cell = room();
   cell.outlines = walls(1.2);
@@ -393,6 +431,31 @@ TEST(SimulatedRobot, RefusesSettingsOfCamerasThatTheRigHasNot) {
             "rig's");
 }
 
+TEST(SimulatedRobot, RefusesPicturesThatTakeLongerThanTheirPeriod) {
+  SimulatedOptions options = starting_at(1, 1);
+  options.sensors["front"].exposure = FixedExposure{40, 1};
+  options.sensors["front"].row_us = 800;
+  EXPECT_EQ(refusal([&] { robot_with(options); }),
+            "platform.sensors.front: a picture of the camera front takes 40 ms of exposure and "
+            "37.6 ms of readout (48 rows of 800 us), but the next begins after 66.67 ms; shorten "
+            "exposure_ms (most_ms) or row_us, or lower rate_hz to 12.8");
+  options.sensors["front"].row_us = 500;
+  EXPECT_EQ(refusal([&] { robot_with(options); }), "nothing refused");
+}
+
+TEST(SimulatedRobot, TellsTheFaultsOfAllCamerasAtOnce) {
+  Rig rig = two_cameras();
+  rig.cameras["front"].T_body_camera = mounted_camera({0.1, 0.1, 0.2}, 0, 0);
+  rig.cameras["floor"].T_body_camera = mounted_camera({0.3, 0, -0.1}, 0, 0);
+  SimulatedOptions options = starting_at(1, 1);
+  options.sensors["flor"] = {};
+  EXPECT_EQ(refusal([&] { SimulatedRobot(options, room(), Body{}, rig, Rng(1)); }),
+            "platform.sensors.flor: the rig has no camera flor; did you mean floor?\n"
+            "rig.cameras.floor: is mounted 0.100 m below the floor; mount it above\n"
+            "rig.cameras.front: is mounted inside the robot, whose hull is 0.240 m high and "
+            "reaches 0.250 m from its middle; mount it above or farther out");
+}
+
 TEST(SimulatedRobot, RefusesCamerasInsideTheRobotOrUnderTheFloor) {
   const auto mounted_at = [](const Vec3& eye_body) {
     Rig rig = two_cameras();
@@ -404,6 +467,10 @@ TEST(SimulatedRobot, RefusesCamerasInsideTheRobotOrUnderTheFloor) {
             "reaches 0.250 m from its middle; mount it above or farther out");
   EXPECT_EQ(mounted_at({0.3, 0, -0.1}),
             "rig.cameras.front: is mounted 0.100 m below the floor; mount it above");
+  EXPECT_EQ(mounted_at({0, 0, 5}),
+            "rig.cameras.front: is mounted 5.000 m high, but the robot ends at 0.800 m, and what "
+            "hangs higher would pass through the camera; mount it lower, or correct the robot's "
+            "height_m");
   EXPECT_EQ(mounted_at({0.26, 0, 0.2}), "nothing refused");
 }
 
@@ -639,8 +706,10 @@ TEST(SimulatedRobot, SeesPeopleAtEveryMomentOfAnExposure) {
   around = keeping(shots, around);
   SimulatedOptions options = starting_at(1, 3);
   options.sensor.exposure = FixedExposure{160, 0.01};
-  SimulatedRobot robot(options, around, Body{}, front_camera_alone(), Rng(1));
-  for (int k = 0; k < 20; ++k) {
+  Rig slow = front_camera_alone();
+  slow.cameras["front"].rate_hz = 5;
+  SimulatedRobot robot(options, around, Body{}, slow, Rng(1));
+  for (int k = 0; k < 8; ++k) {
     shots.clear();
     next_set(robot);
   }

@@ -97,9 +97,8 @@ TEST_F(BadInput, RigsThatWillNotDo) {
                      "loop_front, loop_back and floor",
                  {"--set", "rig.cameras.back.roles=[]"}, kOffice);
   expect_refused(2,
-                 kOffice +
-                     ":6:3: platform: trigger.groups.slow.cameras: the rig has no camera bakc; did "
-                     "you mean back?",
+                 "--set platform.trigger.groups: platform.trigger.groups.slow.cameras: the rig has "
+                 "no camera bakc; did you mean back?",
                  {"--set", "platform.trigger.groups={slow: {cameras: [bakc]}}"}, kOffice);
 }
 
