@@ -14,6 +14,8 @@ namespace {
 
 constexpr double kRedraw_s = 0.25;
 constexpr double kPlainLine_s = 30;
+// The first moments make what the rest uses; a pace judged by them is off by many times.
+constexpr double kSettled = 0.02;
 
 std::string minutes(double seconds) {
   const long whole = std::lround(seconds);
@@ -25,7 +27,7 @@ std::string minutes(double seconds) {
 std::string progress_line(double now_s, double length_s, double wall_s) {
   std::string line =
       fmt::format("{} of {} ({:.0f} %)", minutes(now_s), minutes(length_s), 100 * now_s / length_s);
-  if (now_s > 0 && wall_s > 0) {
+  if (now_s >= kSettled * length_s && wall_s > 0) {
     line += fmt::format(", {} left", minutes((length_s - now_s) * wall_s / now_s));
   }
   return line;
@@ -33,7 +35,7 @@ std::string progress_line(double now_s, double length_s, double wall_s) {
 
 std::string share_line(const std::string& what, double done, double wall_s) {
   std::string line = fmt::format("{}: {:.0f} %", what, 100 * done);
-  if (done > 0) {
+  if (done >= kSettled) {
     line += fmt::format(", {} left", minutes((1 - done) * wall_s / done));
   }
   return line;
