@@ -17,7 +17,8 @@ struct ExploreArguments {
 
 // Explores an unknown world until nothing is left to explore, and reports how well it went.
 int explore(const ExploreArguments& args) {
-  const auto mission = load_mission<ExploreMission>(args.mission, args.common.overrides());
+  const auto mission =
+      load_mission<ExploreMission>(args.mission, args.common.overrides(), Needs::kNavigator);
   return run_mission(
       mission,
       {"explore", args.common.out_dir.value_or(default_out_dir(mission)), args.common.quiet, {}});

@@ -144,7 +144,8 @@ void write_metrics(const std::filesystem::path& out_dir, const ExploreMission& m
 // What each camera of the rig would see from there, as believed to be mounted, without noise.
 int render(const RenderArguments& args) {
   const std::vector<AskedPose> poses = parse_poses(args.poses);
-  const auto mission = load_mission<ExploreMission>(args.mission, args.common.overrides());
+  const auto mission =
+      load_mission<ExploreMission>(args.mission, args.common.overrides(), Needs::kNothing);
   const auto* simulated = std::get_if<sim::SimulatedOptions>(&mission.platform);
   if (simulated == nullptr) {
     throw ConfigError(args.mission + ": platform: nothing to draw; render needs a simulated one");

@@ -43,7 +43,7 @@ int trials(const TrialsArguments& args) {
   options.out_dir = args.common.out_dir.value_or(
       "runs/trials-" + std::filesystem::path(args.missions.front()).stem().string());
   options.resolve = [&](const std::string& file, const std::vector<std::string>& set) {
-    const auto mission = load_mission<ExploreMission>(file, set);
+    const auto mission = load_mission<ExploreMission>(file, set, Needs::kNavigator);
     return ResolvedMission{mission.name, mission_text(options.version, write_settings(mission))};
   };
   return run_trials(options);

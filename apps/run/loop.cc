@@ -24,10 +24,10 @@ Observation observe(hw::Robot& robot, const ExploreMission& mission, StageClock&
   return robot.observe(robot.now() + from_seconds(mission.frame_deadline_s));
 }
 
-NavStep navigate(Navigator& navigator, const Observation& seen, const DriveOptions& drive,
-                 StageClock& clock) {
+NavStep navigate(std::optional<Navigator>& navigator, const Observation& seen,
+                 const DriveOptions& drive, StageClock& clock) {
   const TimedStage stage(clock, "step");
-  NavStep step = navigator.step(seen);
+  NavStep step = navigator ? navigator->step(seen) : NavStep{};
   if (!std::holds_alternative<DriveByNavigator>(drive)) {
     step.command_body = {};
     step.goal_map.reset();
@@ -37,29 +37,37 @@ NavStep navigate(Navigator& navigator, const Observation& seen, const DriveOptio
   return step;
 }
 
-void refuse_bad_start(const ExploreMission& mission, const Navigator& navigator) {
+void refuse_bad_start(const ExploreMission& mission, const std::optional<Navigator>& navigator) {
   const auto* simulated = std::get_if<sim::SimulatedOptions>(&mission.platform);
-  if (simulated == nullptr || navigator.start_fault().empty()) {
+  if (simulated == nullptr || !navigator || navigator->start_fault().empty()) {
     return;
   }
   const std::string& mention = simulated->start_mention;
   throw ConfigError(fmt::format(
       "{}{}platform.start: the robot cannot start {}: {}; give platform.start another pose{}",
       mention, mention.empty() ? "" : ": ", mention.empty() ? "where the seed has put it" : "here",
-      navigator.start_fault(), mention.empty() ? ", or another --seed" : ""));
+      navigator->start_fault(), mention.empty() ? ", or another --seed" : ""));
 }
 
-bool finished(const DriveOptions& drive, const Navigator& navigator, const OpenRobot& open) {
+bool finished(const DriveOptions& drive, const std::optional<Navigator>& navigator,
+              const OpenRobot& open) {
   if (open.recorded != nullptr &&
       (open.recorded->ended() || open.recorded->commands_diverged_at())) {
     return open.recorded->ended();
   }
-  return std::holds_alternative<DriveByNavigator>(drive) ? navigator.done() : open.route_done();
+  return std::holds_alternative<DriveByNavigator>(drive) ? navigator->done() : open.route_done();
 }
 
-std::string doing(const Navigator& navigator, const NavStep& step) {
+std::size_t keyframe_count(const std::optional<Navigator>& navigator) {
+  return navigator ? navigator->keyframes().size() : 0;
+}
+
+std::string doing(const std::optional<Navigator>& navigator, const NavStep& step) {
+  if (!navigator) {
+    return step.reason;
+  }
   return fmt::format("{:.1f} m2 mapped, {} keyframes, {}", step.mapped_free_m2,
-                     navigator.keyframes().size(), step.reason);
+                     navigator->keyframes().size(), step.reason);
 }
 
 RunInfo run_info(const std::string& command, const ExploreMission& mission) {
@@ -73,16 +81,19 @@ RunInfo run_info(const std::string& command, const ExploreMission& mission) {
   return info;
 }
 
-RunResult run_result(const Navigator& navigator) {
+RunResult run_result(const std::optional<Navigator>& navigator) {
   constexpr double kCell_m = 0.01;
   RunResult result;
-  result.graph = navigator.graph();
-  for (std::size_t i = 0; i < navigator.keyframes().size(); ++i) {
-    const Keyframe& keyframe = navigator.keyframes()[i];
+  if (!navigator) {
+    return result;
+  }
+  result.graph = navigator->graph();
+  for (std::size_t i = 0; i < navigator->keyframes().size(); ++i) {
+    const Keyframe& keyframe = navigator->keyframes()[i];
     result.keyframes.push_back(
         {keyframe.stamp, result.graph.T_map_node[i], keyframe.T_wheels_body});
   }
-  result.map = navigator.map(kCell_m);
+  result.map = navigator->map(kCell_m);
   return result;
 }
 
@@ -98,8 +109,8 @@ bool shut_in(const Navigator& navigator, const Body& body) {
 
 }  // namespace
 
-RunEnd run_end(const Until& until, const ExploreMission& mission, const Navigator& navigator,
-               const OpenRobot& open) {
+RunEnd run_end(const Until& until, const ExploreMission& mission,
+               const std::optional<Navigator>& navigator, const OpenRobot& open) {
   const bool replayed = open.recorded != nullptr;
   const std::optional<Time> diverged =
       replayed ? open.recorded->commands_diverged_at() : std::nullopt;
@@ -112,16 +123,16 @@ RunEnd run_end(const Until& until, const ExploreMission& mission, const Navigato
   if (until.interrupted()) {
     return end("interrupted", "");
   }
-  const std::string reason = until.end_reason(open.robot->now(), navigator.keyframes().size());
+  const std::string reason = until.end_reason(open.robot->now(), keyframe_count(navigator));
   if (!reason.empty()) {
     return end("completed", reason);
   }
   const bool explored =
-      std::holds_alternative<DriveByNavigator>(mission.drive) && navigator.done() && !diverged;
+      std::holds_alternative<DriveByNavigator>(mission.drive) && navigator->done() && !diverged;
   if (replayed && !explored) {
     return end("completed", "end_of_data");
   }
-  if (explored && shut_in(navigator, mission.robot)) {
+  if (explored && shut_in(*navigator, mission.robot)) {
     return end("stuck", "");
   }
   return end("completed", explored ? "explored" : "goals_done");

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
 
 #include "apps/run/mission.h"
@@ -15,27 +17,30 @@
 
 namespace panoptes {
 
-/// The steps of the one loop that every subcommand with a navigator takes, timed.
+/// The steps of the one loop, timed. Where the rig lacks what a navigator needs there is none:
+/// nothing is mapped, and somebody else drives.
 StageListener listener(StageClock& clock);
 Observation observe(hw::Robot& robot, const ExploreMission& mission, StageClock& clock);
 /// Where somebody else drives, the navigator maps along and has no say: no command, no goal.
-NavStep navigate(Navigator& navigator, const Observation& seen, const DriveOptions& drive,
-                 StageClock& clock);
+NavStep navigate(std::optional<Navigator>& navigator, const Observation& seen,
+                 const DriveOptions& drive, StageClock& clock);
 
 /// Throws ConfigError, with the place where the user gave it, for a start that a robot which can
 /// still be kept from moving must not move from.
-void refuse_bad_start(const ExploreMission& mission, const Navigator& navigator);
+void refuse_bad_start(const ExploreMission& mission, const std::optional<Navigator>& navigator);
 
 /// Whoever the mission lets drive says when there is nothing left to do; a recording ends, and a
 /// navigator that would have driven elsewhere has no say in when.
-bool finished(const DriveOptions& drive, const Navigator& navigator, const OpenRobot& open);
-std::string doing(const Navigator& navigator, const NavStep& step);
+bool finished(const DriveOptions& drive, const std::optional<Navigator>& navigator,
+              const OpenRobot& open);
+std::string doing(const std::optional<Navigator>& navigator, const NavStep& step);
+std::size_t keyframe_count(const std::optional<Navigator>& navigator);
 
 /// What the recorder needs to know before and after.
 RunInfo run_info(const std::string& command, const ExploreMission& mission);
-RunResult run_result(const Navigator& navigator);
-RunEnd run_end(const Until& until, const ExploreMission& mission, const Navigator& navigator,
-               const OpenRobot& open);
+RunResult run_result(const std::optional<Navigator>& navigator);
+RunEnd run_end(const Until& until, const ExploreMission& mission,
+               const std::optional<Navigator>& navigator, const OpenRobot& open);
 
 /// Drawing that tells how far the light is where it is not known yet, and stops when the user does.
 sim::RendererOptions patient_renderer(const Until& until, bool quiet);

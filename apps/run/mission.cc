@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/config/geometry_fields.h"
 
 namespace panoptes {
@@ -19,6 +20,13 @@ std::string fault_of(const std::string& line) {
   } catch (const ConfigError& error) {
     return error.what();
   }
+}
+
+// Of those that the navigator needs.
+std::vector<std::string> missing_roles(const Rig& rig) {
+  std::vector<std::string> missing{"loop_front", "loop_back", "floor"};
+  std::erase_if(missing, [&rig](const std::string& role) { return !rig.with_role(role).empty(); });
+  return missing;
 }
 
 // Throws for one that nobody has recorded a mission with.
@@ -77,11 +85,6 @@ void bind(Fields& f, ExploreMission& o) {
             recorded == nullptr ? "missing; it must be given"
                                 : "missing; the dataset has no rig.yaml to take it from");
   f.file_or_inline("rig", o.rig);
-  for (const char* role : {"loop_front", "loop_back", "floor"}) {
-    f.require(o.rig.cameras.empty() || !o.rig.with_role(role).empty(), "rig",
-              std::string("has no camera with the role ") + role +
-                  "; the navigator needs loop_front, loop_back and floor");
-  }
   f.file_or_inline("robot", o.robot);
   if (const auto* simulated = std::get_if<sim::SimulatedOptions>(&o.platform)) {
     for (const sim::KeyFault& fault : sim::rig_faults(*simulated, o.rig, o.robot)) {
@@ -91,6 +94,13 @@ void bind(Fields& f, ExploreMission& o) {
   f("seed", o.seed);
   f("until", o.until);
   f.choice("drive", o.drive);
+  const std::vector<std::string> missing = missing_roles(o.rig);
+  const bool navigates =
+      o.needs == Needs::kNavigator ||
+      (o.needs == Needs::kDriver && std::holds_alternative<DriveByNavigator>(o.drive));
+  f.require(!navigates || o.rig.cameras.empty() || missing.empty(), "rig",
+            "has no camera with the role " + joined(missing, " or ") + "; the navigator of '" +
+                o.name + "' needs loop_front, loop_back and floor");
   f("require", o.require);
   for (const std::string& line : o.require) {
     const std::string fault = fault_of(line);
@@ -102,8 +112,10 @@ void bind(Fields& f, ExploreMission& o) {
 }
 
 template <>
-ExploreMission load_mission(const std::string& file, const std::vector<std::string>& overrides) {
+ExploreMission load_mission(const std::string& file, const std::vector<std::string>& overrides,
+                            Needs needs) {
   ExploreMission defaults;
+  defaults.needs = needs;
   if (is_dataset(file)) {
     std::vector<std::string> replayed{"platform={kind: recorded, dataset: " + quoted(file) + "}"};
     replayed.insert(replayed.end(), overrides.begin(), overrides.end());
@@ -113,6 +125,8 @@ ExploreMission load_mission(const std::string& file, const std::vector<std::stri
   defaults.name = std::filesystem::path(file).stem().string();
   return read_settings(file, overrides, defaults);
 }
+
+bool can_navigate(const Rig& rig) { return missing_roles(rig).empty(); }
 
 std::vector<Requirement> requirements(const ExploreMission& mission) {
   std::vector<Requirement> out;

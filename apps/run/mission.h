@@ -45,6 +45,14 @@ using DriveOptions = std::variant<DriveByNavigator, DriveAlongRoute, DriveNowher
 
 using PlatformOptions = std::variant<sim::SimulatedOptions, hw::RecordedOptions>;
 
+/// For whom a rig must have what the navigator needs: a camera that looks ahead, one that looks
+/// back and one that sees the floor.
+enum class Needs {
+  kNavigator,  ///< the command always maps
+  kDriver,     ///< it maps where it can, and must where the navigator drives
+  kNothing     ///< it only looks
+};
+
 /// A mission of `panoptes explore`. On a recorded platform rig, robot and seed are the recording's
 /// where the mission says nothing of them, and it lasts as long as there is something to replay.
 struct ExploreMission {
@@ -59,6 +67,8 @@ struct ExploreMission {
   NavigatorOptions navigator;
   double frame_deadline_s = 1;       ///< longest wait for a frame set
   double command_valid_for_s = 0.4;  ///< the robot stops by itself when commands stop coming
+
+  Needs needs = Needs::kDriver;  ///< of the command, not of the file
 };
 void bind(Fields& f, ExploreMission& o);
 
@@ -66,9 +76,14 @@ void bind(Fields& f, ExploreMission& o);
 /// fault. `overrides` are `key.path=value`. The folder of a dataset is the mission it was recorded
 /// with, on the recording.
 template <class Mission>
-Mission load_mission(const std::string& file, const std::vector<std::string>& overrides = {});
+Mission load_mission(const std::string& file, const std::vector<std::string>& overrides = {},
+                     Needs needs = Needs::kDriver);
 template <>
-ExploreMission load_mission(const std::string& file, const std::vector<std::string>& overrides);
+ExploreMission load_mission(const std::string& file, const std::vector<std::string>& overrides,
+                            Needs needs);
+
+/// The rig has every camera that the navigator needs.
+bool can_navigate(const Rig& rig);
 
 /// The mission's `require:` lines, which its bind has checked.
 std::vector<Requirement> requirements(const ExploreMission& mission);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <optional>
+#include <vector>
 
 #include "apps/run/keyframes.h"
 #include "apps/run/loop.h"
@@ -36,8 +38,11 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   }
   hw::Robot& robot = *open.robot;
   StageClock clock;
-  Navigator navigator(mission.navigator, mission.robot, open.rig, rng.fork("navigator"),
+  std::optional<Navigator> navigator;
+  if (can_navigate(open.rig)) {
+    navigator.emplace(mission.navigator, mission.robot, open.rig, rng.fork("navigator"),
                       listener(clock));
+  }
   Recorder recorder(run.out_dir, info, &clock);
   Progress progress(std::min(from_seconds(mission.until.duration_s), open.length), run.quiet);
   for (const std::string& remark : open.remarks) {
@@ -46,15 +51,15 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
 
   try {
     while (!finished(mission.drive, navigator, open) &&
-           !until.reached(robot.now(), navigator.keyframes().size())) {
+           !until.reached(robot.now(), keyframe_count(navigator))) {
       const Observation seen = observe(robot, mission, clock);
       const NavStep step = navigate(navigator, seen, mission.drive, clock);
       refuse_bad_start(mission, navigator);
       robot.drive(step.command_body, from_seconds(mission.command_valid_for_s));
       recorder.add(seen, step);
       out.keep();
-      if (recorder.snapshot_due(seen.stamp)) {
-        recorder.add_snapshot(seen.stamp, navigator.planning_map());
+      if (navigator && recorder.snapshot_due(seen.stamp)) {
+        recorder.add_snapshot(seen.stamp, navigator->planning_map());
       }
       progress.show(seen.stamp, doing(navigator, step));
       clock.end_frame();
@@ -64,9 +69,9 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
     until.lose_device(error);
   }
   out.keep();
-  const RunReport report =
-      recorder.write_report(robot.truth(), run_result(navigator),
-                            run_end(until, mission, navigator, open), kept_keyframes(navigator));
+  const RunReport report = recorder.write_report(
+      robot.truth(), run_result(navigator), run_end(until, mission, navigator, open),
+      navigator ? kept_keyframes(*navigator) : std::vector<KeptKeyframe>{});
   print(report);
   return report.exit_status;
 }

@@ -16,9 +16,10 @@ namespace {
 const std::string kScenes = std::string(PANOPTES_SOURCE_DIR) + "/scenes/";
 const std::string kOffice = kScenes + "missions/explore-office.yaml";
 
-std::vector<std::string> faults(const std::vector<std::string>& overrides) {
+std::vector<std::string> faults(const std::vector<std::string>& overrides,
+                                Needs needs = Needs::kDriver) {
   try {
-    load_mission<ExploreMission>(kOffice, overrides);
+    load_mission<ExploreMission>(kOffice, overrides, needs);
   } catch (const ConfigError& error) {
     return error.lines();
   }
@@ -53,9 +54,20 @@ TEST(Mission, RefusesARigWithoutTheCameraARoleNeeds) {
   const std::vector<std::string> lines = faults({"rig.cameras.front.roles=[]"});
   ASSERT_EQ(lines.size(), 1U);
   EXPECT_THAT(lines[0], testing::StartsWith(rig + ":"));
-  EXPECT_THAT(lines[0], testing::EndsWith(
-                            ": rig: has no camera with the role loop_front; the navigator needs "
-                            "loop_front, loop_back and floor"));
+  EXPECT_THAT(lines[0],
+              testing::EndsWith(": rig: has no camera with the role loop_front; the navigator of "
+                                "'explore-office' needs loop_front, loop_back and floor"));
+  EXPECT_EQ(faults({"rig.cameras.front.roles=[]", "rig.cameras.back.roles=[]"}).size(), 1U);
+}
+
+TEST(Mission, WhoDoesNotNavigateNeedsNoSuchCamera) {
+  const std::vector<std::string> blind{"rig.cameras.front.roles=[]", "rig.cameras.back.roles=[]"};
+  std::vector<std::string> parked = blind;
+  parked.emplace_back("drive=none");
+  EXPECT_THAT(faults(parked), testing::IsEmpty());
+  EXPECT_THAT(faults(blind, Needs::kNothing), testing::IsEmpty());
+  EXPECT_EQ(faults(blind).size(), 1U);
+  EXPECT_EQ(faults(parked, Needs::kNavigator).size(), 1U);
 }
 
 TEST(Mission, RefusesSettingsOfCamerasThatTheRigHasNot) {

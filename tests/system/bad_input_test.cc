@@ -93,8 +93,8 @@ TEST_F(BadInput, SettingsOfNothing) {
 TEST_F(BadInput, RigsThatWillNotDo) {
   expect_refused(2,
                  kRig +
-                     ":7:1: rig: has no camera with the role loop_back; the navigator needs "
-                     "loop_front, loop_back and floor",
+                     ":7:1: rig: has no camera with the role loop_back; the navigator of "
+                     "'explore-office' needs loop_front, loop_back and floor",
                  {"--set", "rig.cameras.back.roles=[]"}, kOffice);
   expect_refused(2,
                  "--set platform.trigger.groups: platform.trigger.groups.slow.cameras: the rig has "

@@ -138,6 +138,26 @@ TEST_F(Commands, RenderLooksFromSeveralPlacesAndSaysWhereNoRobotCanStand) {
   EXPECT_EQ(metrics("r")["poses"][1]["fault"], "the robot is inside desk-01");
 }
 
+TEST_F(Commands, RigsThatNoNavigatorCouldUseAreLookedThroughAndRecorded) {
+  const std::string rig =
+      write("rig.yaml", "cameras: {side: {fov_deg: 80, at_m: [0, 0, 0.8], yaw_deg: 90}}\n");
+  write("m.yaml", "rig: " + rig + "\nplatform: {kind: simulated, world: " + kScenes +
+                      "worlds/office.yaml, start: {x_m: 4.95, y_m: 4}}\ndrive: none\n");
+  const Said drawn = panoptes({"render", "m.yaml", "--pose", "5,5,45", "--out", "look"});
+  EXPECT_EQ(drawn.status, 0) << drawn.err;
+  EXPECT_TRUE(fs::exists(folder_ / "work" / "look" / "side.png"));
+  const Said recorded =
+      panoptes({"record", "m.yaml", "--duration", "0.5", "--quiet", "--out", "kept"});
+  EXPECT_EQ(recorded.status, 0) << recorded.err;
+  EXPECT_EQ(metrics("kept")["keyframes"], 0);
+  EXPECT_TRUE(fs::exists(folder_ / "work" / "kept" / "mav0" / "side" / "data.csv"));
+  const Said explored = explore("m.yaml", "mapped", {});
+  EXPECT_EQ(explored.status, 2);
+  EXPECT_EQ(explored.err,
+            "rig.yaml:1:1: rig: has no camera with the role loop_front or loop_back or floor; the "
+            "navigator of 'm' needs loop_front, loop_back and floor\n");
+}
+
 TEST_F(Commands, RenderAsksForAPlaceInWords) {
   for (const char* pose : {"5,4.4", "5,4.4,x", "5,4.4,90,1", "", ";"}) {
     const Said said = panoptes({"render", kOffice, "--pose", pose, "--out", "r"});
