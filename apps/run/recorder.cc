@@ -82,7 +82,7 @@ bool is_of_driving(const std::string& figure) {
 }
 
 struct Judged {
-  Json lines = Json::array();  ///< `pass` is absent where a line is not judged
+  Json lines = Json::array();  ///< `pass` is null where a line is not judged
   int broken = 0;
   std::vector<std::string> unjudged;
 };
@@ -106,6 +106,7 @@ Judged judge(const std::vector<Requirement>& requirements, const Json& metrics,
       line["pass"] = pass;
       judged.broken += pass ? 0 : 1;
     } else {
+      line["pass"] = nullptr;
       judged.unjudged.push_back(requirement.text);
     }
     judged.lines.push_back(line);

@@ -291,7 +291,7 @@ TEST_F(RecorderTest, ARecordingIsNotJudgedByWhatTheWholeMissionRequires) {
                                   {.outcome = "completed", .end_reason = "duration"}, false);
   EXPECT_EQ(report.exit_status, 0);
   const json lines = metrics(folder_ / "run")["requirements"];
-  EXPECT_FALSE(lines[0].contains("pass"));
+  EXPECT_TRUE(lines[0].at("pass").is_null());
   EXPECT_TRUE(lines[0].contains("value"));
   EXPECT_THAT(report.summary, testing::Contains("not judged: map.coverage >= 2 (a recording is "
                                                 "done when it is recorded)"));
@@ -362,7 +362,7 @@ TEST_F(RecorderTest, WritesTheSameBytesTwice) {
 TEST_F(RecorderTest, OfAReplayThatWouldHaveDrivenElsewhereNoFigureSpeaksOfDriving) {
   const RunEnd end{"completed", "end_of_data", time_at(12.25)};
   const RunReport report = record(folder_ / "run", run_.truth, {"collisions == 0"}, end);
-  EXPECT_EQ(report.exit_status, 1);  // nobody can say
+  EXPECT_EQ(report.exit_status, 0);  // nobody can say, so nobody does
   const json m = metrics(folder_ / "run");
   EXPECT_EQ(m["outcome"], "completed");
   EXPECT_EQ(m["end_reason"], "end_of_data");
