@@ -655,7 +655,7 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
   }
   for (std::size_t i = 0; i < info_.require.size(); ++i) {
     const Json& line = judged.lines[i];
-    if (!line.value("pass", true)) {
+    if (line["pass"] == false) {
       s.push_back(
           "broken: " + info_.require[i].text +
           (line.contains("value") ? ", it is " + line["value"].dump() : ", no such figure"));
