@@ -6,6 +6,8 @@
 using F8 = float __attribute__((vector_size(32)));
 using I8 = std::int32_t __attribute__((vector_size(32)));
 using U8 = std::uint32_t __attribute__((vector_size(32)));
+using B8 = std::uint8_t __attribute__((vector_size(8)));
+using B16 = std::uint8_t __attribute__((vector_size(16)));
 using H8 = std::uint16_t __attribute__((vector_size(16)));
 using H16 = std::uint16_t __attribute__((vector_size(32)));
 
@@ -289,30 +291,27 @@ void raster_row(const std::vector<Covered>& triangles, const std::vector<std::ui
   }
 }
 
-/// A byte of 255 for each bit.
-inline std::uint64_t bytes(unsigned bits) {
-  constexpr std::uint64_t kOnes = 0x0101010101010101;
-  const std::uint64_t apart = (bits * kOnes) & 0x8040201008040201;  // bit i alone in byte i
-  return (((apart + 0x7F * kOnes) >> 7U) & kOnes) * 255;
-}
-
 /// What eight pixels truly show.
 struct Truth {
-  H8 objects{};
-  std::uint64_t floor = 0;
+  I8 objects{};
+  I8 floor{};  ///< -1 where it is
 };
 
 /// The part of it that is one triangle's.
 template <typename Dy>
 inline void add_truth(const Shade& t, const I8& mine, const F8& dx_px, const Dy& dy_px,
                       Truth& truth) {
-  truth.objects |= __builtin_convertvector(mine, H8) & t.object;
-  if (t.low == Low::kWhole) {
-    truth.floor |= bytes(bits(mine));
-  } else if (t.low == Low::kPartly) {
-    const F8 floor_top = static_cast<float>(kFloorTop_m) * at_lanes(t.nearness, dx_px, dy_px);
-    truth.floor |= bytes(bits(mine & (at_lanes(t.height_m, dx_px, dy_px) < floor_top)));
-  }
+  truth.objects |= mine & t.object;
+  truth.floor |= mine & (at_lanes(t.above_floor_m, dx_px, dy_px) < 0.0F);
+}
+
+inline void store(const Truth& truth, const F8& distance_m, std::size_t to, const PixelRows& out) {
+  const H8 objects = __builtin_convertvector(truth.objects, H8);
+  const auto bytes = reinterpret_cast<B16>(__builtin_convertvector(truth.floor, H8));
+  const B8 floor = __builtin_shufflevector(bytes, bytes, 0, 2, 4, 6, 8, 10, 12, 14);
+  std::memcpy(&out.depth_m[to], &distance_m, sizeof distance_m);
+  std::memcpy(&out.instance[to], &objects, sizeof objects);
+  std::memcpy(&out.floor[to], &floor, sizeof floor);
 }
 
 /// Some of eight pixels that show one triangle.
@@ -361,10 +360,9 @@ inline void shade_tiles(const std::vector<Shade>& triangles, const Paint& paint,
         }
       }
       if constexpr (kWithTruth) {
+        // Where nothing is it is infinite.
         const F8 distance_m = 1.0F / *reinterpret_cast<const F8*>(&tiles.nearness[at]);
-        std::memcpy(&out.depth_m[to], &distance_m, sizeof distance_m);  // nothing: infinitely far
-        std::memcpy(&out.instance[to], &truth.objects, sizeof truth.objects);
-        std::memcpy(&out.floor[to], &truth.floor, sizeof truth.floor);
+        store(truth, distance_m, to, out);
       }
     }
     for (std::size_t i = 0; i < count; ++i) {
@@ -438,9 +436,7 @@ inline void look_tiles(const std::vector<Shade>& triangles, const Paint& paint,
         }
       }
       if constexpr (kWithTruth) {
-        std::memcpy(&out.depth_m[to], &distance_m, sizeof distance_m);
-        std::memcpy(&out.instance[to], &truth.objects, sizeof truth.objects);
-        std::memcpy(&out.floor[to], &truth.floor, sizeof truth.floor);
+        store(truth, distance_m, to, out);
       }
     }
     for (std::size_t i = 0; i < count; ++i) {

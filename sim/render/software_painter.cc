@@ -73,9 +73,6 @@ struct Covered {
   std::uint32_t number = 0;  ///< of its Shade
 };
 
-/// Where it is lower than kFloorTop_m.
-enum class Low : std::uint8_t { kNowhere, kPartly, kWhole };
-
 /// How a triangle looks; all but `nearness` over the distance.
 struct Shade {
   Plane3 nearness;
@@ -84,8 +81,7 @@ struct Shade {
   Plane3 v;
   Plane3 column;  ///< in the lightmap
   Plane3 row;
-  Plane3 height_m;  ///< in the scene
-  Low low = Low::kNowhere;
+  Plane3 above_floor_m;  ///< above kFloorTop_m
   int origin_x_px = 0;
   int origin_y_px = 0;
   std::uint16_t texture = 0;
@@ -540,11 +536,8 @@ class SoftwarePainter final : public Painter {
                          texel(vc.lit[0], lightmap_.width));
     shade.row = plane(texel(va.lit[1], lightmap_.height), texel(vb.lit[1], lightmap_.height),
                       texel(vc.lit[1], lightmap_.height));
-    shade.height_m = plane(va.p_scene[2], vb.p_scene[2], vc.p_scene[2]);
-    const auto [lowest_m, highest_m] = std::minmax({va.p_scene[2], vb.p_scene[2], vc.p_scene[2]});
-    shade.low = highest_m < kFloorTop_m  ? Low::kWhole
-                : lowest_m < kFloorTop_m ? Low::kPartly
-                                         : Low::kNowhere;
+    shade.above_floor_m = plane(va.p_scene[2] - kFloorTop_m, vb.p_scene[2] - kFloorTop_m,
+                                vc.p_scene[2] - kFloorTop_m);
     shade.texture = static_cast<std::uint16_t>(texture);
     shade.object = va.object;
     if (bends_) {
