@@ -20,9 +20,10 @@ def ring(x, y, z, rx, ry, sides):
 
 
 def limb(m, points, radii, uv):
-    """A leg or an arm: tapered pieces from point to point, downwards, each part a little apart from the next."""
-    for (a, ra), (b, rb) in zip(zip(points, radii), zip(points[1:], radii[1:])):
-        m.loft(ring(b[0], b[1], b[2] + 0.001, rb, rb, 8), ring(a[0], a[1], a[2], ra, ra, 8), "cloth", uv=uv)
+    """A leg or an arm: tapered pieces from point to point, downwards, each but the first begun inside the one above."""
+    for i, ((a, ra), (b, rb)) in enumerate(zip(zip(points, radii), zip(points[1:], radii[1:]))):
+        top = ring(a[0], a[1], a[2] + 0.015, 0.95 * ra, 0.95 * ra, 8) if i > 0 else ring(a[0], a[1], a[2], ra, ra, 8)
+        m.loft(ring(b[0], b[1], b[2], rb, rb, 8), top, "cloth", uv=uv)
 
 
 def figure(name, picture):
@@ -41,7 +42,7 @@ def figure(name, picture):
 
     m.loft(ring(0, 0, 0.84, 0.115, 0.165, sides), ring(0, 0, 1.30, 0.125, 0.205, sides), "cloth",
            sides=chest(0.3, 1.0, 0.2))
-    m.loft(ring(0, 0, 1.302, 0.125, 0.205, sides), ring(0.01, 0, 1.46, 0.065, 0.13, sides), "cloth",
+    m.loft(ring(0, 0, 1.29, 0.122, 0.202, sides), ring(0.01, 0, 1.46, 0.065, 0.13, sides), "cloth",
            sides=chest(0.0, 0.3, 0.2), top=("cloth", piece("skin")))
     m.loft(ring(0.015, 0, 1.44, 0.05, 0.05, 8), ring(0.02, 0, 1.53, 0.05, 0.05, 8), "cloth", uv=piece("skin"))
 
@@ -53,8 +54,8 @@ def figure(name, picture):
         return of
     m.loft(ring(0.025, 0, 1.50, 0.06, 0.05, n), ring(0.03, 0, 1.585, 0.098, 0.078, n), "cloth", sides=head(0.66, 1.0),
            bottom=("cloth", piece("skin")))
-    m.loft(ring(0.03, 0, 1.586, 0.098, 0.078, n), ring(0.025, 0, 1.69, 0.095, 0.078, n), "cloth", sides=head(0.22, 0.66))
-    m.loft(ring(0.025, 0, 1.691, 0.095, 0.078, n), ring(0.015, 0, 1.75, 0.045, 0.04, n), "cloth", uv=piece("hair"),
+    m.loft(ring(0.03, 0, 1.575, 0.095, 0.075, n), ring(0.025, 0, 1.69, 0.095, 0.078, n), "cloth", sides=head(0.22, 0.66))
+    m.loft(ring(0.025, 0, 1.68, 0.094, 0.077, n), ring(0.015, 0, 1.75, 0.045, 0.04, n), "cloth", uv=piece("hair"),
            top=("cloth", piece("hair")))
 
     trousers, sleeve = part_of(piece("trousers"), 0, 0.1, 1, 1), piece("sleeve")   # without the belt

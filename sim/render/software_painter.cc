@@ -41,6 +41,9 @@ static_assert(kTile == 1 << kTileLog2);
 constexpr std::size_t kPixelsOfTile = 64;
 constexpr std::uint32_t kNothing = 0xFFFFFFFF;
 constexpr int kPerPixel = 256;  // corners are moved to such parts of a pixel
+// Triangles are grown by so many of these parts on each side: where a corner of one lies on
+// another's edge both are moved by up to half a part, and a gap would show what is behind.
+constexpr int kGrown = 1;
 // Corners farther outside the picture than this are cut off, so that edges can be counted.
 constexpr double kGuard_px = 16384;
 constexpr std::int64_t kFarEdge = std::int64_t{1} << 28U;
@@ -570,10 +573,10 @@ class SoftwarePainter final : public Painter {
     const auto [low_y, high_y] = std::minmax({y[0], y[1], y[2]});
     // The first and the last pixel whose centre may be inside.
     const auto first = [](std::int32_t at) { return (at + kPerPixel - 1) >> 8; };
-    const int left = std::max(first(low_x), 0);
-    const int right = std::min(high_x >> 8, camera_.width_px - 1);
-    const int top = std::max(first(low_y), 0);
-    const int bottom = std::min(high_y >> 8, camera_.height_px - 1);
+    const int left = std::max(first(low_x - kGrown), 0);
+    const int right = std::min((high_x + kGrown) >> 8, camera_.width_px - 1);
+    const int top = std::max(first(low_y - kGrown), 0);
+    const int bottom = std::min((high_y + kGrown) >> 8, camera_.height_px - 1);
     if (left > right || top > bottom) {
       return;
     }
@@ -582,10 +585,9 @@ class SoftwarePainter final : public Painter {
       const std::size_t k = (i + 1) % 3;
       const std::int32_t dx = x[k] - x[i];
       const std::int32_t dy = y[k] - y[i];
-      // A centre on an edge belongs to one of the two triangles that share it.
-      const bool has_edge = dy < 0 || (dy == 0 && dx > 0);
       const std::int64_t from = std::int64_t{dy} * x[i] - std::int64_t{dx} * y[i];
-      t.edges[i] = {(from - (has_edge ? 0 : 1)) >> 8, dx, dy};
+      const std::int64_t grown = std::int64_t{kGrown} * (std::abs(dx) + std::abs(dy));
+      t.edges[i] = {(from + grown) >> 8, dx, dy};
     }
     t.origin_x_px = left;
     t.origin_y_px = top;

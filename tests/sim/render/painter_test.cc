@@ -89,6 +89,38 @@ TEST(Painters, NoSkyShowsBetweenTrianglesThatTouch) {
   }
 }
 
+TEST(Painters, NoSkyShowsWhereACornerLiesOnAnothersEdge) {
+  // A floor of strips, each of tiles as long as no other strip's.
+  World world;
+  world.ambient = 1;
+  world.textures = {{"grey", cv::Mat(64, 64, CV_8UC3, kGrey)}};
+  std::vector<Triangle> tiles;
+  for (int strip = 0; strip < 40; ++strip) {
+    const int count = 7 + 5 * (strip % 9);
+    const double y_m = 0.1 * strip - 2;
+    for (int i = 0; i < count; ++i) {
+      const double from_m = -2 + 4.0 * i / count;
+      const double to_m = -2 + 4.0 * (i + 1) / count;
+      const Corner a{{from_m, y_m, 0}, {0, 0}};
+      const Corner b{{to_m, y_m, 0}, {1, 0}};
+      const Corner c{{to_m, y_m + 0.1, 0}, {1, 1}};
+      const Corner d{{from_m, y_m + 0.1, 0}, {0, 1}};
+      tiles.push_back({{a, b, c}, 0});
+      tiles.push_back({{a, c, d}, 0});
+    }
+  }
+  world.objects = {{"floor", {}, tiles}};
+  Renderer renderer(world);
+  Rng rng(4);
+  for (int i = 0; i < 60; ++i) {
+    const Vec3 eye(rng.uniform() - 0.5, rng.uniform() - 0.5, 0.3 + 0.3 * rng.uniform());
+    const View view{pinhole(320, 240, deg_to_rad(60)),
+                    mounted_camera(eye, 6.3 * rng.uniform(), deg_to_rad(70))};
+    const Drawn drawn = renderer.draw(view, {.instance = true});
+    EXPECT_EQ(cv::countNonZero(drawn.instance == 0), 0) << i;
+  }
+}
+
 TEST(Painters, PicturesOfAnySizeArePartsOfTheSame) {
   const World world = crowded_room();
   Renderer renderer(world);
