@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <deque>
 #include <functional>
 #include <limits>
 #include <queue>
@@ -380,6 +381,58 @@ double chi2(const PoseGraph& graph) {
     sum += chi2(graph, edge);
   }
   return sum;
+}
+
+std::optional<int> dead_reckon(PoseGraph& graph) {
+  check(graph);
+  const std::size_t nodes = graph.T_map_node.size();
+  std::vector<std::vector<int>> edges_of(nodes);
+  for (int e = 0; e < static_cast<int>(graph.edges.size()); ++e) {
+    edges_of[graph.edges[e].from].push_back(e);
+    edges_of[graph.edges[e].to].push_back(e);
+  }
+  struct Step {
+    int edge;
+    int to;
+  };
+  std::vector<bool> placed(nodes, false);
+  std::deque<Step> steps;  // odometry in front, closures behind
+  const auto settle = [&](int node) {
+    placed[node] = true;
+    // the last pushed to the front goes first: edges backwards, so that of two the earlier is taken
+    for (auto e = edges_of[node].rbegin(); e != edges_of[node].rend(); ++e) {
+      const GraphEdge& edge = graph.edges[*e];
+      const int to = edge.from == node ? edge.to : edge.from;
+      if (!placed[to] && std::abs(to - node) == 1) {
+        steps.push_front({*e, to});
+      }
+    }
+    for (const int e : edges_of[node]) {
+      const GraphEdge& edge = graph.edges[e];
+      const int to = edge.from == node ? edge.to : edge.from;
+      if (!placed[to] && std::abs(to - node) != 1) {
+        steps.push_back({e, to});
+      }
+    }
+  };
+  if (nodes > 0) {
+    settle(0);
+  }
+  while (!steps.empty()) {
+    const Step step = steps.front();
+    steps.pop_front();
+    if (placed[step.to]) {
+      continue;
+    }
+    const GraphEdge& edge = graph.edges[step.edge];
+    graph.T_map_node[step.to] = edge.to == step.to
+                                    ? graph.T_map_node[edge.from] * edge.T_from_to
+                                    : graph.T_map_node[edge.to] * edge.T_from_to.inverse();
+    settle(step.to);
+  }
+  const auto lost = std::find(placed.begin(), placed.end(), false);
+  return lost == placed.end() ? std::nullopt
+                              : std::optional(static_cast<int>(lost - placed.begin()));
 }
 
 RelaxReport relax(PoseGraph& graph, RelaxStart start) {

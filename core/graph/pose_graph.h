@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/geometry/pose2.h"
@@ -32,6 +33,11 @@ struct PoseGraph {
 
 double chi2(const PoseGraph& graph);
 double chi2(const PoseGraph& graph, const GraphEdge& edge);
+
+/// Places every node by dead reckoning from where the first one is: along the edges between
+/// neighbours, and over closures only to what those do not reach. Returns a node that no edges join
+/// to the first, if there is one; such nodes stay where they are.
+std::optional<int> dead_reckon(PoseGraph& graph);
 
 enum class RelaxStart {
   kLinear,   ///< orientations first, then positions, each a linear problem: needs no good start

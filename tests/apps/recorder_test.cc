@@ -11,7 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/io/csv.h"
-#include "core/io/g2o.h"
+#include "core/io/graph_file.h"
 #include "core/io/map_server.h"
 #include "core/io/tum.h"
 #include "tests/support/scratch.h"
@@ -188,7 +188,7 @@ TEST_F(RecorderTest, LeavesEveryFileOfTheRunDirectory) {
   EXPECT_EQ(read_tum(out / "trajectory.tum").size(), run_.result.keyframes.size());
   EXPECT_EQ(read_tum(out / "ground_truth.tum").size(), run_.seen.size());
   EXPECT_EQ(read_tum(out / "odometry.tum").size(), run_.seen.size());
-  EXPECT_EQ(read_g2o(out / "graph.g2o").edges.size(), run_.result.graph.edges.size());
+  EXPECT_EQ(read_graph(out / "graph.g2o").graph.edges.size(), run_.result.graph.edges.size());
   EXPECT_EQ(read_csv(out / "steps.csv").rows.size(), run_.seen.size());
   const CsvTable loops = read_csv(out / "loops.csv");
   ASSERT_EQ(loops.rows.size(), 3U);

@@ -6,7 +6,7 @@
 
 #include "core/io/csv.h"
 #include "core/io/file.h"
-#include "core/io/g2o.h"
+#include "core/io/graph_file.h"
 #include "core/io/map_server.h"
 #include "core/io/tum.h"
 #include "tests/system/program.h"
@@ -79,7 +79,7 @@ TEST_F(Runs, AreReadByWhatOthersWrote) {
   const auto keyframes = metrics("a")["keyframes"].get<std::size_t>();
   EXPECT_EQ(read_tum(run / "trajectory.tum").size(), keyframes);
   EXPECT_EQ(read_tum(run / "odometry.tum").size(), read_csv(run / "steps.csv").rows.size());
-  EXPECT_EQ(read_g2o(run / "graph.g2o").T_map_node.size(), keyframes);
+  EXPECT_EQ(read_graph(run / "graph.g2o").graph.T_map_node.size(), keyframes);
   EXPECT_NEAR(read_map_server(run / "map.yaml").free_m2(), metrics("a")["map"]["mapped_free_m2"],
               1e-6);  // the same cells, each 1e-4
 }

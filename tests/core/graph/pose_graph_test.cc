@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/graph/pose_graph.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -63,6 +64,28 @@ double rms_m(const World& world) {
     sum += (world.truth[i].position() - world.graph.T_map_node[i].position()).squaredNorm();
   }
   return std::sqrt(sum / static_cast<double>(world.truth.size()));
+}
+
+TEST(DeadReckon, FollowsOdometryAndClosuresOnlyWhereThereIsNone) {
+  World world = square_walk(2, 10, 0.005, 0.01, Rng(1));
+  PoseGraph graph = world.graph;
+  std::rotate(graph.edges.begin(), graph.edges.end() - 1, graph.edges.end());  // a closure first
+  for (std::size_t i = 1; i < graph.T_map_node.size(); ++i) {
+    graph.T_map_node[i] = {9, 9, 9};
+  }
+  EXPECT_EQ(dead_reckon(graph), std::nullopt);
+  EXPECT_EQ(graph.T_map_node, world.graph.T_map_node);
+  // without one of the steps, what follows hangs on closures
+  const auto step = std::find_if(graph.edges.begin(), graph.edges.end(),
+                                 [](const GraphEdge& e) { return e.from == 60 && e.to == 61; });
+  ASSERT_NE(step, graph.edges.end());
+  graph.edges.erase(step);
+  EXPECT_EQ(dead_reckon(graph), std::nullopt);
+  EXPECT_LT((graph.T_map_node[61].position() - world.truth[61].position()).norm(), 0.5);
+  graph.edges.erase(std::remove_if(graph.edges.begin(), graph.edges.end(),
+                                   [](const GraphEdge& e) { return std::max(e.from, e.to) > 60; }),
+                    graph.edges.end());
+  EXPECT_EQ(dead_reckon(graph), 61);
 }
 
 TEST(Relax, RecoversTheTruthWithoutNoise) {
