@@ -2,7 +2,6 @@
 #include "core/graph/pose_graph.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 #include <deque>
@@ -16,6 +15,7 @@
 #include <Eigen/SparseCore>
 
 #include "core/base/check.h"
+#include "core/graph/normal_equations.h"
 
 namespace panoptes {
 namespace {
@@ -28,12 +28,6 @@ constexpr double kConverged = 1e-10;  // relative change of chi2 at which nothin
 constexpr double kBadStart = 10;      // chi2 a degree of freedom that no good graph has: start anew
 constexpr double kSmallestDamping = 1e-9;  // of the diagonal: keeps loose nodes solvable
 
-Vec3 residual_of(const GraphEdge& edge, const Pose2& from, const Pose2& to) {
-  const Vec2 t =
-      from.rotation().transpose() * (to.position() - from.position()) - edge.T_from_to.position();
-  return {t.x(), t.y(), wrap_angle(to.theta_rad - from.theta_rad - edge.T_from_to.theta_rad)};
-}
-
 void check(const PoseGraph& graph) {
   const int nodes = static_cast<int>(graph.T_map_node.size());
   for (const GraphEdge& edge : graph.edges) {
@@ -43,161 +37,9 @@ void check(const PoseGraph& graph) {
   }
 }
 
-// The normal equations of a graph with one node held, their pattern analysed once.
-class Normals {
- public:
-  Normals(const PoseGraph& graph, int held) : nodes_(static_cast<int>(graph.T_map_node.size())) {
-    column_.resize(nodes_);
-    int next = 0;
-    for (int node = 0; node < nodes_; ++node) {
-      column_[node] = node == held ? -1 : 3 * next++;
-    }
-    size_ = 3 * next;
-    Triplets triplets;
-    const auto add_block = [&](int row, int column) {
-      for (int r = 0; r < 3; ++r) {
-        for (int c = 0; c < 3; ++c) {
-          if (row + r >= column + c) {
-            triplets.emplace_back(row + r, column + c, 0.0);
-          }
-        }
-      }
-    };
-    for (int node = 0; node < nodes_; ++node) {
-      if (column_[node] >= 0) {
-        add_block(column_[node], column_[node]);
-      }
-    }
-    for (const GraphEdge& edge : graph.edges) {
-      const int a = column_[edge.from];
-      const int b = column_[edge.to];
-      if (a >= 0 && b >= 0) {
-        add_block(std::max(a, b), std::min(a, b));
-      }
-    }
-    H_.resize(size_, size_);
-    H_.setFromTriplets(triplets.begin(), triplets.end());
-    H_.makeCompressed();
-    diagonal_.resize(size_);
-    for (int k = 0; k < size_; ++k) {
-      diagonal_[k] = place(k, k);
-    }
-    slots_.reserve(graph.edges.size());
-    for (const GraphEdge& edge : graph.edges) {
-      const int a = column_[edge.from];
-      const int b = column_[edge.to];
-      std::array<int, 3> slots{-1, -1, -1};
-      if (a >= 0 && b >= 0) {
-        for (int c = 0; c < 3; ++c) {
-          slots[c] = place(std::max(a, b), std::min(a, b) + c);
-        }
-      }
-      slots_.push_back(slots);
-    }
-    solver_.analyzePattern(H_);
-    gradient_.resize(size_);
-  }
-
-  int size() const { return size_; }
-  int column(int node) const { return column_[node]; }
-
-  void linearise(const PoseGraph& graph) {
-    double* values = H_.valuePtr();
-    std::fill(values, values + H_.nonZeros(), 0.0);
-    gradient_.setZero();
-    for (std::size_t e = 0; e < graph.edges.size(); ++e) {
-      const GraphEdge& edge = graph.edges[e];
-      const Pose2& from = graph.T_map_node[edge.from];
-      const Pose2& to = graph.T_map_node[edge.to];
-      const Mat2 Rt = from.rotation().transpose();
-      const Vec2 t = Rt * (to.position() - from.position());
-      Mat3 J_from;
-      J_from << -Rt(0, 0), -Rt(0, 1), t.y(), -Rt(1, 0), -Rt(1, 1), -t.x(), 0, 0, -1;
-      Mat3 J_to;
-      J_to << Rt(0, 0), Rt(0, 1), 0, Rt(1, 0), Rt(1, 1), 0, 0, 0, 1;
-      const Vec3 weighted = edge.information * residual_of(edge, from, to);
-      const Mat3 from_weighted = J_from.transpose() * edge.information;
-      const Mat3 to_weighted = J_to.transpose() * edge.information;
-      const int a = column_[edge.from];
-      const int b = column_[edge.to];
-      if (a >= 0) {
-        add_diagonal(values, a, from_weighted * J_from);
-        gradient_.segment<3>(a) += J_from.transpose() * weighted;
-      }
-      if (b >= 0) {
-        add_diagonal(values, b, to_weighted * J_to);
-        gradient_.segment<3>(b) += J_to.transpose() * weighted;
-      }
-      if (a >= 0 && b >= 0) {
-        const Mat3 block = b > a ? Mat3(to_weighted * J_from) : Mat3(from_weighted * J_to);
-        for (int c = 0; c < 3; ++c) {
-          for (int r = 0; r < 3; ++r) {
-            values[slots_[e][c] + r] += block(r, c);
-          }
-        }
-      }
-    }
-  }
-
-  // False when the equations cannot be solved.
-  bool factorise(double damping) {
-    if (damping > 0) {
-      damped_ = H_;
-      for (int k = 0; k < size_; ++k) {
-        double& value = damped_.valuePtr()[diagonal_[k]];
-        value += damping * value + std::numeric_limits<double>::min();
-      }
-      solver_.factorize(damped_);
-    } else {
-      solver_.factorize(H_);
-    }
-    return solver_.info() == Eigen::Success;
-  }
-
-  Eigen::VectorXd step() const { return solver_.solve(-gradient_); }
-  Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const { return solver_.solve(right); }
-
-  static void move(const Eigen::VectorXd& step, const std::vector<int>& column,
-                   std::vector<Pose2>& poses) {
-    for (std::size_t node = 0; node < poses.size(); ++node) {
-      const int k = column[node];
-      if (k >= 0) {
-        poses[node] = {poses[node].x_m + step[k], poses[node].y_m + step[k + 1],
-                       wrap_angle(poses[node].theta_rad + step[k + 2])};
-      }
-    }
-  }
-  const std::vector<int>& columns() const { return column_; }
-
- private:
-  // Where the element lies among the values; a block's rows follow one another in its column.
-  int place(int row, int column) const {
-    const int* begin = H_.innerIndexPtr() + H_.outerIndexPtr()[column];
-    const int* end = H_.innerIndexPtr() + H_.outerIndexPtr()[column + 1];
-    return static_cast<int>(std::lower_bound(begin, end, row) - H_.innerIndexPtr());
-  }
-  void add_diagonal(double* values, int k, const Mat3& block) {
-    for (int c = 0; c < 3; ++c) {
-      for (int r = c; r < 3; ++r) {
-        values[diagonal_[k + c] + r - c] += block(r, c);
-      }
-    }
-  }
-
-  int nodes_;
-  int size_ = 0;
-  std::vector<int> column_;
-  std::vector<int> diagonal_;
-  std::vector<std::array<int, 3>> slots_;
-  Sparse H_;
-  Sparse damped_;
-  Eigen::VectorXd gradient_;
-  Eigen::SimplicialLDLT<Sparse> solver_;
-};
-
 // Full steps of Gauss-Newton, uphill ones too: from a fair start they pass what makes a damped
 // descent creep. False, and the poses as they were, when that does not settle below the start.
-bool newton(PoseGraph& graph, Normals& normals, RelaxReport& report) {
+bool newton(PoseGraph& graph, NormalEquations& normals, RelaxReport& report) {
   constexpr int kSteps = 20;
   const std::vector<Pose2> before = graph.T_map_node;
   double now = report.chi2_start;
@@ -211,7 +53,7 @@ bool newton(PoseGraph& graph, Normals& normals, RelaxReport& report) {
     if (!step.allFinite()) {
       break;
     }
-    Normals::move(step, normals.columns(), graph.T_map_node);
+    normals.move(step, graph.T_map_node);
     const double then = chi2(graph);
     if (std::abs(then - now) <= kConverged * now && then <= report.chi2_start) {
       report.chi2_end = then;
@@ -225,7 +67,7 @@ bool newton(PoseGraph& graph, Normals& normals, RelaxReport& report) {
 }
 
 // Gauss-Newton, else Levenberg-Marquardt, from the poses as they are.
-RelaxReport descend(PoseGraph& graph, Normals& normals) {
+RelaxReport descend(PoseGraph& graph, NormalEquations& normals) {
   RelaxReport report;
   double now = chi2(graph);
   report.chi2_start = now;
@@ -244,7 +86,7 @@ RelaxReport descend(PoseGraph& graph, Normals& normals) {
       if (normals.factorise(damping)) {
         const Eigen::VectorXd step = normals.step();
         if (step.allFinite()) {
-          Normals::move(step, normals.columns(), graph.T_map_node);
+          normals.move(step, graph.T_map_node);
           then = chi2(graph);
         }
       }
@@ -444,7 +286,7 @@ RelaxReport relax(PoseGraph& graph, RelaxStart start) {
     report.converged = true;
     return report;
   }
-  Normals normals(graph, 0);
+  NormalEquations normals(graph, 0);
   const PoseGraph given = graph;
   const double freedom = std::max(3.0, 3.0 * static_cast<double>(graph.edges.size()) -
                                            3.0 * static_cast<double>(graph.T_map_node.size() - 1));
@@ -475,7 +317,7 @@ RelaxReport relax(PoseGraph& graph, RelaxStart start) {
 Mat3 relative_covariance(const PoseGraph& graph, int from, int to) {
   check(graph);
   PANOPTES_CHECK(from != to, "two nodes");
-  Normals normals(graph, from);
+  NormalEquations normals(graph, from);
   normals.linearise(graph);
   if (!normals.factorise(0) && !normals.factorise(kSmallestDamping)) {
     return Mat3::Identity() * std::numeric_limits<double>::infinity();

@@ -1,0 +1,485 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/graph/robust_relax.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "core/base/check.h"
+#include "core/graph/graph_uncertainty.h"
+#include "core/graph/normal_equations.h"
+
+namespace panoptes {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+// chi2 of three degrees of freedom that a true closure exceeds once in a thousand.
+constexpr double kGate = 16.27;
+// Squares of the scales of the noise that are tried: what the information says may be far off, most
+// often too modest (public graphs lie between 1 and 1/500), but one scale holds for a whole graph.
+// Four times as much a step is twice the error: finer than that, gates hardly change.
+constexpr std::array<double, 7> kScales2{4, 1, 1.0 / 4, 1.0 / 16, 1.0 / 64, 1.0 / 256, 1.0 / 1024};
+constexpr std::size_t kAsStated = 1;
+// How many rings in which a closure is false may be expected to close by chance, a closure. An
+// error uniform in a room V lies where a density exceeds k / V with a probability below 0.31 / k
+// (the most that a Gaussian of three dimensions has room for); with k = closures / kChance, each of
+// a closure's rings but a few being far wider or far narrower than that, which makes it rarer.
+constexpr double kChance = 0.01;
+// How many false closures may be expected among all those admitted to the relaxed graph.
+constexpr double kMostFalse = 0.05;
+// Errors have heavier tails than a Gaussian: a share of the closures err so many times more.
+constexpr std::size_t kMostTails = 3;  // variances of 1, 4 and 16 times
+constexpr int kMostRounds = 50;
+
+// The first edge between each node and the one before it; -1 where there is none.
+std::vector<int> odometry_of(const PoseGraph& graph) {
+  std::vector<int> edge_to(graph.T_map_node.size(), -1);
+  for (int e = static_cast<int>(graph.edges.size()) - 1; e >= 0; --e) {
+    const GraphEdge& edge = graph.edges[e];
+    if (std::abs(edge.from - edge.to) == 1) {
+      edge_to[std::max(edge.from, edge.to)] = e;
+    }
+  }
+  return edge_to;
+}
+
+// A pose with its rotation at hand, for products by the million.
+struct Motion {
+  Mat2 R = Mat2::Identity();
+  Vec2 t = Vec2::Zero();
+  double theta_rad = 0;  // not wrapped
+
+  Motion() = default;
+  explicit Motion(const Pose2& T) : R(T.rotation()), t(T.position()), theta_rad(T.theta_rad) {}
+  Motion inverse() const {
+    Motion T;
+    T.R = R.transpose();
+    T.t = -(T.R * t);
+    T.theta_rad = -theta_rad;
+    return T;
+  }
+};
+Motion operator*(const Motion& a, const Motion& b) {
+  Motion T;
+  T.R = a.R * b.R;
+  T.t = a.R * b.t + a.t;
+  T.theta_rad = a.theta_rad + b.theta_rad;
+  return T;
+}
+
+Mat3 turned(const Mat3& covariance, const Mat2& R) {
+  Mat3 C;
+  C.topLeftCorner<2, 2>() = R * covariance.topLeftCorner<2, 2>() * R.transpose();
+  C.topRightCorner<2, 1>() = R * covariance.topRightCorner<2, 1>();
+  C.bottomLeftCorner<1, 2>() = C.topRightCorner<2, 1>().transpose();
+  C(2, 2) = covariance(2, 2);
+  return C;
+}
+
+// What an error at `at` does to the origin: a heading's error swings it sideways.
+Mat3 seen_from_origin(const Mat3& covariance, const Vec2& at) {
+  Mat3 J = Mat3::Identity();
+  J(0, 2) = at.y();
+  J(1, 2) = -at.x();
+  return J * covariance * J.transpose();
+}
+
+double least_variance(const Mat2& covariance) {
+  return Eigen::SelfAdjointEigenSolver<Mat2>().computeDirect(covariance).eigenvalues().x();
+}
+
+// Poses by odometry, and sums of its errors from the start on: those between any two nodes are
+// differences of them.
+class Chain {
+ public:
+  Chain(const PoseGraph& graph, const std::vector<int>& edge_to) {
+    const std::size_t nodes = graph.T_map_node.size();
+    poses_.resize(nodes);
+    sums_.resize(nodes);
+    for (std::size_t k = 1; k < nodes; ++k) {
+      const GraphEdge& edge = graph.edges[edge_to[k]];
+      const bool forward = edge.to == static_cast<int>(k);
+      poses_[k] = poses_[k - 1] * (forward ? edge.T_from_to : edge.T_from_to.inverse());
+      const Mat3 covariance = edge.information.inverse();
+      const Mat2 R = poses_[edge.from].rotation();
+      const Vec2 p = poses_[edge.to].position();
+      const double h = covariance(2, 2);
+      Sums& sum = sums_[k];
+      sum = sums_[k - 1];
+      sum.least += least_variance(covariance.topLeftCorner<2, 2>());
+      sum.position += R * covariance.topLeftCorner<2, 2>() * R.transpose();
+      sum.heading += h;
+      sum.heading_p += h * p;
+      sum.heading_pp += h * p * p.transpose();
+    }
+    for (const Pose2& pose : poses_) {
+      motions_.emplace_back(pose);
+    }
+  }
+
+  const std::vector<Pose2>& poses() const { return poses_; }
+  const Motion& motion(int node) const { return motions_[node]; }
+
+  double heading_variance(int a, int b) const {
+    return std::abs(sums_[a].heading - sums_[b].heading);
+  }
+  // Of the motion between two nodes, in the direction where it is least, wherever it is seen from.
+  double least_variance_between(int a, int b) const {
+    return std::abs(sums_[a].least - sums_[b].least);
+  }
+  // Of the motion between two nodes, as it moves `point`, in the chain's own frame: the sum of the
+  // variances of x and y, and the whole covariance.
+  double position_variance(int a, int b, const Vec2& point) const {
+    const Sums& last = sums_[std::max(a, b)];
+    const Sums& first = sums_[std::min(a, b)];
+    return (last.position - first.position).trace() +
+           (last.heading - first.heading) * point.squaredNorm() -
+           2 * point.dot(last.heading_p - first.heading_p) +
+           (last.heading_pp - first.heading_pp).trace();
+  }
+  Mat3 covariance(int a, int b, const Vec2& point) const {
+    const Sums& last = sums_[std::max(a, b)];
+    const Sums& first = sums_[std::min(a, b)];
+    const double h = last.heading - first.heading;
+    const Vec2 hp = last.heading_p - first.heading_p;
+    const Mat2 L = h * point * point.transpose() - point * hp.transpose() - hp * point.transpose() +
+                   last.heading_pp - first.heading_pp;
+    const Vec2 swing = h * point - hp;
+    Mat3 C;
+    C << L(1, 1), -L(0, 1), -swing.y(), -L(0, 1), L(0, 0), swing.x(), -swing.y(), swing.x(), h;
+    C.topLeftCorner<2, 2>() += last.position - first.position;
+    return C;
+  }
+
+ private:
+  struct Sums {
+    double least = 0;
+    Mat2 position = Mat2::Zero();
+    double heading = 0;
+    Vec2 heading_p = Vec2::Zero();
+    Mat2 heading_pp = Mat2::Zero();
+  };
+  std::vector<Pose2> poses_;
+  std::vector<Motion> motions_;
+  std::vector<Sums> sums_;
+};
+
+// ln of the room that the errors of false closures fill: any turn, and twice the extent either way,
+// of a corridor not less than a tenth of its length.
+double log_room(const std::vector<Pose2>& poses) {
+  Vec2 low = poses[0].position();
+  Vec2 high = low;
+  for (const Pose2& pose : poses) {
+    low = low.cwiseMin(pose.position());
+    high = high.cwiseMax(pose.position());
+  }
+  const Vec2 extent = high - low;
+  const Vec2 size = 2 * extent.cwiseMax(0.1 * extent.norm());
+  return std::log(std::max(std::numeric_limits<double>::min(), size.x() * size.y() * 2 * kPi));
+}
+
+// An error against its covariance.
+struct Weight {
+  double d2 = std::numeric_limits<double>::infinity();
+  double log_peak = 0;  // of the density
+
+  // ln of the density where the errors are so much greater
+  double log_density(double scale2) const {
+    return log_peak - 1.5 * std::log(scale2) - 0.5 * d2 / scale2;
+  }
+};
+Weight weigh(const Vec3& error, const Mat3& covariance) {
+  const Eigen::LLT<Mat3> llt(covariance);
+  if (llt.info() != Eigen::Success) {
+    return {};
+  }
+  const Mat3& L = llt.matrixLLT();
+  return {llt.matrixL().solve(error).squaredNorm(),
+          -std::log(L(0, 0) * L(1, 1) * L(2, 2)) - 1.5 * std::log(2 * kPi)};
+}
+
+struct Closure {
+  int edge = 0;
+  int from = 0;
+  int to = 0;
+  Motion T_from_to;
+  Motion T_to_from;
+  Mat3 covariance;
+  double least_variance = 0;  // of its position, the heading being known
+};
+
+// How far two closures and the odometry between their ends fail to close a ring. Nothing when that
+// is far more than their errors explain, or when no error of theirs could have a density of
+// `enough`; most pairs end there, cheaply.
+std::optional<Weight> ring_error(const Chain& chain, const Closure& a, const Closure& b,
+                                 double enough) {
+  const bool same = std::abs(a.from - b.from) + std::abs(a.to - b.to) <=
+                    std::abs(a.from - b.to) + std::abs(a.to - b.from);
+  const int k = same ? b.from : b.to;
+  const int l = same ? b.to : b.from;
+  const Motion& T_k_l = same ? b.T_from_to : b.T_to_from;
+  const Motion& T_l_k = same ? b.T_to_from : b.T_from_to;
+  const double turn_rad = std::remainder(
+      a.T_from_to.theta_rad + chain.motion(l).theta_rad - chain.motion(a.to).theta_rad -
+          T_k_l.theta_rad + chain.motion(a.from).theta_rad - chain.motion(k).theta_rad,
+      2 * kPi);
+  const double turn_variance = chain.heading_variance(a.to, l) + chain.heading_variance(k, a.from) +
+                               a.covariance(2, 2) + b.covariance(2, 2);
+  // the determinant is at least the heading's variance times the square of the least variance of
+  // the position; at the best of all scales the density is no more than that allows
+  const double least = chain.least_variance_between(a.to, l) +
+                       chain.least_variance_between(k, a.from) + a.least_variance +
+                       b.least_variance;
+  const double most_determinant = 1 / (enough * enough * 8 * kPi * kPi * kPi);
+  const auto hopeless = [&](double least_d2) {
+    const double scale2 = std::max(least_d2 / 3, kScales2.back());
+    return least_d2 > kGate * kScales2.front() ||
+           turn_variance * least * least * scale2 * scale2 * scale2 > most_determinant;
+  };
+  const double turn_d2 = turn_rad * turn_rad / turn_variance;
+  if (hopeless(turn_d2)) {
+    return std::nullopt;
+  }
+  // once round, in the frame of a.from: over a, along the odometry, back over b, along it again
+  const Motion T_i_odom = a.T_from_to * chain.motion(a.to).inverse();
+  const Motion T_i_l = T_i_odom * chain.motion(l);
+  const Motion T_i_k = T_i_l * T_l_k;
+  const Motion T_i_odom_back = T_i_k * chain.motion(k).inverse();
+  const Vec2 off = T_i_odom_back.R * chain.motion(a.from).t + T_i_odom_back.t;
+  const Vec2 origin_odom = -(T_i_odom.R.transpose() * T_i_odom.t);
+  const Vec2 origin_odom_back = -(T_i_odom_back.R.transpose() * T_i_odom_back.t);
+  // no variance is larger than their sum; a correlation with the heading at most doubles it
+  const Vec2& b_end = same ? T_i_l.t : T_i_k.t;
+  const double variance =
+      chain.position_variance(a.to, l, origin_odom) +
+      chain.position_variance(k, a.from, origin_odom_back) +
+      2 * (a.covariance(0, 0) + a.covariance(1, 1) +
+           a.covariance(2, 2) * a.T_from_to.t.squaredNorm()) +
+      2 * (b.covariance(0, 0) + b.covariance(1, 1) + b.covariance(2, 2) * b_end.squaredNorm());
+  if (hopeless(std::max(turn_d2, off.squaredNorm() / variance))) {
+    return std::nullopt;
+  }
+  const Mat3 C = turned(chain.covariance(a.to, l, origin_odom), T_i_odom.R) +
+                 turned(chain.covariance(k, a.from, origin_odom_back), T_i_odom_back.R) +
+                 seen_from_origin(a.covariance, a.T_from_to.t) +
+                 seen_from_origin(turned(b.covariance, same ? T_i_k.R : T_i_l.R), b_end);
+  return weigh({off.x(), off.y(), turn_rad}, C);
+}
+
+// Closures that another one supports by a ring that hardly closes by chance, at the scale of the
+// noise where most are.
+struct Seeds {
+  std::vector<bool> supported;
+  double scale2 = 1;
+};
+Seeds find_seeds(const Chain& chain, const std::vector<Closure>& closures,
+                 const RelaxProgress& progress) {
+  const double log_enough =
+      std::log(static_cast<double>(closures.size()) / kChance) - log_room(chain.poses());
+  const double enough = std::exp(log_enough);
+  std::array<std::vector<bool>, kScales2.size()> supported;
+  supported.fill(std::vector<bool>(closures.size(), false));
+  for (std::size_t u = 0; u < closures.size(); ++u) {
+    for (std::size_t v = u + 1; v < closures.size(); ++v) {
+      const std::optional<Weight> weight = ring_error(chain, closures[u], closures[v], enough);
+      for (std::size_t s = 0; weight && s < kScales2.size(); ++s) {
+        if (weight->d2 <= kGate * kScales2[s] && weight->log_density(kScales2[s]) > log_enough) {
+          supported[s][u] = supported[s][v] = true;
+        }
+      }
+    }
+    if (progress) {
+      const double rest = 1 - static_cast<double>(u + 1) / static_cast<double>(closures.size());
+      progress(1 - rest * rest);
+    }
+  }
+  Seeds seeds{supported[kAsStated], kScales2[kAsStated]};
+  std::ptrdiff_t most = std::count(seeds.supported.begin(), seeds.supported.end(), true);
+  for (std::size_t s = 0; s < kScales2.size(); ++s) {
+    const std::ptrdiff_t count = std::count(supported[s].begin(), supported[s].end(), true);
+    if (count > most) {
+      most = count;
+      seeds = {supported[s], kScales2[s]};
+    }
+  }
+  return seeds;
+}
+
+// A closure that is not in the graph, but may be true.
+struct Candidate {
+  int edge = 0;
+  std::array<double, kMostTails> ratios{};  // of its density to that of a false one, a tail each
+  double false_probability = 1;
+};
+
+// What share of the `left` closures is true, and with which tail, is what explains the candidates
+// best (expectation and maximisation, from a half, with half a closure added to what was seen).
+void estimate_false(std::vector<Candidate>& candidates, std::size_t tails, int left) {
+  constexpr int kIterations = 100;
+  const double prior = 0.5 / static_cast<double>(tails);
+  std::array<double, kMostTails> share{};
+  std::fill_n(share.begin(), tails, prior);
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    std::array<double, kMostTails> seen{};
+    std::fill_n(seen.begin(), tails, prior);
+    double share_false = 1;
+    for (const double s : share) {
+      share_false -= s;
+    }
+    for (Candidate& candidate : candidates) {
+      double all = share_false;
+      for (std::size_t k = 0; k < tails; ++k) {
+        all += share[k] * candidate.ratios[k];
+      }
+      candidate.false_probability = share_false / all;
+      for (std::size_t k = 0; k < tails; ++k) {
+        seen[k] += share[k] * candidate.ratios[k] / all;
+      }
+    }
+    for (std::size_t k = 0; k < tails; ++k) {
+      share[k] = seen[k] / (left + 1);
+    }
+  }
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return std::pair(a.false_probability, a.edge) < std::pair(b.false_probability, b.edge);
+  });
+}
+
+// Which closures agree with a relaxed graph, its own uncertainty known.
+class Judge {
+ public:
+  Judge(const std::vector<Closure>& closures, std::size_t edges, double scale2)
+      : closures_(closures), times_out_(edges, 0) {
+    // tails up to what the information says, where it is modest, and no farther
+    const double most = std::max(1.0, scale2);
+    for (double tail2 = scale2; tail2 <= most && tails2_.size() < kMostTails; tail2 *= 4) {
+      tails2_.push_back(tail2);
+    }
+  }
+
+  // Closures leave and come in; false when none did.
+  bool judge(const PoseGraph& graph, const PoseGraph& trusted, std::vector<bool>& kept) {
+    const double gate = kGate * tails2_.back();
+    const GraphUncertainty uncertainty(trusted);
+    const double room = log_room(graph.T_map_node);
+    bool changed = false;
+    int left = 0;
+    std::vector<Candidate> candidates;
+    for (const Closure& closure : closures_) {
+      const GraphEdge& edge = graph.edges[closure.edge];
+      if (kept[closure.edge]) {
+        if (chi2(graph, edge) > gate) {
+          kept[closure.edge] = false;
+          ++times_out_[closure.edge];
+          changed = true;
+        }
+        continue;
+      }
+      ++left;
+      const Vec3 error = residual_of(edge, graph.T_map_node[edge.from], graph.T_map_node[edge.to]);
+      const Mat3 rough = 2 * uncertainty.relative_roughly(edge.from, edge.to) + closure.covariance;
+      if (times_out_[closure.edge] > 1 || weigh(error, rough).d2 > 2 * gate) {
+        continue;
+      }
+      const Weight weight =
+          weigh(error, uncertainty.relative(edge.from, edge.to) + closure.covariance);
+      if (weight.d2 <= gate) {
+        Candidate candidate{closure.edge};
+        for (std::size_t k = 0; k < tails2_.size(); ++k) {
+          candidate.ratios[k] = std::exp(weight.log_density(tails2_[k]) + room);
+        }
+        candidates.push_back(candidate);
+      }
+    }
+    estimate_false(candidates, tails2_.size(), left);
+    for (const Candidate& candidate : candidates) {
+      if (false_expected_ + candidate.false_probability > kMostFalse) {
+        break;
+      }
+      false_expected_ += candidate.false_probability;
+      kept[candidate.edge] = true;
+      changed = true;
+    }
+    return changed;
+  }
+
+ private:
+  const std::vector<Closure>& closures_;
+  std::vector<int> times_out_;  // an edge each; after the second it stays out
+  std::vector<double> tails2_;  // squares of scales
+  double false_expected_ = 0;
+};
+
+PoseGraph with_edges(const PoseGraph& graph, const std::vector<bool>& kept) {
+  PoseGraph part{graph.T_map_node, {}};
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+    if (kept[e]) {
+      part.edges.push_back(graph.edges[e]);
+    }
+  }
+  return part;
+}
+
+}  // namespace
+
+std::optional<int> odometry_gap(const PoseGraph& graph) {
+  const std::vector<int> edge_to = odometry_of(graph);
+  const auto gap = std::find(edge_to.begin() + (edge_to.empty() ? 0 : 1), edge_to.end(), -1);
+  return gap == edge_to.end() ? std::nullopt
+                              : std::optional(static_cast<int>(gap - edge_to.begin()));
+}
+
+RobustReport relax_robustly(PoseGraph& graph, const RelaxProgress& progress) {
+  PANOPTES_CHECK(!odometry_gap(graph), "every node is joined to the one before it");
+  RobustReport report;
+  report.kept.assign(graph.edges.size(), false);
+  const std::vector<int> edge_to = odometry_of(graph);
+  for (std::size_t k = 1; k < edge_to.size(); ++k) {
+    report.kept[edge_to[k]] = true;
+  }
+  std::vector<Closure> closures;
+  for (int e = 0; e < static_cast<int>(graph.edges.size()); ++e) {
+    if (!report.kept[e]) {
+      const GraphEdge& edge = graph.edges[e];
+      const Motion T(edge.T_from_to);
+      // what is left of the position's covariance where the heading is known
+      const Mat2 position = edge.information.topLeftCorner<2, 2>().inverse();
+      closures.push_back({e, edge.from, edge.to, T, T.inverse(), edge.information.inverse(),
+                          least_variance(position)});
+    }
+  }
+  const double chi2_start = chi2(graph);
+  if (closures.empty()) {
+    report.relax = relax(graph);
+    return report;
+  }
+  const Seeds seeds = find_seeds(Chain(graph, edge_to), closures, progress);
+  report.noise_scale = std::sqrt(seeds.scale2);
+  for (std::size_t u = 0; u < closures.size(); ++u) {
+    report.kept[closures[u].edge] = seeds.supported[u];
+  }
+  Judge judge(closures, graph.edges.size(), seeds.scale2);
+  bool changed = true;
+  for (int round = 0; round < kMostRounds && changed; ++round) {
+    PoseGraph trusted = with_edges(graph, report.kept);
+    const int iterations = report.relax.iterations;
+    report.relax = relax(trusted, round == 0 ? RelaxStart::kLinear : RelaxStart::kCurrent);
+    report.relax.iterations += iterations;
+    graph.T_map_node = trusted.T_map_node;
+    changed = judge.judge(graph, trusted, report.kept);
+  }
+  report.relax.converged = report.relax.converged && !changed;
+  report.relax.chi2_start = chi2_start;
+  report.rejected = static_cast<int>(std::count(report.kept.begin(), report.kept.end(), false));
+  return report;
+}
+
+}  // namespace panoptes

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How relaxation does on pose graphs of others: relax_study [--draws N] FILE...
+// For each file the chi2 and CPU time from the file's poses and from odometry; then, N times, with
+// as many false closures added as there are closures (uniform random pairs and relative poses over
+// the graph's extent, the information of the true ones), what the robust stage keeps.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <exception>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "core/base/rng.h"
+#include "core/graph/pose_graph.h"
+#include "core/graph/robust_relax.h"
+#include "core/io/graph_file.h"
+
+namespace panoptes {
+namespace {
+
+double cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+// Both have the first pose where it was: no other alignment.
+double rms_m(const PoseGraph& a, const PoseGraph& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.T_map_node.size(); ++i) {
+    sum += (a.T_map_node[i].position() - b.T_map_node[i].position()).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(a.T_map_node.size()));
+}
+
+PoseGraph with_false_closures(const PoseGraph& graph, const PoseGraph& relaxed, Rng rng) {
+  Vec2 low = relaxed.T_map_node[0].position();
+  Vec2 high = low;
+  for (const Pose2& T : relaxed.T_map_node) {
+    low = low.cwiseMin(T.position());
+    high = high.cwiseMax(T.position());
+  }
+  const Vec2 size = high - low;
+  PoseGraph all = graph;
+  const int nodes = static_cast<int>(graph.T_map_node.size());
+  for (const GraphEdge& edge : graph.edges) {
+    if (!edge.closure) {
+      continue;
+    }
+    GraphEdge lie = edge;
+    do {
+      lie.from = rng.index(nodes);
+      lie.to = rng.index(nodes);
+    } while (lie.from == lie.to);
+    lie.T_from_to = {rng.uniform(-size.x(), size.x()), rng.uniform(-size.y(), size.y()),
+                     rng.uniform(-std::numbers::pi, std::numbers::pi)};
+    all.edges.push_back(lie);
+  }
+  return all;
+}
+
+void study(const std::string& path, int draws) {
+  const GraphFile file = read_graph(path);
+  PoseGraph clean = file.graph;
+  const std::string name = path.substr(path.rfind('/') + 1);
+  for (const bool odometry : {false, true}) {
+    PoseGraph graph = file.graph;
+    if (odometry) {
+      dead_reckon(graph);
+    } else if (!file.poses_given) {
+      continue;
+    }
+    const double from_s = cpu_s();
+    const RelaxReport report = relax(graph, RelaxStart::kCurrent);
+    std::printf("%s from %s: chi2 %.9g -> %.9g, %d iterations, %.3f s\n", name.c_str(),
+                odometry ? "odometry" : "the file", report.chi2_start, report.chi2_end,
+                report.iterations, cpu_s() - from_s);
+    clean = graph;
+  }
+  int closures = 0;
+  for (const GraphEdge& edge : file.graph.edges) {
+    closures += edge.closure ? 1 : 0;
+  }
+  const auto robustly = [&](PoseGraph graph, const char* what, int draw) {
+    const double from_s = cpu_s();
+    const RobustReport report = relax_robustly(graph);
+    int false_kept = 0;
+    int true_dropped = 0;
+    for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+      const bool lie = e >= file.graph.edges.size();
+      false_kept += lie && report.kept[e] ? 1 : 0;
+      true_dropped += !lie && !report.kept[e] ? 1 : 0;
+    }
+    std::printf("%s %s %d: false kept %d, true dropped %d of %d, %.4f m rms to clean, %.3f s\n",
+                name.c_str(), what, draw, false_kept, true_dropped, closures, rms_m(graph, clean),
+                cpu_s() - from_s);
+    std::fflush(stdout);
+  };
+  if (draws > 0) {
+    robustly(file.graph, "clean", 0);
+  }
+  for (int draw = 0; draw < draws; ++draw) {
+    robustly(with_false_closures(file.graph, clean, Rng(100 + draw)), "draw", draw);
+  }
+}
+
+}  // namespace
+}  // namespace panoptes
+
+int main(int argc, char** argv) {
+  int draws = 0;
+  try {
+    for (int i = 1; i < argc; ++i) {
+      const std::string word = argv[i];
+      if (word == "--draws" && i + 1 < argc) {
+        draws = std::atoi(argv[++i]);
+      } else {
+        panoptes::study(word, draws);
+      }
+    }
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 2;
+  }
+}
