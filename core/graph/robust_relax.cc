@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -28,13 +29,12 @@ constexpr double kGate = 16.27;
 // Four times as much a step is twice the error: finer than that, gates hardly change.
 constexpr std::array<double, 7> kScales2{4, 1, 1.0 / 4, 1.0 / 16, 1.0 / 64, 1.0 / 256, 1.0 / 1024};
 constexpr std::size_t kAsStated = 1;
-// How many rings in which a closure is false may be expected to close by chance, a closure. An
-// error uniform in a room V lies where a density exceeds k / V with a probability below 0.31 / k
-// (the most that a Gaussian of three dimensions has room for); with k = closures / kChance, each of
-// a closure's rings but a few being far wider or far narrower than that, which makes it rarer.
-constexpr double kChance = 0.01;
-// How many false closures may be expected among all those admitted to the relaxed graph.
-constexpr double kMostFalse = 0.05;
+// How many rings of a whole graph may be expected to close by chance: one in 500 graphs gets a pair
+// of false closures that support each other.
+constexpr double kChance = 0.002;
+// How many false closures may be expected among all that are admitted to the relaxed graph. With
+// less, true closures that agree well but stand alone are lost before a false one is.
+constexpr double kMostFalse = 0.02;
 // Errors have heavier tails than a Gaussian: a share of the closures err so many times more.
 constexpr std::size_t kMostTails = 3;  // variances of 1, 4 and 16 times
 constexpr int kMostRounds = 50;
@@ -216,62 +216,141 @@ struct Closure {
   double least_variance = 0;  // of its position, the heading being known
 };
 
-// How far two closures and the odometry between their ends fail to close a ring. Nothing when that
-// is far more than their errors explain, or when no error of theirs could have a density of
-// `enough`; most pairs end there, cheaply.
-std::optional<Weight> ring_error(const Chain& chain, const Closure& a, const Closure& b,
-                                 double enough) {
-  const bool same = std::abs(a.from - b.from) + std::abs(a.to - b.to) <=
-                    std::abs(a.from - b.to) + std::abs(a.to - b.from);
-  const int k = same ? b.from : b.to;
-  const int l = same ? b.to : b.from;
-  const Motion& T_k_l = same ? b.T_from_to : b.T_to_from;
-  const Motion& T_l_k = same ? b.T_to_from : b.T_from_to;
-  const double turn_rad = std::remainder(
-      a.T_from_to.theta_rad + chain.motion(l).theta_rad - chain.motion(a.to).theta_rad -
-          T_k_l.theta_rad + chain.motion(a.from).theta_rad - chain.motion(k).theta_rad,
-      2 * kPi);
-  const double turn_variance = chain.heading_variance(a.to, l) + chain.heading_variance(k, a.from) +
-                               a.covariance(2, 2) + b.covariance(2, 2);
-  // the determinant is at least the heading's variance times the square of the least variance of
-  // the position; at the best of all scales the density is no more than that allows
-  const double least = chain.least_variance_between(a.to, l) +
-                       chain.least_variance_between(k, a.from) + a.least_variance +
-                       b.least_variance;
+// Two closures and the odometry between their ends: once round, in the frame of a.from, over a,
+// along the odometry, back over b and along it again.
+struct Ring {
+  Ring(const Chain& odometry, const Closure& first, const Closure& second)
+      : chain(odometry),
+        a(first),
+        b(second),
+        same(std::abs(a.from - b.from) + std::abs(a.to - b.to) <=
+             std::abs(a.from - b.to) + std::abs(a.to - b.from)),
+        k(same ? b.from : b.to),
+        l(same ? b.to : b.from) {}
+
+  // Of the error when it is walked: its turn, and where it ends instead of at the origin.
+  double turn_rad() const {
+    const double b_rad = same ? b.T_from_to.theta_rad : b.T_to_from.theta_rad;
+    return std::remainder(a.T_from_to.theta_rad + chain.motion(l).theta_rad -
+                              chain.motion(a.to).theta_rad - b_rad +
+                              chain.motion(a.from).theta_rad - chain.motion(k).theta_rad,
+                          2 * kPi);
+  }
+  double turn_variance() const {
+    return chain.heading_variance(a.to, l) + chain.heading_variance(k, a.from) +
+           a.covariance(2, 2) + b.covariance(2, 2);
+  }
+  // The determinant of the covariance is at least turn_variance() times the square of this.
+  double least_variance() const {
+    return chain.least_variance_between(a.to, l) + chain.least_variance_between(k, a.from) +
+           a.least_variance + b.least_variance;
+  }
+
+  void walk() {
+    T_i_odom = a.T_from_to * chain.motion(a.to).inverse();
+    T_i_l = T_i_odom * chain.motion(l);
+    T_i_k = T_i_l * (same ? b.T_to_from : b.T_from_to);
+    T_i_odom_back = T_i_k * chain.motion(k).inverse();
+    off = T_i_odom_back.R * chain.motion(a.from).t + T_i_odom_back.t;
+    origin_odom = -(T_i_odom.R.transpose() * T_i_odom.t);
+    origin_odom_back = -(T_i_odom_back.R.transpose() * T_i_odom_back.t);
+  }
+  const Vec2& b_end() const { return same ? T_i_l.t : T_i_k.t; }
+  // No variance of `off` is larger: their sum; a correlation with the heading at most doubles it.
+  double most_variance() const {
+    return chain.position_variance(a.to, l, origin_odom) +
+           chain.position_variance(k, a.from, origin_odom_back) +
+           2 * (a.covariance(0, 0) + a.covariance(1, 1) +
+                a.covariance(2, 2) * a.T_from_to.t.squaredNorm()) +
+           2 * (b.covariance(0, 0) + b.covariance(1, 1) +
+                b.covariance(2, 2) * b_end().squaredNorm());
+  }
+  Weight weight() const {
+    const Mat3 C = turned(chain.covariance(a.to, l, origin_odom), T_i_odom.R) +
+                   turned(chain.covariance(k, a.from, origin_odom_back), T_i_odom_back.R) +
+                   seen_from_origin(a.covariance, a.T_from_to.t) +
+                   seen_from_origin(turned(b.covariance, same ? T_i_k.R : T_i_l.R), b_end());
+    return weigh({off.x(), off.y(), turn_rad()}, C);
+  }
+
+  const Chain& chain;
+  const Closure& a;
+  const Closure& b;
+  bool same;  // b leads the way a does
+  int k;      // the end of b on the side of a.from
+  int l;
+  Motion T_i_odom, T_i_l, T_i_k, T_i_odom_back;
+  Vec2 off, origin_odom, origin_odom_back;
+};
+
+// The weight of a ring's error. Nothing when that is far more than errors explain, or when at no
+// scale a density of `enough` is possible; most pairs end there, cheaply.
+std::optional<Weight> promising(Ring ring, double enough) {
+  const double turn_variance = ring.turn_variance();
+  const double determinant = turn_variance * ring.least_variance() * ring.least_variance();
   const double most_determinant = 1 / (enough * enough * 8 * kPi * kPi * kPi);
   const auto hopeless = [&](double least_d2) {
+    // at the scale where the density of such an error is greatest
     const double scale2 = std::max(least_d2 / 3, kScales2.back());
     return least_d2 > kGate * kScales2.front() ||
-           turn_variance * least * least * scale2 * scale2 * scale2 > most_determinant;
+           determinant * scale2 * scale2 * scale2 > most_determinant;
   };
-  const double turn_d2 = turn_rad * turn_rad / turn_variance;
+  const double turn_d2 = ring.turn_rad() * ring.turn_rad() / turn_variance;
   if (hopeless(turn_d2)) {
     return std::nullopt;
   }
-  // once round, in the frame of a.from: over a, along the odometry, back over b, along it again
-  const Motion T_i_odom = a.T_from_to * chain.motion(a.to).inverse();
-  const Motion T_i_l = T_i_odom * chain.motion(l);
-  const Motion T_i_k = T_i_l * T_l_k;
-  const Motion T_i_odom_back = T_i_k * chain.motion(k).inverse();
-  const Vec2 off = T_i_odom_back.R * chain.motion(a.from).t + T_i_odom_back.t;
-  const Vec2 origin_odom = -(T_i_odom.R.transpose() * T_i_odom.t);
-  const Vec2 origin_odom_back = -(T_i_odom_back.R.transpose() * T_i_odom_back.t);
-  // no variance is larger than their sum; a correlation with the heading at most doubles it
-  const Vec2& b_end = same ? T_i_l.t : T_i_k.t;
-  const double variance =
-      chain.position_variance(a.to, l, origin_odom) +
-      chain.position_variance(k, a.from, origin_odom_back) +
-      2 * (a.covariance(0, 0) + a.covariance(1, 1) +
-           a.covariance(2, 2) * a.T_from_to.t.squaredNorm()) +
-      2 * (b.covariance(0, 0) + b.covariance(1, 1) + b.covariance(2, 2) * b_end.squaredNorm());
-  if (hopeless(std::max(turn_d2, off.squaredNorm() / variance))) {
+  ring.walk();
+  if (hopeless(std::max(turn_d2, ring.off.squaredNorm() / ring.most_variance()))) {
     return std::nullopt;
   }
-  const Mat3 C = turned(chain.covariance(a.to, l, origin_odom), T_i_odom.R) +
-                 turned(chain.covariance(k, a.from, origin_odom_back), T_i_odom_back.R) +
-                 seen_from_origin(a.covariance, a.T_from_to.t) +
-                 seen_from_origin(turned(b.covariance, same ? T_i_k.R : T_i_l.R), b_end);
-  return weigh({off.x(), off.y(), turn_rad}, C);
+  return ring.weight();
+}
+
+// ln of the ratio, to the density of false closures, that a ring's density must exceed at each
+// scale, so that fewer than kChance rings of the graph do by chance: an error uniform in the room
+// lies in an ellipsoid by its share of the room. Counted on rings evenly drawn from all.
+std::array<double, kScales2.size()> least_ratios(const Chain& chain,
+                                                 const std::vector<Closure>& closures,
+                                                 double room) {
+  constexpr std::size_t kMostDrawn = 20000;
+  constexpr double kMostRatio = 100;  // of exp: no ring needs as much
+  constexpr int kHalvings = 16;
+  const std::size_t pairs = closures.size() * (closures.size() - 1) / 2;
+  const std::size_t every = pairs / kMostDrawn + 1;
+  std::vector<double> log_peaks;  // at the stated scale, relative to the room
+  std::size_t number = 0;
+  for (std::size_t u = 0; u < closures.size(); ++u) {
+    for (std::size_t v = u + 1; v < closures.size(); ++v) {
+      if (number++ % every == 0) {
+        Ring ring(chain, closures[u], closures[v]);
+        ring.walk();
+        log_peaks.push_back(ring.weight().log_peak + room);
+      }
+    }
+  }
+  std::sort(log_peaks.begin(), log_peaks.end(), std::greater<>());
+  std::array<double, kScales2.size()> least{};
+  for (std::size_t s = 0; s < kScales2.size(); ++s) {
+    const auto chance = [&](double ratio) {
+      double sum = 0;
+      for (const double log_peak : log_peaks) {
+        const double peak = log_peak - 1.5 * std::log(kScales2[s]);
+        if (peak <= ratio) {
+          break;
+        }
+        const double d2 = std::min(kGate, 2 * (peak - ratio));
+        sum += 4 * kPi / 3 * d2 * std::sqrt(d2) * std::exp(-peak) / std::pow(2 * kPi, 1.5);
+      }
+      return sum * static_cast<double>(every);
+    };
+    double most = kMostRatio;
+    for (int i = 0; i < kHalvings; ++i) {
+      const double middle = 0.5 * (least[s] + most);
+      (chance(middle) > kChance ? least[s] : most) = middle;
+    }
+    least[s] = most;
+  }
+  return least;
 }
 
 // Closures that another one supports by a ring that hardly closes by chance, at the scale of the
@@ -282,16 +361,17 @@ struct Seeds {
 };
 Seeds find_seeds(const Chain& chain, const std::vector<Closure>& closures,
                  const RelaxProgress& progress) {
-  const double log_enough =
-      std::log(static_cast<double>(closures.size()) / kChance) - log_room(chain.poses());
-  const double enough = std::exp(log_enough);
+  const double room = log_room(chain.poses());
+  const auto least = least_ratios(chain, closures, room);
+  const double enough = std::exp(*std::min_element(least.begin(), least.end()) - room);
   std::array<std::vector<bool>, kScales2.size()> supported;
   supported.fill(std::vector<bool>(closures.size(), false));
   for (std::size_t u = 0; u < closures.size(); ++u) {
     for (std::size_t v = u + 1; v < closures.size(); ++v) {
-      const std::optional<Weight> weight = ring_error(chain, closures[u], closures[v], enough);
+      const std::optional<Weight> weight = promising(Ring(chain, closures[u], closures[v]), enough);
       for (std::size_t s = 0; weight && s < kScales2.size(); ++s) {
-        if (weight->d2 <= kGate * kScales2[s] && weight->log_density(kScales2[s]) > log_enough) {
+        if (weight->d2 <= kGate * kScales2[s] &&
+            weight->log_density(kScales2[s]) + room > least[s]) {
           supported[s][u] = supported[s][v] = true;
         }
       }
@@ -304,9 +384,9 @@ Seeds find_seeds(const Chain& chain, const std::vector<Closure>& closures,
   Seeds seeds{supported[kAsStated], kScales2[kAsStated]};
   std::ptrdiff_t most = std::count(seeds.supported.begin(), seeds.supported.end(), true);
   for (std::size_t s = 0; s < kScales2.size(); ++s) {
-    const std::ptrdiff_t count = std::count(supported[s].begin(), supported[s].end(), true);
-    if (count > most) {
-      most = count;
+    const std::ptrdiff_t many = std::count(supported[s].begin(), supported[s].end(), true);
+    if (many > most) {
+      most = many;
       seeds = {supported[s], kScales2[s]};
     }
   }
@@ -357,16 +437,13 @@ void estimate_false(std::vector<Candidate>& candidates, std::size_t tails, int l
 class Judge {
  public:
   Judge(const std::vector<Closure>& closures, std::size_t edges, double scale2)
-      : closures_(closures), times_out_(edges, 0) {
-    // tails up to what the information says, where it is modest, and no farther
-    const double most = std::max(1.0, scale2);
-    for (double tail2 = scale2; tail2 <= most && tails2_.size() < kMostTails; tail2 *= 4) {
-      tails2_.push_back(tail2);
-    }
-  }
+      : closures_(closures), times_out_(edges, 0), seeds_scale2_(scale2) {}
+
+  double scale2() const { return tails2_.empty() ? seeds_scale2_ : tails2_.front(); }
 
   // Closures leave and come in; false when none did.
   bool judge(const PoseGraph& graph, const PoseGraph& trusted, std::vector<bool>& kept) {
+    set_tails(trusted);
     const double gate = kGate * tails2_.back();
     const GraphUncertainty uncertainty(trusted);
     const double room = log_room(graph.T_map_node);
@@ -412,9 +489,24 @@ class Judge {
   }
 
  private:
+  // The scale of the noise is what the trusted edges show; the seeds' counts like ten numbers more.
+  // Tails reach to what the information says, or else to one step.
+  void set_tails(const PoseGraph& trusted) {
+    constexpr double kSeedsCount = 10;
+    const double freedom =
+        3.0 * static_cast<double>(trusted.edges.size() - trusted.T_map_node.size() + 1);
+    const double scale2 = (chi2(trusted) + kSeedsCount * seeds_scale2_) / (freedom + kSeedsCount);
+    tails2_.clear();
+    const double most = std::max(1.0, 4 * scale2);
+    for (double tail2 = scale2; tail2 <= most && tails2_.size() < kMostTails; tail2 *= 4) {
+      tails2_.push_back(tail2);
+    }
+  }
+
   const std::vector<Closure>& closures_;
   std::vector<int> times_out_;  // an edge each; after the second it stays out
   std::vector<double> tails2_;  // squares of scales
+  double seeds_scale2_;
   double false_expected_ = 0;
 };
 
@@ -462,7 +554,6 @@ RobustReport relax_robustly(PoseGraph& graph, const RelaxProgress& progress) {
     return report;
   }
   const Seeds seeds = find_seeds(Chain(graph, edge_to), closures, progress);
-  report.noise_scale = std::sqrt(seeds.scale2);
   for (std::size_t u = 0; u < closures.size(); ++u) {
     report.kept[closures[u].edge] = seeds.supported[u];
   }
@@ -476,6 +567,7 @@ RobustReport relax_robustly(PoseGraph& graph, const RelaxProgress& progress) {
     graph.T_map_node = trusted.T_map_node;
     changed = judge.judge(graph, trusted, report.kept);
   }
+  report.noise_scale = std::sqrt(judge.scale2());
   report.relax.converged = report.relax.converged && !changed;
   report.relax.chi2_start = chi2_start;
   report.rejected = static_cast<int>(std::count(report.kept.begin(), report.kept.end(), false));

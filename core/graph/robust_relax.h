@@ -26,14 +26,14 @@ using RelaxProgress = std::function<void(double)>;
 /// relax() for graphs some of whose closures are false, even most of them. Trusts the first edge
 /// between each two neighbours; there must be one (odometry_gap). Any other edge is a closure, to
 /// be kept or not:
-/// 1. two closures that close a ring with the odometry between them, closer than chance would,
-///    support each other (after Mangelson et al. 2018). Rings are tried at several scales of the
-///    noise, and the scale that supports most closures holds for the rest;
+/// 1. two closures that close a ring with the odometry between them, closer than chance would in
+///    any ring of the graph, support each other (after Mangelson et al. 2018). Rings are tried at
+///    several scales of the noise; that counts which supports most closures;
 /// 2. odometry and supported closures are relaxed, from a linear start;
 /// 3. a closure comes in where the error it shows against its own covariance and the relaxed
-///    graph's makes it true beyond doubt: fewer than one graph in twenty may be expected to get a
-///    false one; a closure leaves where its chi2 is beyond what errors explain; again from 2 until
-///    nothing changes.
+///    graph's makes it true beyond doubt: one graph in fifty may be expected to get a false one; a
+///    closure leaves where its chi2 is beyond what errors explain; again from 2 until nothing
+///    changes.
 /// The poses given are not looked at but for the first, which stays. The cost grows with the square
 /// of the number of closures. One thread, same bits every time.
 RobustReport relax_robustly(PoseGraph& graph, const RelaxProgress& progress = {});
