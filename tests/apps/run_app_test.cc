@@ -55,7 +55,8 @@ std::string mission_with(const std::string& world) {
 class RunApp : public ScratchTest {};
 
 TEST_F(RunApp, EverySubcommandHasHelpWithAnExample) {
-  for (const char* subcommand : {"explore", "record", "trials", "render", "check", "doctor"}) {
+  for (const char* subcommand :
+       {"explore", "record", "trials", "relax", "render", "check", "doctor"}) {
     const Said said = run({subcommand, "--help"});
     EXPECT_EQ(said.status, 0);
     EXPECT_THAT(said.out, HasSubstr(std::string("Example: panoptes ") + subcommand));

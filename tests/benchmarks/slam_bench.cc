@@ -10,6 +10,7 @@
 
 #include "core/base/rng.h"
 #include "core/graph/pose_graph.h"
+#include "core/graph/robust_relax.h"
 #include "core/vision/local_features.h"
 #include "core/vision/place_signature.h"
 #include "core/vision/relative_motion.h"
@@ -139,6 +140,29 @@ void relax_from_scratch(benchmark::State& state) {
   }
 }
 BENCHMARK(relax_from_scratch)->Arg(1000)->Arg(3500)->Unit(benchmark::kMillisecond);
+
+// As many false closures as true ones.
+void relax_robustly_among_false(benchmark::State& state) {
+  PoseGraph graph = streets(static_cast<int>(state.range(0)), Rng(1));
+  Rng rng(2);
+  const std::size_t edges = graph.edges.size();
+  const int nodes = static_cast<int>(graph.T_map_node.size());
+  for (std::size_t e = 0; e < edges; ++e) {
+    if (graph.edges[e].closure) {
+      GraphEdge lie = graph.edges[e];
+      lie.from = rng.index(nodes);
+      lie.to = (lie.from + 1 + rng.index(nodes - 1)) % nodes;
+      lie.T_from_to = {rng.uniform(-6, 6), rng.uniform(-6, 6),
+                       rng.uniform(-std::numbers::pi, std::numbers::pi)};
+      graph.edges.push_back(lie);
+    }
+  }
+  for (auto _ : state) {
+    PoseGraph copy = graph;
+    benchmark::DoNotOptimize(relax_robustly(copy));
+  }
+}
+BENCHMARK(relax_robustly_among_false)->Arg(1000)->Arg(3500)->Unit(benchmark::kMillisecond);
 
 void relax_after_one_more_closure(benchmark::State& state) {
   PoseGraph graph = streets(static_cast<int>(state.range(0)), Rng(1));

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/run_app.h"
+#include "core/io/file.h"
+#include "core/io/g2o.h"
+#include "core/io/graph_file.h"
+#include "tests/core/graph/random_walk.h"
+#include "tests/support/scratch.h"
+
+namespace panoptes {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+struct Said {
+  int status = 0;
+  std::string out;
+  std::string err;
+};
+
+class Relax : public ScratchTest {
+ protected:
+  static Said relax(std::vector<std::string> words) {
+    words.insert(words.begin(), {"panoptes", "relax"});
+    std::vector<const char*> argv;
+    for (const std::string& word : words) {
+      argv.push_back(word.c_str());
+    }
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    Said said;
+    said.status = run_app(static_cast<int>(argv.size()), argv.data());
+    said.out = testing::internal::GetCapturedStdout();
+    said.err = testing::internal::GetCapturedStderr();
+    return said;
+  }
+  std::string file(const std::string& name) const { return (folder_ / name).string(); }
+  json metrics() const { return json::parse(read_file(folder_ / "out/r.metrics.json")); }
+};
+
+TEST_F(Relax, WritesTheGraphItsFiguresAndAPicture) {
+  const testing::Walk walk = testing::random_walk(200, 20, {}, Rng(1));
+  write_g2o(file("g.g2o"), walk.graph);
+  const Said said = relax({file("g.g2o"), "--out", file("out/r.g2o")});
+  EXPECT_EQ(said.status, 0) << said.err;
+  EXPECT_THAT(said.out, HasSubstr(file("out/r.g2o")));
+  const PoseGraph relaxed = read_graph(file("out/r.g2o")).graph;
+  const json m = metrics();
+  EXPECT_EQ(m["command"], "relax");
+  EXPECT_EQ(m["outcome"], "completed");
+  EXPECT_EQ(m["nodes"], 200);
+  EXPECT_EQ(m["edges"], walk.graph.edges.size());
+  EXPECT_EQ(m["edges_rejected"], 0);
+  EXPECT_GE(m["solve_s"], 0);
+  const double end = m["chi2"]["end"];
+  constexpr double kWritten = 1e-6;  // informations are turned on the way
+  EXPECT_NEAR(chi2(relaxed), end, kWritten * end);
+  EXPECT_GT(m["chi2"]["start"], end);
+  EXPECT_GT(std::filesystem::file_size(file("out/r.png")), 1000U);
+}
+
+TEST_F(Relax, LeavesFalseClosuresOut) {
+  testing::Walk walk = testing::random_walk(200, 20, {}, Rng(2));
+  const std::size_t edges = walk.graph.edges.size();
+  testing::add_false_closures(walk.graph, 20, 20, Rng(3));
+  write_g2o(file("g.g2o"), walk.graph);
+  EXPECT_EQ(relax({file("g.g2o"), "--robust", "--out", file("out/r.g2o")}).status, 0);
+  EXPECT_EQ(metrics()["edges_rejected"], 20);
+  EXPECT_EQ(read_graph(file("out/r.g2o")).graph.edges.size(), edges);
+}
+
+TEST_F(Relax, StartsAndDescendsAsAsked) {
+  const testing::Walk walk = testing::random_walk(200, 20, {}, Rng(4));
+  PoseGraph nowhere = walk.graph;
+  for (Pose2& pose : nowhere.T_map_node) {
+    pose = {};
+  }
+  write_g2o(file("g.g2o"), nowhere);
+  const Said said =
+      relax({file("g.g2o"), "--start", "odometry", "--method", "toro", "--out", file("out/r.g2o")});
+  EXPECT_EQ(said.status, 0);
+  EXPECT_EQ(metrics()["method"], "toro");
+  const double odometry = chi2(walk.graph);
+  EXPECT_NEAR(metrics()["chi2"]["start"], odometry, 1e-6 * odometry);
+}
+
+TEST_F(Relax, HasNoChi2BeforeWhereTheFileHasNoPoses) {
+  write_file(file("g.g2o"),
+             "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE2 1 2 1 0 0 1 0 0 1 0 1\n"
+             "EDGE_SE2 0 2 2.1 0 0 1 0 0 1 0 1\n");
+  EXPECT_EQ(relax({file("g.g2o"), "--out", file("out/r.g2o")}).status, 0);
+  EXPECT_FALSE(metrics()["chi2"].contains("start"));
+}
+
+TEST_F(Relax, RefusesWhatItCannotUseWithStatus2AndWritesNothing) {
+  Said said = relax({file("no.g2o"), "--out", file("out/r.g2o")});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_EQ(said.err, file("no.g2o") + ": no such file\n");
+  write_file(file("g.g2o"), "VERTEX_SE2 0 0 0 0\nEDGE_SE2 0 3 1 0 0 1 0 0 1 0 1\n");
+  said = relax({file("g.g2o"), "--out", file("out/r.g2o")});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_EQ(said.err, file("g.g2o") + ":2: there is no vertex 3\n");
+  write_file(file("h.g2o"), "EDGE_SE2 5 7 1 0 0 1 0 0 1 0 1\nEDGE_SE2 5 9 1 0 0 1 0 0 1 0 1\n");
+  said = relax({file("h.g2o"), "--robust", "--out", file("out/r.g2o")});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_THAT(said.err, HasSubstr("no edge joins vertices 7 and 9"));
+  EXPECT_EQ(relax({file("h.g2o"), "--out", file("h.g2o")}).status, 2);
+  EXPECT_EQ(relax({file("h.g2o"), "--out", file("out")}).status, 2);
+  EXPECT_EQ(relax({file("h.g2o"), "--out", file("h.g2o") + "/r.g2o"}).status, 2);
+  EXPECT_EQ(
+      relax({file("h.g2o"), "--robust", "--method", "toro", "--out", file("out/r.g2o")}).status, 2);
+  EXPECT_EQ(relax({file("h.g2o"), "--method", "magic", "--out", file("out/r.g2o")}).status, 2);
+  EXPECT_FALSE(std::filesystem::exists(file("out")));
+}
+
+}  // namespace
+}  // namespace panoptes
