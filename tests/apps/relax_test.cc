@@ -46,7 +46,7 @@ class Relax : public ScratchTest {
 };
 
 TEST_F(Relax, WritesTheGraphItsFiguresAndAPicture) {
-  const testing::Walk walk = testing::random_walk(200, 20, {}, Rng(1));
+  const Walk walk = random_walk(200, 20, {}, Rng(1));
   write_g2o(file("g.g2o"), walk.graph);
   const Said said = relax({file("g.g2o"), "--out", file("out/r.g2o")});
   EXPECT_EQ(said.status, 0) << said.err;
@@ -67,9 +67,9 @@ TEST_F(Relax, WritesTheGraphItsFiguresAndAPicture) {
 }
 
 TEST_F(Relax, LeavesFalseClosuresOut) {
-  testing::Walk walk = testing::random_walk(200, 20, {}, Rng(2));
+  Walk walk = random_walk(200, 20, {}, Rng(2));
   const std::size_t edges = walk.graph.edges.size();
-  testing::add_false_closures(walk.graph, 20, 20, Rng(3));
+  add_false_closures(walk.graph, 20, 20, Rng(3));
   write_g2o(file("g.g2o"), walk.graph);
   EXPECT_EQ(relax({file("g.g2o"), "--robust", "--out", file("out/r.g2o")}).status, 0);
   EXPECT_EQ(metrics()["edges_rejected"], 20);
@@ -77,7 +77,7 @@ TEST_F(Relax, LeavesFalseClosuresOut) {
 }
 
 TEST_F(Relax, StartsAndDescendsAsAsked) {
-  const testing::Walk walk = testing::random_walk(200, 20, {}, Rng(4));
+  const Walk walk = random_walk(200, 20, {}, Rng(4));
   PoseGraph nowhere = walk.graph;
   for (Pose2& pose : nowhere.T_map_node) {
     pose = {};

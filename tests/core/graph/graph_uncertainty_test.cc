@@ -18,7 +18,7 @@ struct Pair {
 constexpr Pair kPairs[] = {{0, 5}, {120, 0}, {10, 299}, {150, 151}, {200, 30}};
 
 TEST(GraphUncertainty, IsTheMarginalOfAFactorisationForEachPair) {
-  testing::Walk walk = testing::random_walk(300, 15, {}, Rng(1));
+  Walk walk = random_walk(300, 15, {}, Rng(1));
   relax(walk.graph);
   const GraphUncertainty uncertainty(walk.graph);
   for (const auto& [from, to] : kPairs) {
@@ -28,7 +28,7 @@ TEST(GraphUncertainty, IsTheMarginalOfAFactorisationForEachPair) {
 }
 
 TEST(GraphUncertainty, OfDrawsIsCloseToTheMarginal) {
-  testing::Walk walk = testing::random_walk(300, 15, {}, Rng(2));
+  Walk walk = random_walk(300, 15, {}, Rng(2));
   relax(walk.graph);
   const GraphUncertainty uncertainty(walk.graph);
   for (const auto& [from, to] : kPairs) {

@@ -8,7 +8,7 @@
 #include "core/base/rng.h"
 #include "core/graph/pose_graph.h"
 
-namespace panoptes::testing {
+namespace panoptes {
 
 struct Walk {
   PoseGraph graph;  ///< poses dead reckoned
@@ -81,4 +81,4 @@ inline double rms_m(const std::vector<Pose2>& a, const std::vector<Pose2>& b) {
   return std::sqrt(sum / static_cast<double>(a.size()));
 }
 
-}  // namespace panoptes::testing
+}  // namespace panoptes

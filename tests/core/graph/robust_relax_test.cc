@@ -11,12 +11,6 @@
 namespace panoptes {
 namespace {
 
-using testing::add_false_closures;
-using testing::random_walk;
-using testing::rms_m;
-using testing::Walk;
-using testing::WalkNoise;
-
 constexpr double kRoundoff = 1e-6;     // what a converged relaxation leaves
 constexpr double kMostDropped = 0.02;  // of the true closures
 constexpr int kSide_m = 20;

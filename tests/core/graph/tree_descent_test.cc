@@ -9,10 +9,6 @@
 namespace panoptes {
 namespace {
 
-using testing::random_walk;
-using testing::rms_m;
-using testing::Walk;
-
 constexpr int kSide_m = 20;
 
 TEST(TreeDescent, StaysWhereEveryEdgeIsContent) {
