@@ -39,7 +39,7 @@ struct RelaxArguments {
 
 // Refused before anything is done: what cannot be written in the end.
 fs::path checked_out(const RelaxArguments& args) {
-  const fs::path out = args.out;
+  fs::path out = args.out;
   std::error_code ignored;
   if (out.extension() != ".g2o" || out.stem().empty()) {
     throw ConfigError("--out " + args.out + ": must name a file that ends in .g2o");

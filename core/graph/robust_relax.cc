@@ -29,14 +29,19 @@ constexpr double kGate = 16.27;
 // Four times as much a step is twice the error: finer than that, gates hardly change.
 constexpr std::array<double, 7> kScales2{4, 1, 1.0 / 4, 1.0 / 16, 1.0 / 64, 1.0 / 256, 1.0 / 1024};
 constexpr std::size_t kAsStated = 1;
-// How many rings of a whole graph may be expected to close by chance: one in 500 graphs gets a pair
-// of false closures that support each other.
-constexpr double kChance = 0.002;
-// How many false closures may be expected among all that are admitted to the relaxed graph. With
-// less, true closures that agree well but stand alone are lost before a false one is. This and
-// kAtOnce were chosen by trial on draws of false closures in public graphs (relax_study, seeds from
-// 100 on), not derived; judge them on other seeds.
+// How many rings of a whole graph may be expected to close by chance, for a pair of closures to be
+// supported, and for it to be believed at once. One graph in 500 gets a false pair that is
+// supported, which must then agree with the graph relaxed on the pairs that are believed; one in
+// 10000 gets one that is believed and bends the graph to its will.
+constexpr std::array<double, 2> kChances{0.002, 1e-4};
+// How many false closures may be expected among all that are admitted to the relaxed graph: one in
+// 40 graphs at most. With less, true closures that agree well but stand alone are lost before a
+// false one is: a graph of 20 closures can spare none.
 constexpr double kMostFalse = 0.025;
+// Where all but this share of the true closures are in, the last ones change the graph little: one
+// comes in at no more than a hundredth of the risk.
+constexpr double kLast = 0.01;
+constexpr double kLastFalse = kMostFalse / 100;
 // A closure waits for the next round where it is so many times likelier false than the surest one
 // (but never below kSure): with the sure ones in, those that are left are seen for what they are.
 constexpr double kAtOnce = 100;
@@ -220,6 +225,7 @@ struct Closure {
   Motion T_to_from;
   Mat3 covariance;
   double least_variance = 0;  // of its position, the heading being known
+  std::size_t steps = 0;      // how many of kChances a ring with another one has passed
 };
 
 // Two closures and the odometry between their ends: once round, in the frame of a.from, over a,
@@ -313,11 +319,10 @@ std::optional<Weight> promising(Ring ring, double enough) {
 }
 
 // ln of the ratio, to the density of false closures, that a ring's density must exceed at each
-// scale, so that fewer than kChance rings of the graph do by chance: an error uniform in the room
-// lies in an ellipsoid by its share of the room. Counted on rings evenly drawn from all.
-std::array<double, kScales2.size()> least_ratios(const Chain& chain,
-                                                 const std::vector<Closure>& closures,
-                                                 double room) {
+// scale, so that fewer than each of kChances rings of the graph do by chance: an error uniform in
+// the room lies in an ellipsoid by its share of the room. Counted on rings evenly drawn from all.
+using Ratios = std::array<std::array<double, kChances.size()>, kScales2.size()>;
+Ratios least_ratios(const Chain& chain, const std::vector<Closure>& closures, double room) {
   constexpr std::size_t kMostDrawn = 20000;
   constexpr double kMostRatio = 100;  // of exp: no ring needs as much
   constexpr int kHalvings = 16;
@@ -335,51 +340,57 @@ std::array<double, kScales2.size()> least_ratios(const Chain& chain,
     }
   }
   std::sort(log_peaks.begin(), log_peaks.end(), std::greater<>());
-  std::array<double, kScales2.size()> least{};
-  for (std::size_t s = 0; s < kScales2.size(); ++s) {
-    const auto chance = [&](double ratio) {
-      double sum = 0;
-      for (const double log_peak : log_peaks) {
-        const double peak = log_peak - 1.5 * std::log(kScales2[s]);
-        if (peak <= ratio) {
-          break;
-        }
-        const double d2 = std::min(kGate, 2 * (peak - ratio));
-        sum += 4 * kPi / 3 * d2 * std::sqrt(d2) * std::exp(-peak) / std::pow(2 * kPi, 1.5);
+  const auto expected = [&](double scale2, double ratio) {
+    double sum = 0;
+    for (const double log_peak : log_peaks) {
+      const double peak = log_peak - 1.5 * std::log(scale2);
+      if (peak <= ratio) {
+        break;
       }
-      return sum * static_cast<double>(every);
-    };
-    double most = kMostRatio;
-    for (int i = 0; i < kHalvings; ++i) {
-      const double middle = 0.5 * (least[s] + most);
-      (chance(middle) > kChance ? least[s] : most) = middle;
+      const double d2 = std::min(kGate, 2 * (peak - ratio));
+      sum += 4 * kPi / 3 * d2 * std::sqrt(d2) * std::exp(-peak) / std::pow(2 * kPi, 1.5);
     }
-    least[s] = most;
+    return sum * static_cast<double>(every);
+  };
+  Ratios least{};
+  for (std::size_t s = 0; s < kScales2.size(); ++s) {
+    for (std::size_t c = 0; c < kChances.size(); ++c) {
+      double most = kMostRatio;
+      for (int i = 0; i < kHalvings; ++i) {
+        const double middle = 0.5 * (least[s][c] + most);
+        (expected(kScales2[s], middle) > kChances[c] ? least[s][c] : most) = middle;
+      }
+      least[s][c] = most;
+    }
   }
   return least;
 }
 
-// Closures that another one supports by a ring that hardly closes by chance, at the scale of the
-// noise where most are.
-struct Seeds {
-  std::vector<bool> supported;
-  double scale2 = 1;
-};
-Seeds find_seeds(const Chain& chain, const std::vector<Closure>& closures,
-                 const RelaxProgress& progress) {
+// Which closures another one supports, by a ring that hardly closes by chance. Returns the square
+// of the scale of the noise: that where most are supported.
+double find_support(const Chain& chain, std::vector<Closure>& closures,
+                    const RelaxProgress& progress) {
   const double room = log_room(chain.poses());
-  const auto least = least_ratios(chain, closures, room);
-  const double enough = std::exp(*std::min_element(least.begin(), least.end()) - room);
-  std::array<std::vector<bool>, kScales2.size()> supported;
-  supported.fill(std::vector<bool>(closures.size(), false));
+  const Ratios least = least_ratios(chain, closures, room);
+  double enough = least[0][0];
+  for (const auto& ratios : least) {
+    enough = std::min(enough, ratios[0]);
+  }
+  enough = std::exp(enough - room);
+  std::array<std::vector<std::size_t>, kScales2.size()> steps;
+  steps.fill(std::vector<std::size_t>(closures.size(), 0));
   for (std::size_t u = 0; u < closures.size(); ++u) {
     for (std::size_t v = u + 1; v < closures.size(); ++v) {
       const std::optional<Weight> weight = promising(Ring(chain, closures[u], closures[v]), enough);
       for (std::size_t s = 0; weight && s < kScales2.size(); ++s) {
-        if (weight->d2 <= kGate * kScales2[s] &&
-            weight->log_density(kScales2[s]) + room > least[s]) {
-          supported[s][u] = supported[s][v] = true;
+        if (weight->d2 > kGate * kScales2[s]) {
+          continue;
         }
+        const double ratio = weight->log_density(kScales2[s]) + room;
+        const auto passed = static_cast<std::size_t>(std::count_if(
+            least[s].begin(), least[s].end(), [ratio](double r) { return ratio > r; }));
+        steps[s][u] = std::max(steps[s][u], passed);
+        steps[s][v] = std::max(steps[s][v], passed);
       }
     }
     if (progress) {
@@ -387,16 +398,19 @@ Seeds find_seeds(const Chain& chain, const std::vector<Closure>& closures,
       progress(1 - rest * rest);
     }
   }
-  Seeds seeds{supported[kAsStated], kScales2[kAsStated]};
-  std::ptrdiff_t most = std::count(seeds.supported.begin(), seeds.supported.end(), true);
+  const auto supported = [&](std::size_t s) {
+    return std::count_if(steps[s].begin(), steps[s].end(), [](std::size_t n) { return n > 0; });
+  };
+  std::size_t best = kAsStated;
   for (std::size_t s = 0; s < kScales2.size(); ++s) {
-    const std::ptrdiff_t many = std::count(supported[s].begin(), supported[s].end(), true);
-    if (many > most) {
-      most = many;
-      seeds = {supported[s], kScales2[s]};
+    if (supported(s) > supported(best)) {
+      best = s;
     }
   }
-  return seeds;
+  for (std::size_t u = 0; u < closures.size(); ++u) {
+    closures[u].steps = steps[best][u];
+  }
+  return kScales2[best];
 }
 
 // A closure that is not in the graph, but may be true.
@@ -443,17 +457,19 @@ void estimate_false(std::vector<Candidate>& candidates, std::size_t tails, int l
 class Judge {
  public:
   Judge(const std::vector<Closure>& closures, std::size_t edges, double scale2)
-      : closures_(closures), times_out_(edges, 0), seeds_scale2_(scale2) {}
+      : closures_(closures), times_out_(edges, 0), support_scale2_(scale2) {}
 
-  double scale2() const { return tails2_.empty() ? seeds_scale2_ : tails2_.front(); }
+  double scale2() const { return tails2_.empty() ? support_scale2_ : tails2_.front(); }
 
-  // Closures leave and come in; false when none did.
+  // Closures leave and come in; false when none did. At first those that are supported come in, and
+  // need only agree.
   bool judge(const PoseGraph& graph, const PoseGraph& trusted, std::vector<bool>& kept) {
+    const bool first = std::exchange(first_, false);
     set_tails(trusted);
     const double gate = kGate * tails2_.back();
     const GraphUncertainty uncertainty(trusted);
     const double room = log_room(graph.T_map_node);
-    bool changed = false;
+    bool changed = first;
     int left = 0;
     std::vector<Candidate> candidates;
     for (const Closure& closure : closures_) {
@@ -474,36 +490,54 @@ class Judge {
       }
       const Weight weight =
           weigh(error, uncertainty.relative(edge.from, edge.to) + closure.covariance);
-      if (weight.d2 <= gate) {
-        Candidate candidate{closure.edge};
-        for (std::size_t k = 0; k < tails2_.size(); ++k) {
-          candidate.ratios[k] = std::exp(weight.log_density(tails2_[k]) + room);
-        }
-        candidates.push_back(candidate);
+      if (weight.d2 > gate) {
+        continue;
       }
+      if (first) {
+        kept[closure.edge] = closure.steps > 0;
+        continue;
+      }
+      Candidate candidate{closure.edge};
+      for (std::size_t k = 0; k < tails2_.size(); ++k) {
+        candidate.ratios[k] = std::exp(weight.log_density(tails2_[k]) + room);
+      }
+      candidates.push_back(candidate);
     }
     estimate_false(candidates, tails2_.size(), left);
-    const double least = candidates.empty() ? 0 : candidates.front().false_probability;
-    for (const Candidate& candidate : candidates) {
-      if (false_expected_ + candidate.false_probability > kMostFalse ||
-          candidate.false_probability > std::max(kSure, kAtOnce * least)) {
-        break;
-      }
-      false_expected_ += candidate.false_probability;
-      kept[candidate.edge] = true;
-      changed = true;
-    }
-    return changed;
+    return admit(candidates, static_cast<double>(closures_.size()) - left, kept) || changed;
   }
 
  private:
-  // The scale of the noise is what the trusted edges show; the seeds' counts like ten numbers more.
-  // Tails reach to what the information says, or else to one step.
+  // From the surest one on; false when none comes in.
+  bool admit(const std::vector<Candidate>& candidates, double inside, std::vector<bool>& kept) {
+    double true_outside = 0;
+    for (const Candidate& candidate : candidates) {
+      true_outside += 1 - candidate.false_probability;
+    }
+    bool any = false;
+    for (const Candidate& candidate : candidates) {
+      const double p = candidate.false_probability;
+      if (p > std::max(kSure, kAtOnce * candidates.front().false_probability) ||
+          false_expected_ + p > kMostFalse || (true_outside < kLast * inside && p > kLastFalse)) {
+        break;
+      }
+      false_expected_ += p;
+      true_outside -= 1 - p;
+      ++inside;
+      kept[candidate.edge] = true;
+      any = true;
+    }
+    return any;
+  }
+
+  // The scale of the noise is what the trusted edges show; that of the rings counts like ten
+  // numbers more. Tails reach to what the information says, or else to one step.
   void set_tails(const PoseGraph& trusted) {
-    constexpr double kSeedsCount = 10;
+    constexpr double kSupportCount = 10;
     const double freedom =
         3.0 * static_cast<double>(trusted.edges.size() - trusted.T_map_node.size() + 1);
-    const double scale2 = (chi2(trusted) + kSeedsCount * seeds_scale2_) / (freedom + kSeedsCount);
+    const double scale2 =
+        (chi2(trusted) + kSupportCount * support_scale2_) / (freedom + kSupportCount);
     tails2_.clear();
     const double most = std::max(1.0, 4 * scale2);
     for (double tail2 = scale2; tail2 <= most && tails2_.size() < kMostTails; tail2 *= 4) {
@@ -514,8 +548,9 @@ class Judge {
   const std::vector<Closure>& closures_;
   std::vector<int> times_out_;  // an edge each; after the second it stays out
   std::vector<double> tails2_;  // squares of scales
-  double seeds_scale2_;
+  double support_scale2_;
   double false_expected_ = 0;
+  bool first_ = true;
 };
 
 PoseGraph with_edges(const PoseGraph& graph, const std::vector<bool>& kept) {
@@ -561,11 +596,11 @@ RobustReport relax_robustly(PoseGraph& graph, const RelaxProgress& progress) {
     report.relax = relax(graph);
     return report;
   }
-  const Seeds seeds = find_seeds(Chain(graph, edge_to), closures, progress);
-  for (std::size_t u = 0; u < closures.size(); ++u) {
-    report.kept[closures[u].edge] = seeds.supported[u];
+  const double scale2 = find_support(Chain(graph, edge_to), closures, progress);
+  for (const Closure& closure : closures) {
+    report.kept[closure.edge] = closure.steps == kChances.size();
   }
-  Judge judge(closures, graph.edges.size(), seeds.scale2);
+  Judge judge(closures, graph.edges.size(), scale2);
   bool changed = true;
   for (int round = 0; round < kMostRounds && changed; ++round) {
     PoseGraph trusted = with_edges(graph, report.kept);

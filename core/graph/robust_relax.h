@@ -29,12 +29,13 @@ using RelaxProgress = std::function<void(double)>;
 /// 1. two closures that close a ring with the odometry between them, closer than chance would in
 ///    any ring of the graph, support each other (after Mangelson et al. 2018). Rings are tried at
 ///    several scales of the noise; that counts which supports most closures;
-/// 2. odometry and supported closures are relaxed, from a linear start;
+/// 2. odometry and the closures in rings beyond all doubt are relaxed, from a linear start; other
+///    supported ones come in where they agree with that;
 /// 3. a closure comes in where the error it shows, against its own covariance and the relaxed
 ///    graph's, makes it true beyond doubt; one leaves where its chi2 is beyond what errors explain;
-///    again from 2 until nothing changes.
+///    all is relaxed again, until nothing changes.
 /// A false closure that happens to agree with the graph within its uncertainty cannot be told from
-/// a true one, and is kept.
+/// a true one, and is kept; so are false ones that agree closely with each other.
 /// The poses given are not looked at but for the first, which stays. The cost grows with the square
 /// of the number of closures. One thread, same bits every time.
 RobustReport relax_robustly(PoseGraph& graph, const RelaxProgress& progress = {});

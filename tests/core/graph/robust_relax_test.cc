@@ -126,6 +126,28 @@ TEST(RobustRelax, TrustsTheFirstEdgeBetweenNeighbours) {
   EXPECT_EQ(report.rejected, 1);
 }
 
+// Two false closures `apart` nodes from each other that agree by odometry, and with nothing else.
+int pair_kept(int apart) {
+  Walk walk = random_walk(400, kSide_m, {}, Rng(65));
+  const std::vector<Pose2>& odometry = walk.graph.T_map_node;
+  const Mat3 information = walk.graph.edges.front().information;
+  const Pose2 lie = odometry[20].inverse() * odometry[300] * Pose2{5, 3, 1};
+  const Pose2 T_first_from = odometry[20].inverse() * odometry[20 + apart];
+  const Pose2 T_first_to = odometry[300].inverse() * odometry[300 + apart];
+  walk.graph.edges.push_back({20, 300, lie, information, true});
+  walk.graph.edges.push_back(
+      {20 + apart, 300 + apart, T_first_from.inverse() * lie * T_first_to, information, true});
+  const std::size_t edges = walk.graph.edges.size();
+  const RobustReport report = relax_robustly(walk.graph);
+  return int{report.kept[edges - 1]} + int{report.kept[edges - 2]};
+}
+
+TEST(RobustRelax, KeepsNoPairThatHardlyAgreesButWithItself) {
+  for (const int apart : {13, 19, 25}) {
+    EXPECT_EQ(pair_kept(apart), 0) << apart;
+  }
+}
+
 TEST(RobustRelax, LooksAtNoPoseButTheFirst) {
   Walk walk = random_walk(200, kSide_m, {}, Rng(70));
   PoseGraph elsewhere = walk.graph;
