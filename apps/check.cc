@@ -44,7 +44,7 @@ const std::array<FileKind, 6>& file_kinds() {
        [](const std::string& file) { read_settings<Body>(file); }},
       {"route",
        "routes",
-       {"waypoints"},
+       {"waypoints", "tour"},
        [](const std::string& file) { read_settings<sim::Route>(file); }},
       {"map",
        "maps",
@@ -88,7 +88,7 @@ const FileKind& kind_of(const std::string& file) {
       file +
       ": cannot tell what this is; a mission has platform:, a world objects:, boxes:, "
       "generate: or floor_plan:, a rig cameras:, a robot radius_m:, a route "
-      "waypoints:, a map image: and occupied_thresh:");
+      "waypoints: or tour:, a map image: and occupied_thresh:");
 }
 
 // A recorded run: as it is replayed, or as another program's, which has no mission.

@@ -24,10 +24,20 @@ void bind(Fields& f, Waypoint& o) {
   f.needed("y_m", o.y_m);
 }
 
+void bind(Fields& f, TourOptions& o) {
+  f("way_m", o.way_m, between(1, 1e5));
+  f("apart_m", o.apart_m, between(0.5, 100));
+  f("returns", o.returns, not_negative);
+  f("return_m", o.return_m, positive);
+}
+
 void bind(Fields& f, Route& o) {
-  f.needed("waypoints", o.waypoints);
+  f("waypoints", o.waypoints);
+  f("tour", o.tour);
   f("speed_mps", o.speed_mps, positive);
-  f.require(!o.waypoints.empty(), "waypoints", "must hold at least one waypoint");
+  f.require(o.tour || !o.waypoints.empty(), "waypoints",
+            "must hold at least one waypoint; or give tour: {}, which finds a way of its own");
+  f.require(!o.tour || o.waypoints.empty(), "tour", "must not stand beside waypoints");
 }
 
 RouteFollower::RouteFollower(const Route& route, const Body& body) : route_(route), body_(body) {}

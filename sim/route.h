@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "core/config/fields.h"
@@ -16,10 +17,20 @@ struct Waypoint {
 };
 void bind(Fields& f, Waypoint& o);
 
-/// A way through the scene, driven in order.
+/// A way that is found in the world itself, see sim/tour.h.
+struct TourOptions {
+  double way_m = 600;   ///< how long it is
+  double apart_m = 2;   ///< between the places that it visits
+  int returns = 15;     ///< to earlier places, before it has been everywhere
+  double return_m = 8;  ///< how far back each leads
+};
+void bind(Fields& f, TourOptions& o);
+
+/// A way through the scene, driven in order: as written, or a tour of the world.
 struct Route {
   std::vector<Waypoint> waypoints;
   double speed_mps = 0.4;
+  std::optional<TourOptions> tour = {};
 };
 void bind(Fields& f, Route& o);
 

@@ -13,6 +13,7 @@
 #include "core/base/check.h"
 #include "core/base/error.h"
 #include "core/config/geometry_fields.h"
+#include "sim/tour.h"
 #include "sim/world/layers.h"
 
 namespace panoptes::sim {
@@ -342,7 +343,14 @@ SimulatedRobot::SimulatedRobot(const SimulatedOptions& options, Surroundings sur
   record({});
 }
 
-void SimulatedRobot::follow(const Route& route) { follower_.emplace(route, body_); }
+void SimulatedRobot::follow(const Route& route) {
+  Route driven = route;
+  if (route.tour) {
+    driven.waypoints =
+        tour(*route.tour, surroundings_.body, body_, drive_world_.T_scene_body().position());
+  }
+  follower_.emplace(driven, body_);
+}
 
 void SimulatedRobot::drive(const Twist2& command_body, Duration valid_for) {
   if (!follower_) {

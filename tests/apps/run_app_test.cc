@@ -161,8 +161,8 @@ TEST_F(RunApp, CheckKnowsEveryKindOfFile) {
   EXPECT_EQ(said.out,
             odd +
                 ": cannot tell what this is; a mission has platform:, a world objects:, boxes:, "
-                "generate: or floor_plan:, a rig cameras:, a robot radius_m:, a route waypoints:, "
-                "a map image: and occupied_thresh:\n");
+                "generate: or floor_plan:, a rig cameras:, a robot radius_m:, a route waypoints: "
+                "or tour:, a map image: and occupied_thresh:\n");
 }
 
 TEST_F(RunApp, DoctorFindsWhatTheTestsNeed) {

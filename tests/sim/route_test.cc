@@ -41,9 +41,11 @@ TEST(RouteFollower, PassesEveryWaypointAndStandsAtTheLast) {
   EXPECT_NEAR(fastest_mps, 0.5, 1e-9);
 }
 
-TEST(Route, NeedsWaypoints) {
+TEST(Route, NeedsWaypointsOrATour) {
   const auto read = [](const char* text) { return read_settings_text<Route>(text, "way.yaml"); };
   EXPECT_EQ(read("waypoints: [{x_m: 1, y_m: 2}]\nspeed_mps: 0.3\n").waypoints.size(), 1U);
+  EXPECT_EQ(read("tour: {way_m: 30}\n").tour->way_m, 30);
+  EXPECT_THROW(read("tour: {}\nwaypoints: [{x_m: 1, y_m: 2}]\n"), ConfigError);
   EXPECT_THROW(read("waypoints: []\n"), ConfigError);
   EXPECT_THROW(read("speed_mps: 0.3\n"), ConfigError);
   EXPECT_THROW(read("waypoints: [{x_m: 1}]\n"), ConfigError);
