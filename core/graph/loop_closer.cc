@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -49,6 +50,8 @@ std::string format(const char* pattern, Args... args) {
 }
 
 double square(double x) { return x * x; }
+
+constexpr std::array<Heading, 2> kHeadings{Heading::kSame, Heading::kOpposite};
 
 double class_heading(Heading heading) { return heading == Heading::kSame ? 0 : std::numbers::pi; }
 
@@ -148,7 +151,7 @@ std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const PoseGraph& g
     nearby_emd_.insert(std::upper_bound(nearby_emd_.begin(), nearby_emd_.end(), emd), emd);
   }
   const int recent = newest() - kHalf;
-  if (recent < kHalf || !spaced(recent)) {
+  if (recent < kHalf) {
     return {};
   }
   if (const auto* histogram = std::get_if<HistogramMethod>(&options_.method)) {
@@ -164,8 +167,15 @@ std::optional<PlanarMotion> LoopCloser::motion_to(const LoopPlace& place, int fr
                         places_[from].depths, place.features, wheels);
 }
 
-bool LoopCloser::spaced(int recent) const {
-  return places_[recent].way_m >= accepted_way_m_ + options_.spacing_m;
+bool LoopCloser::spaced(int recent, Heading heading) const {
+  return places_[recent].way_m >=
+         accepted_way_m_[static_cast<std::size_t>(heading)] + options_.spacing_m;
+}
+
+void LoopCloser::accept(ClosureReport& report) {
+  report.verdict = "accepted";
+  report.accepted = true;
+  accepted_way_m_[static_cast<std::size_t>(report.heading)] = places_[report.recent].way_m;
 }
 
 double LoopCloser::nearby_threshold_grey() const {
@@ -215,6 +225,12 @@ const PlaceDepths& LoopCloser::depths(int keyframe, const PoseGraph& graph) {
 
 std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& method, int recent,
                                                          const PoseGraph& graph) const {
+  std::vector<Heading> headings;
+  std::copy_if(kHeadings.begin(), kHeadings.end(), std::back_inserter(headings),
+               [&](Heading heading) { return spaced(recent, heading); });
+  if (headings.empty()) {
+    return {};
+  }
   const double threshold_grey = nearby_threshold_grey();
   const std::vector<Mat3> covariances = path_covariances(graph, recent);
   const Pose2 T_recent_map = graph.T_map_node[recent].inverse();
@@ -229,7 +245,7 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
     if (!covariance.allFinite() || beyond > kThreeSigma * largest_sigma_m(covariance)) {
       continue;
     }
-    for (const Heading heading : {Heading::kSame, Heading::kOpposite}) {
+    for (const Heading heading : headings) {
       const double turned =
           std::abs(wrap_angle(T_recent_earlier.theta_rad - class_heading(heading)));
       if (turned - method.reach_rad > kThreeSigma * std::sqrt(covariance(2, 2))) {
@@ -291,9 +307,7 @@ std::vector<ClosureReport> LoopCloser::close_verified(const VerifiedMethod& meth
     report.T_earlier_recent = candidate.prior.T_a_b;
     report.verdict = refusal(method, candidate, graph, contours, report);
     if (report.verdict.empty()) {
-      report.verdict = "accepted";
-      report.accepted = true;
-      accepted_way_m_ = places_[recent].way_m;
+      accept(report);
       break;
     }
   }
@@ -424,11 +438,12 @@ std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod&
   for (int earlier = kHalf; earlier < recent - 2 * kHalf &&
                             places_[recent].way_m - places_[earlier].way_m >= options_.min_way_m;
        ++earlier) {
-    if (emd_grey(places_[recent].place.signature, places_[earlier].place.signature) >=
-        method.threshold_grey) {
-      continue;
-    }
-    for (const Heading heading : {Heading::kSame, Heading::kOpposite}) {
+    for (const Heading heading : kHeadings) {
+      if (!spaced(recent, heading) ||
+          emd_grey(places_[recent].place.signature, places_[earlier].place.signature) >=
+              method.threshold_grey) {
+        continue;
+      }
       const ClosureReport report = report_of(recent, earlier, heading);
       if (!best || report.diagonal_max_grey < best->diagonal_max_grey) {
         best = report;
@@ -477,9 +492,7 @@ std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod&
   }
   report.information =
       Vec3(1 / square(sigma_m), 1 / square(sigma_m), 1 / square(kHistogramSigma_rad)).asDiagonal();
-  report.accepted = true;
-  report.verdict = "accepted";
-  accepted_way_m_ = places_[recent].way_m;
+  accept(report);
   return {report};
 }
 

@@ -49,7 +49,8 @@ void bind(Fields& f, VerifiedMethod& o);
 struct LoopOptions {
   std::variant<VerifiedMethod, HistogramMethod> method;
   double min_way_m = 5;  ///< driven since an earlier place before coming back counts
-  double spacing_m = 1;  ///< driven between two accepted closures: one is enough for a revisit
+  double spacing_m = 1;  ///< driven between two accepted closures of one heading: one is enough for
+                         ///< a revisit
   FeatureOptions features;
   MotionOptions motion;
 };
@@ -110,7 +111,8 @@ class LoopCloser {
   int newest() const { return static_cast<int>(places_.size()) - 1; }
   ClosureReport report_of(int recent, int earlier, Heading heading) const;
   double nearby_threshold_grey() const;
-  bool spaced(int recent) const;
+  bool spaced(int recent, Heading heading) const;
+  void accept(ClosureReport& report);
   const PlaceDepths& depths(int keyframe, const PoseGraph& graph);
   std::vector<Candidate> shortlist(const VerifiedMethod& method, int recent,
                                    const PoseGraph& graph) const;
@@ -126,7 +128,8 @@ class LoopCloser {
   Rng rng_;
   std::vector<Remembered> places_;
   std::vector<float> nearby_emd_;  ///< between keyframes two apart, sorted
-  double accepted_way_m_ = -1e9;   ///< driven up to the last accepted closure
+  std::array<double, 2> accepted_way_m_{
+      -1e9, -1e9};  ///< driven up to the last accepted closure of each heading
 };
 
 }  // namespace panoptes

@@ -38,26 +38,26 @@ struct Drive {
   std::vector<ClosureReport> reports;
 };
 
-// Twice round a square of 2.5 m in a room of 8 m, the second time the same or the opposite way.
-Drive twice_round(const LoopOptions& options, bool opposite, const SyntheticRoom& first_room,
-                  const SyntheticRoom& second_room, Rng rng) {
+// Round and round a square of 2.5 m in a room of 8 m, every second time the same or the opposite
+// way.
+Drive around(int rounds, const LoopOptions& options, bool opposite, const SyntheticRoom& first_room,
+             const SyntheticRoom& second_room, Rng rng) {
   const LoopCameras cameras = front_and_back();
   const WheelNoise noise;
   LoopCloser closer(options, cameras, rng.fork("closer"));
   Drive drive;
   std::vector<Pose2> steps;
-  for (int side = 0; side < 8; ++side) {
-    if (side == 4 && opposite) {
+  for (int side = 0; side < 4 * rounds; ++side) {
+    const bool back = opposite && side / 4 % 2 == 1;
+    if (opposite && side > 0 && side % 4 == 0) {
       for (int turn = 0; turn < 12; ++turn) {
-        steps.push_back({0, 0, kPi / 12});  // turns round, so that the way back begins
+        steps.push_back({0, 0, kPi / 12});  // turns round, so that the other way begins
+      }
+      for (int turn = 0; turn < 6; ++turn) {
+        steps.push_back({0, 0, back ? -kPi / 12 : kPi / 12});
       }
     }
-    const double corner = opposite && side >= 4 ? -1 : 1;
-    if (side >= 4 && opposite) {
-      for (int turn = 0; turn < 6 && side == 4; ++turn) {
-        steps.push_back({0, 0, -kPi / 12});
-      }
-    }
+    const double corner = back ? -1 : 1;
     for (int step = 0; step < 10; ++step) {
       steps.push_back({0.25, 0, 0});
     }
@@ -105,6 +105,11 @@ Drive twice_round(const LoopOptions& options, bool opposite, const SyntheticRoom
   return drive;
 }
 
+Drive twice_round(const LoopOptions& options, bool opposite, const SyntheticRoom& first_room,
+                  const SyntheticRoom& second_room, const Rng& rng) {
+  return around(2, options, opposite, first_room, second_room, rng);
+}
+
 int count_accepted(const Drive& drive) {
   return static_cast<int>(std::count_if(drive.reports.begin(), drive.reports.end(),
                                         [](const ClosureReport& r) { return r.accepted; }));
@@ -131,11 +136,16 @@ class SecondRound : public ::testing::TestWithParam<bool> {};
 TEST_P(SecondRound, ClosesWhereTheRobotComesBack) {
   const SyntheticRoom room(1200, 4, Rng(1));
   const Drive drive = twice_round({}, GetParam(), room, room, Rng(2));
-  EXPECT_GE(count_accepted(drive), 5);
+  const Heading heading = GetParam() ? Heading::kOpposite : Heading::kSame;
+  EXPECT_GE(
+      std::count_if(drive.reports.begin(), drive.reports.end(),
+                    [&](const ClosureReport& r) { return r.accepted && r.heading == heading; }),
+      5);
   for (const ClosureReport& report : drive.reports) {
     if (report.accepted) {
       EXPECT_TRUE(is_true(drive, report)) << report.earlier << " " << report.recent;
-      EXPECT_EQ(report.heading, GetParam() ? Heading::kOpposite : Heading::kSame);
+      const Pose2 T = drive.truth[report.earlier].inverse() * drive.truth[report.recent];
+      EXPECT_EQ(report.heading == Heading::kOpposite, std::abs(T.theta_rad) > kPi / 2);
       EXPECT_EQ(report.verdict, "accepted");
     }
   }
@@ -143,6 +153,22 @@ TEST_P(SecondRound, ClosesWhereTheRobotComesBack) {
 }
 
 INSTANTIATE_TEST_SUITE_P(SameAndOpposite, SecondRound, ::testing::Values(false, true));
+
+TEST(LoopCloser, ClosesBothHeadingsWhereBothWereDriven) {
+  const SyntheticRoom room(1200, 4, Rng(1));
+  const LoopOptions options;
+  const Drive drive = around(3, options, true, room, room, Rng(2));
+  const int third_round = static_cast<int>(drive.truth.size()) * 2 / 3;
+  const auto closed = [&](Heading heading) {
+    return std::count_if(drive.reports.begin(), drive.reports.end(), [&](const ClosureReport& r) {
+      return r.accepted && r.heading == heading && r.recent > third_round;
+    });
+  };
+  // 10 m: neither heading keeps the other from what its own spacing allows
+  const auto most = static_cast<long>(10 / options.spacing_m);
+  EXPECT_GT(closed(Heading::kSame), most / 2);
+  EXPECT_GT(closed(Heading::kOpposite), most / 2);
+}
 
 TEST(LoopCloser, RefusesAPlaceThatOnlyLooksAlikeAtAGlance) {
   // the second round meets the same greys in another room
