@@ -60,6 +60,12 @@ fs::path checked_out(const RelaxArguments& args) {
 RobustReport solve(const RelaxArguments& args, const GraphFile& file, PoseGraph& graph) {
   RobustReport report;
   report.kept.assign(graph.edges.size(), true);
+  ProgressLine line(args.quiet);
+  const auto steps = [&line](const RelaxReport& now) {
+    if (line.due()) {
+      line.show(fmt::format("step {}: chi2 {:.6g}", now.iterations + 1, now.chi2_end));
+    }
+  };
   if (args.robust) {
     if (const std::optional<int> gap = odometry_gap(graph)) {
       throw ConfigError(fmt::format(
@@ -67,16 +73,16 @@ RobustReport solve(const RelaxArguments& args, const GraphFile& file, PoseGraph&
           "join each vertex to the next",
           args.graph, file.ids[*gap - 1], file.ids[*gap]));
     }
-    ProgressLine line(args.quiet);
-    report = relax_robustly(graph, [&line](double done) {
+    const auto rings = [&line](double done) {
       if (line.due()) {
         line.show(share_line("closures", done, line.wall_s()));
       }
-    });
+    };
+    report = relax_robustly(graph, rings, steps);
   } else if (args.method == "toro") {
-    report.relax = relax_by_tree(graph);
+    report.relax = relax_by_tree(graph, {}, steps);
   } else {
-    report.relax = relax(graph, RelaxStart::kCurrent);
+    report.relax = relax(graph, RelaxStart::kCurrent, steps);
   }
   return report;
 }
@@ -156,6 +162,11 @@ int relax_file(const RelaxArguments& args) {
   write_file(fs::path(out).replace_extension(".png"), png(draw_graph(picture)));
   write_file(fs::path(out).replace_extension(".metrics.json"), figures.dump(2) + "\n");
   std::printf("%s\n", picture.title.c_str());
+  if (figures["outcome"] == "failed") {
+    std::fprintf(stderr, "%s: did not settle within %d steps%s\n", args.graph.c_str(),
+                 report.relax.iterations,
+                 args.robust ? "" : "; closures may be false, which --robust leaves out");
+  }
   std::printf("%s\n", out.c_str());
   return figures["outcome"] == "completed" ? 0 : 1;
 }

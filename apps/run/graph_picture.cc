@@ -16,7 +16,7 @@ constexpr double kHead_px = 72;
 constexpr double kFoot_px = 56;
 
 void draw_panel(Canvas& canvas, const GraphPicture& picture, const std::vector<Pose2>& poses,
-                double left_px, const std::string& name) {
+                double left_px, const std::string& name, bool rejected) {
   Vec2 low = poses.front().position();
   Vec2 high = low;
   for (const Pose2& pose : poses) {
@@ -40,7 +40,9 @@ void draw_panel(Canvas& canvas, const GraphPicture& picture, const std::vector<P
       }
     }
   };
-  draw(true, false, kWrongColour, 0.5);
+  if (rejected) {
+    draw(true, false, kWrongColour, 0.5);
+  }
   draw(true, true, kLoopColour, 1);
   draw(false, true, kEstimateColour, 1.5);
   canvas.disc(to_px(0), 5, kInk);
@@ -58,8 +60,8 @@ cv::Mat draw_graph(const GraphPicture& picture) {
   Canvas canvas(static_cast<int>(2 * kPanel_px), static_cast<int>(kHead_px + kPanel_px + kFoot_px),
                 kPaper);
   canvas.text(picture.title, {kMargin_px, 32}, kInk, 19);
-  draw_panel(canvas, picture, picture.before.T_map_node, 0, "before");
-  draw_panel(canvas, picture, picture.T_map_node_after, kPanel_px, "after");
+  draw_panel(canvas, picture, picture.before.T_map_node, 0, "before", true);
+  draw_panel(canvas, picture, picture.T_map_node_after, kPanel_px, "after", false);
   double x = kMargin_px;
   const double base = kHead_px + kPanel_px + 34;
   const auto entry = [&](const std::string& name, const Colour& colour) {

@@ -17,8 +17,8 @@ struct GraphPicture {
   std::string title;
 };
 
-/// A pose graph before and after its relaxation, side by side, each as large as it fits: odometry,
-/// closures, and in red those that were rejected. 8-bit BGR.
+/// A pose graph before and after its relaxation, side by side, each as large as it fits: odometry
+/// and closures, before it also those that were rejected, in red. 8-bit BGR.
 cv::Mat draw_graph(const GraphPicture& picture);
 
 }  // namespace panoptes

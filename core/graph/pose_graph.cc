@@ -37,13 +37,21 @@ void check(const PoseGraph& graph) {
   }
 }
 
+void tell(const RelaxProgress& progress, const RelaxReport& report, double now) {
+  if (progress) {
+    progress({report.chi2_start, now, report.iterations, false});
+  }
+}
+
 // Full steps of Gauss-Newton, uphill ones too: from a fair start they pass what makes a damped
 // descent creep. False, and the poses as they were, when that does not settle below the start.
-bool newton(PoseGraph& graph, NormalEquations& normals, RelaxReport& report) {
+bool newton(PoseGraph& graph, NormalEquations& normals, RelaxReport& report,
+            const RelaxProgress& progress) {
   constexpr int kSteps = 20;
   const std::vector<Pose2> before = graph.T_map_node;
   double now = report.chi2_start;
   for (int k = 0; k < kSteps; ++k) {
+    tell(progress, report, now);
     ++report.iterations;
     normals.linearise(graph);
     if (!normals.factorise(0)) {
@@ -67,11 +75,11 @@ bool newton(PoseGraph& graph, NormalEquations& normals, RelaxReport& report) {
 }
 
 // Gauss-Newton, else Levenberg-Marquardt, from the poses as they are.
-RelaxReport descend(PoseGraph& graph, NormalEquations& normals) {
+RelaxReport descend(PoseGraph& graph, NormalEquations& normals, const RelaxProgress& progress) {
   RelaxReport report;
   double now = chi2(graph);
   report.chi2_start = now;
-  if (newton(graph, normals, report)) {
+  if (newton(graph, normals, report, progress)) {
     return report;
   }
   report.iterations = 0;
@@ -80,6 +88,7 @@ RelaxReport descend(PoseGraph& graph, NormalEquations& normals) {
     normals.linearise(graph);
     bool better = false;
     while (!better && !report.converged && report.iterations < kMaxIterations) {
+      tell(progress, report, now);
       ++report.iterations;
       const std::vector<Pose2> before = graph.T_map_node;
       double then = std::numeric_limits<double>::infinity();
@@ -277,7 +286,7 @@ std::optional<int> dead_reckon(PoseGraph& graph) {
                               : std::optional(static_cast<int>(lost - placed.begin()));
 }
 
-RelaxReport relax(PoseGraph& graph, RelaxStart start) {
+RelaxReport relax(PoseGraph& graph, RelaxStart start, const RelaxProgress& progress) {
   check(graph);
   RelaxReport report;
   report.chi2_start = chi2(graph);
@@ -292,14 +301,14 @@ RelaxReport relax(PoseGraph& graph, RelaxStart start) {
                                            3.0 * static_cast<double>(graph.T_map_node.size() - 1));
   bool from_given = start == RelaxStart::kCurrent;
   if (from_given) {
-    report = descend(graph, normals);
+    report = descend(graph, normals, progress);
     if (report.converged && report.chi2_end <= kBadStart * freedom) {
       return report;
     }
   }
   PoseGraph other = given;
   if (start_linear(other)) {
-    const RelaxReport linear = descend(other, normals);
+    const RelaxReport linear = descend(other, normals, progress);
     if (!from_given || linear.chi2_end < report.chi2_end) {
       graph.T_map_node = other.T_map_node;
       report = {chi2(given), linear.chi2_end, report.iterations + linear.iterations,
@@ -309,7 +318,7 @@ RelaxReport relax(PoseGraph& graph, RelaxStart start) {
   if (!from_given && report.chi2_end >= chi2(given)) {
     // the start was better than where the linear one led, or there was none
     graph = given;
-    report = descend(graph, normals);
+    report = descend(graph, normals, progress);
   }
   return report;
 }

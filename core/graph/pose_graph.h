@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -39,6 +40,9 @@ double chi2(const PoseGraph& graph, const GraphEdge& edge);
 /// to the first, if there is one; such nodes stay where they are.
 std::optional<int> dead_reckon(PoseGraph& graph);
 
+/// Told before each iteration how far it is: chi2_end is where it stands.
+using RelaxProgress = std::function<void(const RelaxReport&)>;
+
 enum class RelaxStart {
   kLinear,   ///< orientations first, then positions, each a linear problem: needs no good start
   kCurrent,  ///< the poses as they are; a linear start only when that ends badly
@@ -48,7 +52,8 @@ enum class RelaxStart {
 /// orientations and then the translations, then Levenberg-Marquardt on sparse Cholesky
 /// (thesis 6.3.3 uses TORO). One thread, same bits every time. The better of linear and current
 /// start is kept.
-RelaxReport relax(PoseGraph& graph, RelaxStart start = RelaxStart::kLinear);
+RelaxReport relax(PoseGraph& graph, RelaxStart start = RelaxStart::kLinear,
+                  const RelaxProgress& progress = {});
 
 /// How uncertain the pose of `to` is seen from `from`: the marginal of the whole graph, linearised
 /// at its poses; x, y, theta in the frame of `from`. Costs a factorisation.

@@ -369,7 +369,7 @@ Ratios least_ratios(const Chain& chain, const std::vector<Closure>& closures, do
 // Which closures another one supports, by a ring that hardly closes by chance. Returns the square
 // of the scale of the noise: that where most are supported.
 double find_support(const Chain& chain, std::vector<Closure>& closures,
-                    const RelaxProgress& progress) {
+                    const RingProgress& progress) {
   const double room = log_room(chain.poses());
   const Ratios least = least_ratios(chain, closures, room);
   double enough = least[0][0];
@@ -572,7 +572,8 @@ std::optional<int> odometry_gap(const PoseGraph& graph) {
                               : std::optional(static_cast<int>(gap - edge_to.begin()));
 }
 
-RobustReport relax_robustly(PoseGraph& graph, const RelaxProgress& progress) {
+RobustReport relax_robustly(PoseGraph& graph, const RingProgress& rings,
+                            const RelaxProgress& steps) {
   PANOPTES_CHECK(!odometry_gap(graph), "every node is joined to the one before it");
   RobustReport report;
   report.kept.assign(graph.edges.size(), false);
@@ -593,10 +594,10 @@ RobustReport relax_robustly(PoseGraph& graph, const RelaxProgress& progress) {
   }
   const double chi2_start = chi2(graph);
   if (closures.empty()) {
-    report.relax = relax(graph);
+    report.relax = relax(graph, RelaxStart::kLinear, steps);
     return report;
   }
-  const double scale2 = find_support(Chain(graph, edge_to), closures, progress);
+  const double scale2 = find_support(Chain(graph, edge_to), closures, rings);
   for (const Closure& closure : closures) {
     report.kept[closure.edge] = closure.steps == kChances.size();
   }
@@ -605,7 +606,7 @@ RobustReport relax_robustly(PoseGraph& graph, const RelaxProgress& progress) {
   for (int round = 0; round < kMostRounds && changed; ++round) {
     PoseGraph trusted = with_edges(graph, report.kept);
     const int iterations = report.relax.iterations;
-    report.relax = relax(trusted, round == 0 ? RelaxStart::kLinear : RelaxStart::kCurrent);
+    report.relax = relax(trusted, round == 0 ? RelaxStart::kLinear : RelaxStart::kCurrent, steps);
     report.relax.iterations += iterations;
     graph.T_map_node = trusted.T_map_node;
     changed = judge.judge(graph, trusted, report.kept);

@@ -20,8 +20,8 @@ struct RobustReport {
 /// odometry that closures could be judged by.
 std::optional<int> odometry_gap(const PoseGraph& graph);
 
-/// Told how much of the work is done, from 0 to 1, now and then.
-using RelaxProgress = std::function<void(double)>;
+/// Told what share of the rings has been tried, from 0 to 1, now and then.
+using RingProgress = std::function<void(double)>;
 
 /// relax() for graphs some of whose closures are false, even most of them. Trusts the first edge
 /// between each two neighbours; there must be one (odometry_gap). Any other edge is a closure, to
@@ -38,6 +38,7 @@ using RelaxProgress = std::function<void(double)>;
 /// a true one, and is kept; so are false ones that agree closely with each other.
 /// The poses given are not looked at but for the first, which stays. The cost grows with the square
 /// of the number of closures. One thread, same bits every time.
-RobustReport relax_robustly(PoseGraph& graph, const RelaxProgress& progress = {});
+RobustReport relax_robustly(PoseGraph& graph, const RingProgress& rings = {},
+                            const RelaxProgress& steps = {});
 
 }  // namespace panoptes

@@ -192,7 +192,8 @@ class Descent {
 
 }  // namespace
 
-RelaxReport relax_by_tree(PoseGraph& graph, const TreeDescentOptions& options) {
+RelaxReport relax_by_tree(PoseGraph& graph, const TreeDescentOptions& options,
+                          const RelaxProgress& progress) {
   for (const GraphEdge& edge : graph.edges) {
     const int nodes = static_cast<int>(graph.T_map_node.size());
     PANOPTES_CHECK(edge.from >= 0 && edge.from < nodes && edge.to >= 0 && edge.to < nodes &&
@@ -207,6 +208,9 @@ RelaxReport relax_by_tree(PoseGraph& graph, const TreeDescentOptions& options) {
   }
   Descent descent(graph);
   while (report.iterations < options.iterations && !report.converged) {
+    if (progress) {
+      progress(report);
+    }
     descent.sweep(++report.iterations);
     descent.write(graph);
     const double now = chi2(graph);

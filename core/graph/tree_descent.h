@@ -15,6 +15,7 @@ struct TreeDescentOptions {
 /// one over the sweep. Starts from the poses as they are, however bad, and comes near the least
 /// squares of relax(), never to it. The first pose stays. Throws nothing but for edges that lead
 /// nowhere; nodes that no edge joins to the first stay where they are.
-RelaxReport relax_by_tree(PoseGraph& graph, const TreeDescentOptions& options = {});
+RelaxReport relax_by_tree(PoseGraph& graph, const TreeDescentOptions& options = {},
+                          const RelaxProgress& progress = {});
 
 }  // namespace panoptes

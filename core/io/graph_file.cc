@@ -77,6 +77,7 @@ class Parser {
     try {
       statement(words);
     } catch (const LineFault& fault) {
+      vertex_faulty_ = vertex_faulty_ || words.front().starts_with("VERTEX");
       blame(number, fault.what);
     }
   }
@@ -90,7 +91,7 @@ class Parser {
       for (const int id : {raw.from_id, raw.to_id}) {
         if (!poses_given_) {
           vertices_.emplace(id, Vertex{{}, raw.line});
-        } else if (!vertices_.contains(id)) {
+        } else if (!vertices_.contains(id) && !vertex_faulty_) {
           blame(raw.line, "there is no vertex " + std::to_string(id));
         }
       }
@@ -279,6 +280,7 @@ class Parser {
   std::optional<Format> format_;
   bool equivalence_ = false;
   bool poses_given_ = false;
+  bool vertex_faulty_ = false;  // then one that is not there may be the one that was not understood
   std::map<int, Vertex> vertices_;
   std::vector<RawEdge> edges_;
   std::vector<std::string> faults_;

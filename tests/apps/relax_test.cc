@@ -76,6 +76,17 @@ TEST_F(Relax, LeavesFalseClosuresOut) {
   EXPECT_EQ(read_graph(file("out/r.g2o")).graph.edges.size(), edges);
 }
 
+TEST_F(Relax, SaysThatItDidNotSettle) {
+  Walk walk = random_walk(400, 20, {}, Rng(5));
+  add_false_closures(walk.graph, 200, 20, Rng(6));
+  write_g2o(file("g.g2o"), walk.graph);
+  const Said said = relax({file("g.g2o"), "--out", file("out/r.g2o")});
+  EXPECT_EQ(said.status, 1);
+  EXPECT_EQ(metrics()["outcome"], "failed");
+  EXPECT_THAT(said.err, HasSubstr("g.g2o: did not settle within"));
+  EXPECT_THAT(said.err, HasSubstr("--robust"));
+}
+
 TEST_F(Relax, StartsAndDescendsAsAsked) {
   const Walk walk = random_walk(200, 20, {}, Rng(4));
   PoseGraph nowhere = walk.graph;

@@ -165,10 +165,13 @@ TEST(RobustRelax, GivesTheSameBitsAgain) {
   PoseGraph again = walk.graph;
   double told = 0;
   const RobustReport a = relax_robustly(walk.graph);
-  const RobustReport b = relax_robustly(again, [&told](double done) { told = done; });
+  int steps = 0;
+  const RobustReport b = relax_robustly(
+      again, [&told](double done) { told = done; }, [&steps](const RelaxReport&) { ++steps; });
   EXPECT_EQ(walk.graph.T_map_node, again.T_map_node);
   EXPECT_EQ(a.kept, b.kept);
   EXPECT_EQ(told, 1);
+  EXPECT_GE(steps, b.relax.iterations);
 }
 
 TEST(RobustRelax, NeedsOdometry) {

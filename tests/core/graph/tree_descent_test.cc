@@ -40,7 +40,12 @@ TEST(TreeDescent, ComesNearLeastSquares) {
 TEST(TreeDescent, GoesOnGettingBetter) {
   Walk walk = random_walk(400, kSide_m, {}, Rng(6));
   PoseGraph longer = walk.graph;
-  const RelaxReport few = relax_by_tree(walk.graph, {.iterations = 10});
+  std::vector<double> chi2s;
+  const RelaxReport few =
+      relax_by_tree(walk.graph, {.iterations = 10},
+                    [&chi2s](const RelaxReport& now) { chi2s.push_back(now.chi2_end); });
+  EXPECT_EQ(chi2s.size(), 10U);
+  EXPECT_EQ(chi2s.front(), few.chi2_start);
   const RelaxReport many = relax_by_tree(longer, {.iterations = 100});
   EXPECT_EQ(few.iterations, 10);
   EXPECT_FALSE(few.converged);

@@ -151,6 +151,9 @@ TEST(ParseGraph, SaysWhichLineIsWrongAndWhy) {
             "g:2: EDGE_SE2 is of g2o, the lines before of TORO");
   EXPECT_EQ(fault("VERTEX_SE2 0 1 2 0\nEDGE_SE2 0 7 1 0 0 1 0 0 1 0 1\n"),
             "g:2: there is no vertex 7");
+  // the vertex that is not understood is not missed as well
+  EXPECT_EQ(fault("VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 nan 0 0\nEDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n"),
+            "g:2: 'nan' is not a finite number");
   EXPECT_EQ(fault("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE2 2 3 1 0 0 1 0 0 1 0 1\n"),
             "g:2: no edges join vertex 2 to vertex 0");
   EXPECT_EQ(fault("EDGE_SE2 0 1 1 0 0 1 0 0 1 0\n"),
