@@ -25,7 +25,8 @@ struct KeptKeyframe {
 std::vector<KeptKeyframe> kept_keyframes(const Navigator& navigator);
 
 /// Writes `run_dir`/keyframes, numbers in little endian:
-///  - signatures.bin: a keyframe after the other, its 256 cumulative shares as 32-bit floats;
+///  - signatures.bin: a keyframe after the other, its 256 cumulative shares (see
+///    PlaceSignature) as 32-bit floats;
 ///  - features.bin: a keyframe after the other, first the front picture's points and then the
 ///    back's, at most 240 of each; 36 bytes each: x and y in eighths of a pixel as 16-bit integers,
 ///    256 bits of descriptor;

@@ -193,9 +193,9 @@ ClosureReport LoopCloser::report_of(int recent, int earlier, Heading heading) co
   report.heading = heading;
   for (int row = 0; row <= 2 * kHalf; ++row) {
     for (int column = 0; column <= 2 * kHalf; ++column) {
-      report.matrix[row][column] =
-          static_cast<float>(emd_grey(places_[recent - kHalf + row].place.signature,
-                                      places_[earlier - kHalf + column].place.signature));
+      report.matrix[row][column] = static_cast<float>(emd_grey(
+          places_[recent - kHalf + row].place.signature,
+          places_[earlier - kHalf + column].place.signature, heading == Heading::kOpposite));
     }
   }
   report.emd_grey = report.matrix[kHalf][kHalf];
@@ -255,7 +255,8 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
       candidate.earlier = earlier;
       candidate.heading = heading;
       candidate.emd_grey =
-          emd_grey(places_[recent].place.signature, places_[earlier].place.signature);
+          emd_grey(places_[recent].place.signature, places_[earlier].place.signature,
+                   heading == Heading::kOpposite);
       if (candidate.emd_grey > threshold_grey) {
         continue;
       }
@@ -440,8 +441,8 @@ std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod&
        ++earlier) {
     for (const Heading heading : kHeadings) {
       if (!spaced(recent, heading) ||
-          emd_grey(places_[recent].place.signature, places_[earlier].place.signature) >=
-              method.threshold_grey) {
+          emd_grey(places_[recent].place.signature, places_[earlier].place.signature,
+                   heading == Heading::kOpposite) >= method.threshold_grey) {
         continue;
       }
       const ClosureReport report = report_of(recent, earlier, heading);

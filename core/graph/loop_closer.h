@@ -24,7 +24,7 @@ namespace panoptes {
 /// distances lie below a threshold. Blind to look-alike places: kept for comparison.
 struct HistogramMethod {
   static constexpr std::string_view kName = "histogram";
-  double threshold_grey = 1.5;
+  double threshold_grey = 1.5;  ///< for signatures of the mosaic
 };
 void bind(Fields& f, HistogramMethod& o);
 
