@@ -447,6 +447,7 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
                                                "diagonal_max_grey",
                                                "gate_sigma",
                                                "feature_inliers",
+                                               "cameras_sigma",
                                                "flow_heading_deg",
                                                "contour_cost_m",
                                                "contour_overlap",
@@ -473,6 +474,7 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
     number(closure.diagonal_max_grey);
     number(closure.gate_sigma);
     loops_csv << closure.feature_inliers;
+    number(closure.cameras_sigma);
     number(rad_to_deg(closure.flow_heading_rad));
     number(closure.contour_cost_m);
     number(closure.contour_overlap);

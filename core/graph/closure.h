@@ -22,6 +22,8 @@ struct ClosureReport {
   double diagonal_max_grey = 0;
   double gate_sigma = 0;  ///< how far the match is from where odometry predicts it
   int feature_inliers = 0;
+  double cameras_sigma =
+      0;  ///< how far apart front and back alone say the robot is; 0: one is silent
   double flow_heading_rad = 0;  ///< relative heading by matched features
   double contour_cost_m = 0;    ///< mean distance of aligned contour points
   double contour_overlap = 0;   ///< share of contour points with a partner

@@ -355,9 +355,9 @@ std::string LoopCloser::refusal(const VerifiedMethod& method, const Candidate& c
       motion_by_features(options_.motion, cameras_, features_earlier, depths_earlier,
                          features_recent, depths_recent, matches, candidate.prior, &rng);
   double floor_share = 1;
+  MotionOptions tolerant = options_.motion;
   if (too_few(motion) && report.heading == Heading::kOpposite) {
     floor_share = kMountingShare;
-    MotionOptions tolerant = options_.motion;
     tolerant.noise_px = std::max(tolerant.noise_px, method.mounting_px);
     motion = motion_by_features(tolerant, cameras_, features_earlier, depths_earlier,
                                 features_recent, depths_recent, matches, candidate.prior, &rng);
@@ -376,16 +376,34 @@ std::string LoopCloser::refusal(const VerifiedMethod& method, const Candidate& c
       !(covariance(2, 2) <= square(kVague_rad))) {
     return format("features: pose known to %.2f m only", largest_sigma_m(covariance));
   }
-  covariance.diagonal() += square(floor_share) *
-                           Vec3(square(kPoseFloor_m), square(kPoseFloor_m), square(kPoseFloor_rad));
+  const Vec3 floor = square(floor_share) *
+                     Vec3(square(kPoseFloor_m), square(kPoseFloor_m), square(kPoseFloor_rad));
+  covariance.diagonal() += floor;
   report.T_earlier_recent = motion->T_a_b_seen;
   report.information = covariance.inverse();
+
+  const double limit = chi_square_3_quantile(method.gate_probability);
+  const auto alone =
+      motion_by_each_camera(tolerant, cameras_, features_earlier, depths_earlier, features_recent,
+                            depths_recent, matches, {motion->T_a_b, candidate.prior.covariance});
+  if (alone[0] && alone[1]) {
+    const Vec3 off = difference(alone[0]->T_a_b_seen, alone[1]->T_a_b_seen);
+    const Mat3 allowed = alone[0]->information_seen.inverse() +
+                         alone[1]->information_seen.inverse() + 2 * Mat3(floor.asDiagonal());
+    const double sigma_squared = off.dot(allowed.inverse() * off);
+    // a camera before a plain wall says nothing, with infinite covariance
+    report.cameras_sigma =
+        std::isfinite(sigma_squared) ? std::sqrt(std::max(0.0, sigma_squared)) : 0;
+    if (square(report.cameras_sigma) > limit) {
+      return format("cameras: front and back are %.1f sigma apart, %.1f allowed",
+                    report.cameras_sigma, std::sqrt(limit));
+    }
+  }
 
   const Pose2 expected = graph.T_map_node[earlier].inverse() * graph.T_map_node[recent];
   const Vec3 surprise = difference(motion->T_a_b_seen, expected);
   const Mat3 allowed = relative_covariance(graph, earlier, recent) + covariance;
   report.gate_sigma = std::sqrt(std::max(0.0, surprise.dot(allowed.inverse() * surprise)));
-  const double limit = chi_square_3_quantile(method.gate_probability);
   if (!(square(report.gate_sigma) <= limit)) {
     return format("gate: %.1f sigma from where the graph expects it, %.1f allowed",
                   report.gate_sigma, std::sqrt(limit));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include <Eigen/Cholesky>
@@ -415,6 +416,21 @@ std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
   motion.matches = static_cast<int>(matches.size());
   motion.inliers = static_cast<int>(inliers.size());
   return motion;
+}
+
+std::array<std::optional<PlanarMotion>, 2> motion_by_each_camera(
+    const MotionOptions& options, const LoopCameras& cameras, const PlaceFeatures& a,
+    const PlaceDepths& depths_a, const PlaceFeatures& b, const PlaceDepths& depths_b,
+    const std::vector<PlaceMatch>& matches, const MotionPrior& prior) {
+  std::array<std::optional<PlanarMotion>, 2> alone;
+  for (int camera = 0; camera < 2; ++camera) {
+    std::vector<PlaceMatch> own;
+    std::copy_if(matches.begin(), matches.end(), std::back_inserter(own),
+                 [&](const PlaceMatch& match) { return match.camera_a == camera; });
+    alone[camera] =
+        motion_by_features(options, cameras, a, depths_a, b, depths_b, own, prior, nullptr);
+  }
+  return alone;
 }
 
 std::optional<PlanarMotion> visual_heading(const FeatureOptions& feature_options,

@@ -86,6 +86,13 @@ std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
                                                const std::vector<PlaceMatch>& matches,
                                                const MotionPrior& prior, Rng* search);
 
+/// What each camera of `a` says alone of a motion found by all: from its own matches, beginning at
+/// `T_a_b` with the prior's certainty. Empty where a camera has too few.
+std::array<std::optional<PlanarMotion>, 2> motion_by_each_camera(
+    const MotionOptions& options, const LoopCameras& cameras, const PlaceFeatures& a,
+    const PlaceDepths& depths_a, const PlaceFeatures& b, const PlaceDepths& depths_b,
+    const std::vector<PlaceMatch>& matches, const MotionPrior& prior);
+
 /// The motion between consecutive keyframes: wheels for the way, pictures for the heading. Matches
 /// and calls the above; falls back to empty when the pictures say nothing.
 std::optional<PlanarMotion> visual_heading(const FeatureOptions& feature_options,

@@ -39,9 +39,10 @@ struct Drive {
 };
 
 // Round and round a square of 2.5 m in a room of 8 m, every second time the same or the opposite
-// way.
+// way. From half the way on the back camera shows what it would from `T_true_back`, seen from the
+// body.
 Drive around(int rounds, const LoopOptions& options, bool opposite, const SyntheticRoom& first_room,
-             const SyntheticRoom& second_room, Rng rng) {
+             const SyntheticRoom& second_room, Rng rng, const Pose2& T_true_back = Pose2{}) {
   const LoopCameras cameras = front_and_back();
   const WheelNoise noise;
   LoopCloser closer(options, cameras, rng.fork("closer"));
@@ -72,6 +73,10 @@ Drive around(int rounds, const LoopOptions& options, bool opposite, const Synthe
     LoopPlace place{signature_at(drive.truth.back()),
                     room.seen_from(cameras, drive.truth.back(), 0.7, 0.2,
                                    rng.fork("sees " + std::to_string(k)))};
+    if (k >= steps.size() / 2) {
+      place.features[1] = room.seen_from(cameras, drive.truth.back() * T_true_back, 0.7, 0.2,
+                                         rng.fork("sees " + std::to_string(k)))[1];
+    }
     if (k > 0) {
       const int now = static_cast<int>(k);
       const Pose2 T_wheels =
@@ -176,6 +181,15 @@ TEST(LoopCloser, RefusesAPlaceThatOnlyLooksAlikeAtAGlance) {
                                   SyntheticRoom(1200, 4, Rng(3)), Rng(2));
   EXPECT_FALSE(drive.reports.empty());
   EXPECT_EQ(count_accepted(drive), 0);
+}
+
+TEST(LoopCloser, RefusesWhereFrontAndBackContradictEachOther) {
+  const SyntheticRoom room(1200, 4, Rng(1));
+  const Drive drive = around(2, {}, false, room, room, Rng(2), Pose2{0.2, -0.2, 0.06});
+  EXPECT_EQ(count_accepted(drive), 0);
+  EXPECT_TRUE(std::any_of(drive.reports.begin(), drive.reports.end(), [](const ClosureReport& r) {
+    return r.verdict.starts_with("cameras: front and back are ");
+  }));
 }
 
 TEST(LoopCloser, TheThesisRuleIsFooledByGreys) {

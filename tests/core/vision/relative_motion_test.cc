@@ -125,6 +125,39 @@ TEST_P(RevisitedPlace, PoseIsFoundWithItsTranslation) {
   RecordProperty("normalised", std::to_string(normalised2 / kTrials));
 }
 
+TEST_P(RevisitedPlace, EachCameraFindsThePoseAlone) {
+  const bool opposite = GetParam();
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(2500, 4, Rng(3));
+  const Pose2 T_map_a{0.4, -0.7, 0.3};
+  const Pose2 T_a_b{0.2, -0.1, (opposite ? kPi : 0) + 0.1};
+  const PlaceFeatures a = room.seen_from(cameras, T_map_a, 0.7, 0.3, Rng(5));
+  const PlaceFeatures b = room.seen_from(cameras, T_map_a * T_a_b, 0.7, 0.3, Rng(6));
+  const PlaceDepths depths_a = depths_at(room, cameras, T_map_a, a, Rng(7));
+  const PlaceDepths depths_b = depths_at(room, cameras, T_map_a * T_a_b, b, Rng(8));
+  const std::vector<PlaceMatch> matches = match_places(kFeatures, a, b, opposite);
+  const MotionPrior near{T_a_b * Pose2{0.05, 0.05, 0.02}, diagonal(0.3, 0.2)};
+  const auto alone =
+      motion_by_each_camera(kMotion, cameras, a, depths_a, b, depths_b, matches, near);
+  for (int camera = 0; camera < 2; ++camera) {
+    ASSERT_TRUE(alone[camera]);
+    EXPECT_EQ(alone[camera]->inliers_by_camera[1 - camera], 0);
+    const Errors error = error_of(alone[camera]->T_a_b_seen, T_a_b);
+    EXPECT_LT(error.m, 0.05);
+    EXPECT_LT(rad_to_deg(error.rad), 0.5);
+  }
+  // without the back camera's matches the front's answer is the same: it is its own
+  std::vector<PlaceMatch> front;
+  for (const PlaceMatch& match : matches) {
+    if (match.camera_a == 0) {
+      front.push_back(match);
+    }
+  }
+  const auto again = motion_by_each_camera(kMotion, cameras, a, depths_a, b, depths_b, front, near);
+  EXPECT_EQ(again[0]->T_a_b_seen, alone[0]->T_a_b_seen);
+  EXPECT_FALSE(again[1]);
+}
+
 INSTANTIATE_TEST_SUITE_P(SameAndOpposite, RevisitedPlace, ::testing::Values(false, true));
 
 TEST(RelativeMotion, GivesTheSameBitsAgain) {
