@@ -10,11 +10,16 @@
 #include <cstdlib>
 #include <ctime>
 #include <exception>
+#include <functional>
 #include <numbers>
 #include <string>
 #include <vector>
 
+#include <Eigen/LU>
+
 #include "core/base/rng.h"
+#include "core/graph/graph_uncertainty.h"
+#include "core/graph/normal_equations.h"
 #include "core/graph/pose_graph.h"
 #include "core/graph/robust_relax.h"
 #include "core/graph/tree_descent.h"
@@ -58,6 +63,49 @@ PoseGraph with_false_closures(const PoseGraph& graph, const PoseGraph& relaxed, 
     all.edges.push_back(lie);
   }
   return all;
+}
+
+double chi2_of(const GraphEdge& edge, const PoseGraph& relaxed, const Mat3& covariance) {
+  const Vec3 error = residual_of(edge, relaxed.T_map_node[edge.from], relaxed.T_map_node[edge.to]);
+  return error.dot(covariance.inverse() * error);
+}
+
+// What could be had of a graph by anyone who knew its true closures: how many false ones lie as
+// close to it as all but a fiftieth of the true ones lie to the graph without them.
+void study_chance(const PoseGraph& relaxed, const std::string& name) {
+  constexpr int kDraws = 100;
+  constexpr double kDropped = 0.02;
+  const GraphUncertainty uncertainty(relaxed);
+  std::vector<double> of_true;
+  for (const GraphEdge& edge : relaxed.edges) {
+    if (edge.closure) {  // its own weight taken out
+      const Mat3 own = edge.information.inverse();
+      of_true.push_back(chi2_of(edge, relaxed, own - uncertainty.relative(edge.from, edge.to)));
+    }
+  }
+  if (of_true.empty()) {
+    return;
+  }
+  std::sort(of_true.begin(), of_true.end(), std::greater<>());
+  const auto dropped = static_cast<std::size_t>(kDropped * static_cast<double>(of_true.size()));
+  const double limit = of_true[dropped];
+  int close = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const PoseGraph all = with_false_closures(relaxed, relaxed, Rng(draw).fork("false-closures"));
+    for (std::size_t e = relaxed.edges.size(); e < all.edges.size(); ++e) {
+      const GraphEdge& lie = all.edges[e];
+      const Mat3 own = lie.information.inverse();
+      const Mat3 rough = own + 2 * uncertainty.relative_roughly(lie.from, lie.to);
+      if (chi2_of(lie, relaxed, rough) <= 2 * limit) {
+        const Mat3 exact = own + uncertainty.relative(lie.from, lie.to);
+        close += chi2_of(lie, relaxed, exact) <= limit ? 1 : 0;
+      }
+    }
+  }
+  std::printf(
+      "%s: true closures lie up to chi2 %.2f from the graph without them, but for %zu; so "
+      "close are %d false ones in %d draws of %zu\n",
+      name.c_str(), limit, dropped, close, kDraws, of_true.size());
 }
 
 // Relaxed by least squares; from odometry in the end.
@@ -114,6 +162,7 @@ void study(const std::string& path, int draws, int seed) {
     most_m = std::max(most_m, off_m);
   };
   if (draws > 0) {
+    study_chance(clean, name);
     robustly(file.graph, "clean");
   }
   for (int draw = seed; draw < seed + draws; ++draw) {
