@@ -13,6 +13,7 @@
 #include "core/base/error.h"
 #include "core/config/geometry_fields.h"
 #include "core/io/dataset.h"
+#include "core/io/keyframe_files.h"
 #include "core/io/map_server.h"
 #include "hw/replay/truth_files.h"
 #include "sim/world/load.h"
@@ -58,7 +59,7 @@ const std::array<FileKind, 6>& file_kinds() {
 void refuse_what_is_no_settings(const std::string& file) {
   std::error_code ignored;
   if (std::filesystem::is_directory(file, ignored)) {
-    throw ConfigError(file + ": is a folder; name the files in it");
+    throw ConfigError(file + ": is no dataset and no run with keyframes; name the files in it");
   }
   const std::string suffix = std::filesystem::path(file).extension().string();
   if (std::filesystem::exists(file, ignored) && suffix != ".yaml" && suffix != ".yml") {
@@ -115,13 +116,33 @@ void check_dataset(const std::string& folder) {
   }
 }
 
+// What a run keeps of its places.
+void check_keyframes(const std::string& run_dir) {
+  const std::size_t keyframes = read_keyframes(run_dir).size();
+  const std::filesystem::path folder = std::filesystem::path(run_dir) / "keyframes";
+  const double bytes = static_cast<double>(file_size(folder / "signatures.bin") +
+                                           file_size(folder / "features.bin"));
+  std::printf("%s: %zu keyframes, %.1f kB of signatures and features each\n",
+              folder.string().c_str(), keyframes,
+              bytes / 1000 / static_cast<double>(std::max<std::size_t>(1, keyframes)));
+}
+
 // The exit status that the file alone would give.
 int check_file(const std::string& file) {
   try {
     std::error_code ignored;
-    if (std::filesystem::is_directory(std::filesystem::path(file) / "mav0", ignored)) {
+    const bool run =
+        std::filesystem::is_directory(std::filesystem::path(file) / "keyframes", ignored);
+    const bool dataset =
+        std::filesystem::is_directory(std::filesystem::path(file) / "mav0", ignored);
+    if (dataset) {
       check_dataset(file);
-      std::printf("%s: ok (dataset)\n", file.c_str());
+    }
+    if (run) {
+      check_keyframes(file);
+    }
+    if (run || dataset) {
+      std::printf("%s: ok (%s)\n", file.c_str(), dataset ? "dataset" : "run");
       return 0;
     }
     const FileKind& kind = kind_of(file);
@@ -152,7 +173,7 @@ int check(const std::vector<std::string>& files) {
 void add_check(CLI::App& app, Command& chosen) {
   auto files = std::make_shared<std::vector<std::string>>();
   CLI::App* sub = app.add_subcommand("check", "Is this configuration right?");
-  sub->add_option("files", *files, "missions, worlds, rigs, robots, routes, maps, datasets")
+  sub->add_option("files", *files, "missions, worlds, rigs, robots, routes, maps, datasets, runs")
       ->required()
       ->type_name("FILE...");
   sub->footer("Example: panoptes check scenes/missions/*.yaml scenes/worlds/*.yaml");

@@ -6,7 +6,6 @@
 #include <optional>
 #include <vector>
 
-#include "apps/run/keyframes.h"
 #include "apps/run/loop.h"
 #include "apps/run/out_dir.h"
 #include "apps/run/progress.h"
@@ -16,6 +15,22 @@
 #include "core/base/error.h"
 
 namespace panoptes {
+namespace {
+
+std::vector<KeptKeyframe> kept_keyframes(const std::optional<Navigator>& navigator) {
+  std::vector<KeptKeyframe> kept;
+  if (!navigator) {
+    return kept;
+  }
+  for (const PlacedGrid& placed : navigator->grids()) {
+    const std::size_t k = kept.size();
+    kept.push_back({navigator->keyframes()[k].stamp, placed.T_map_keyframe,
+                    navigator->place(static_cast<int>(k)), placed.grid});
+  }
+  return kept;
+}
+
+}  // namespace
 
 int run_mission(const ExploreMission& mission, const MissionRun& run) {
   OutDir out(run.out_dir);
@@ -69,9 +84,9 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
     until.lose_device(error);
   }
   out.keep();
-  const RunReport report = recorder.write_report(
-      robot.truth(), run_result(navigator), run_end(until, mission, navigator, open),
-      navigator ? kept_keyframes(*navigator) : std::vector<KeptKeyframe>{});
+  const RunReport report =
+      recorder.write_report(robot.truth(), run_result(navigator),
+                            run_end(until, mission, navigator, open), kept_keyframes(navigator));
   print(report);
   return report.exit_status;
 }

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/run/keyframes.h"
 #include "apps/run/stage_clock.h"
 #include "core/camera/observation.h"
 #include "core/eval/coverage.h"
@@ -15,6 +14,7 @@
 #include "core/eval/run_result.h"
 #include "core/eval/truth.h"
 #include "core/io/csv.h"
+#include "core/io/keyframe_files.h"
 #include "core/nav/nav_step.h"
 
 namespace panoptes {

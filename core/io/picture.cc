@@ -13,6 +13,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
+#include "core/io/crc32.h"
 
 namespace panoptes {
 namespace {
@@ -181,25 +182,6 @@ cv::Mat decode_anymap(std::string_view bytes, const Anymap& header) {
   return pixels;
 }
 
-std::uint32_t png_checksum(std::string_view bytes) {
-  static const std::array<std::uint32_t, 256> kTable = [] {
-    std::array<std::uint32_t, 256> table{};
-    for (std::uint32_t n = 0; n < 256; ++n) {
-      std::uint32_t c = n;
-      for (int bit = 0; bit < 8; ++bit) {
-        c = (c & 1U) != 0 ? 0xedb88320U ^ (c >> 1U) : c >> 1U;
-      }
-      table[n] = c;
-    }
-    return table;
-  }();
-  std::uint32_t c = 0xffffffffU;
-  for (const char byte : bytes) {
-    c = kTable[(c ^ static_cast<unsigned char>(byte)) & 0xffU] ^ (c >> 8U);
-  }
-  return ~c;
-}
-
 /// A PNG with what its pixels need alone. Colour profiles and the like, about which libpng writes
 /// to the terminal, are left out; a wrong checksum or end is said.
 std::string bare_png(std::string_view bytes) {
@@ -213,7 +195,7 @@ std::string bare_png(std::string_view bytes) {
     }
     const std::string_view kind = bytes.substr(at + 4, 4);
     if (kind == "IHDR" || kind == "PLTE" || kind == "tRNS" || kind == "IDAT" || kind == "IEND") {
-      if (png_checksum(bytes.substr(at + 4, length + 4)) != big_endian(bytes, at + 8 + length)) {
+      if (crc32(bytes.substr(at + 4, length + 4)) != big_endian(bytes, at + 8 + length)) {
         break;
       }
       bare.append(bytes.substr(at, length + 12));

@@ -15,6 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::MatchesRegex;
 using testing::StartsWith;
 
 const std::vector<std::string> kShort{"--seed", "3", "--duration", "8", "--set", "require=[]"};
@@ -166,14 +167,23 @@ TEST_F(Replay, NeedsNoFileButTheDatasets) {
                 .status,
             0);
   fs::remove(folder_ / "work/route.yaml");
-  EXPECT_EQ(panoptes({"check", "data"}).out, "data: ok (dataset)\n");
+  const std::string kept =
+      "data/keyframes: [0-9]+ keyframes, [0-9.]+ kB of signatures and features each\n";
+  EXPECT_THAT(panoptes({"check", "data"}).out, MatchesRegex(kept + "data: ok .dataset.\n"));
   EXPECT_EQ(replay("data", "again", {"--set", "require=[]"}).status, 0);
   EXPECT_EQ(read_file(folder_ / "work/data/steps.csv"),
             read_file(folder_ / "work/again/steps.csv"));
+  EXPECT_THAT(panoptes({"check", "again"}).out,
+              MatchesRegex("again/keyframes: .*\nagain: ok .run.\n"));
+  fs::resize_file(folder_ / "work/again/keyframes/features.bin", 100);
+  const Said cut = panoptes({"check", "again"});
+  EXPECT_EQ(cut.status, 2);
+  EXPECT_THAT(cut.out, StartsWith("again/keyframes/features.bin: byte 100: the file ends"));
   fs::remove(folder_ / "work/data/mission.yaml");  // as another program's
-  EXPECT_EQ(panoptes({"check", "data"}).out,
-            "data: has no mission.yaml; to replay it, write a mission with platform: {kind: "
-            "recorded, dataset: data}\ndata: ok (dataset)\n");
+  EXPECT_THAT(panoptes({"check", "data"}).out,
+              MatchesRegex("data: has no mission.yaml; to replay it, write a mission with "
+                           "platform: .kind: recorded, dataset: data.\n" +
+                           kept + "data: ok .dataset.\n"));
   const fs::path rows = folder_ / "work/data/mav0/odom0/data.csv";
   write_file(rows, read_file(rows) + "3000000000,1e9,0,0,0,0\n");
   const Said said = panoptes({"check", "data"});
