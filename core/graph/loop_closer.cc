@@ -145,13 +145,13 @@ std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const PoseGraph& g
   }
   places_.push_back(std::move(remembered));
   depths(newest(), graph);
-  if (places_.size() >= 3) {
+  if (places_.size() >= 3 && !places_.back().place.blind()) {
     const auto emd = static_cast<float>(
         emd_grey(places_.back().place.signature, places_[places_.size() - 3].place.signature));
     nearby_emd_.insert(std::upper_bound(nearby_emd_.begin(), nearby_emd_.end(), emd), emd);
   }
   const int recent = newest() - kHalf;
-  if (recent < kHalf) {
+  if (recent < kHalf || places_[recent].place.blind()) {
     return {};
   }
   if (const auto* histogram = std::get_if<HistogramMethod>(&options_.method)) {
@@ -458,7 +458,7 @@ std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod&
                             places_[recent].way_m - places_[earlier].way_m >= options_.min_way_m;
        ++earlier) {
     for (const Heading heading : kHeadings) {
-      if (!spaced(recent, heading) ||
+      if (!spaced(recent, heading) || places_[earlier].place.blind() ||
           emd_grey(places_[recent].place.signature, places_[earlier].place.signature,
                    heading == Heading::kOpposite) >= method.threshold_grey) {
         continue;

@@ -56,10 +56,14 @@ struct LoopOptions {
 };
 void bind(Fields& f, LoopOptions& o);
 
-/// One keyframe as loops see it.
+/// One keyframe as loops see it. A camera that shows nothing, or nothing to be believed, has no
+/// features.
 struct LoopPlace {
   PlaceSignature signature;
   PlaceFeatures features;
+
+  /// Such a place is never closed, however alike another looks, and teaches nothing.
+  bool blind() const { return features[0].px.empty() && features[1].px.empty(); }
 };
 
 /// Contour points of the free space around a keyframe, in its frame, from the keyframes around it.

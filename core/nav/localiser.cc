@@ -3,10 +3,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
 
 #include "core/base/error.h"
 
 namespace panoptes {
+namespace {
+
+bool same_bits(const cv::Mat& a, const cv::Mat& b) {
+  if (a.size() != b.size() || a.type() != b.type()) {
+    return false;
+  }
+  for (int row = 0; row < a.rows; ++row) {
+    if (std::memcmp(a.ptr(row), b.ptr(row), a.elemSize() * static_cast<std::size_t>(a.cols)) != 0) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
 
 void bind(Fields& f, KeyframeOptions& o) {
   f("distance_m", o.distance_m, positive);
@@ -25,9 +42,16 @@ void bind(Fields& f, LocaliserOptions& o) {
 Localiser::Localiser(const LocaliserOptions& options, const Body& body, const Rig& rig, Rng rng)
     : options_(options),
       wheel_base_m_(body.wheel_base_m),
-      front_(rig.with_role("loop_front")),
-      back_(rig.with_role("loop_back")),
+      cameras_{rig.with_role("loop_front"), rig.with_role("loop_back")},
       closer_(options.loops, loop_cameras(rig), rng.fork("loops")) {}
+
+bool Localiser::frozen(Shown& last, const Picture& now, const Pose2& T_odom_body) {
+  if (!same_bits(last.picture.bgr, now.bgr)) {
+    last = {now, T_odom_body};
+    return false;
+  }
+  return now.stamp != last.picture.stamp && T_odom_body != last.T_odom_body;
+}
 
 bool Localiser::keyframe_due(const Pose2& T_last_body, const PlaceSignature& now) const {
   const KeyframeOptions& o = options_.keyframe;
@@ -59,7 +83,7 @@ Pose2 Localiser::link_to_last(const LoopPlace& place, const Pose2& T_last_body) 
 
 void Localiser::add_keyframe(const Observation& seen, const LoopPlace& place, Located& out) {
   const int made = static_cast<int>(keyframes_.size());
-  const Time taken = seen.pictures.at(front_).stamp;
+  const Time taken = seen.pictures.at(cameras_[0]).stamp;
   const Pose2 T_now_then = T_body_then(seen, taken);
   Keyframe keyframe{taken, seen.odometry.T_odom_body * T_now_then, Pose2{}};
   if (made == 0) {
@@ -68,9 +92,11 @@ void Localiser::add_keyframe(const Observation& seen, const LoopPlace& place, Lo
     const Pose2 T_last_then = link_to_last(place, out.T_last_body * T_now_then);
     keyframe.T_odom_body = keyframes_.back().T_odom_body * T_last_then;
     graph_.T_map_node.push_back(graph_.T_map_node.back() * T_last_then);
-    const auto step_grey = static_cast<float>(emd_grey(place.signature, last_signature_));
-    steps_grey_.insert(std::upper_bound(steps_grey_.begin(), steps_grey_.end(), step_grey),
-                       step_grey);
+    if (!place.blind()) {
+      const auto step_grey = static_cast<float>(emd_grey(place.signature, last_signature_));
+      steps_grey_.insert(std::upper_bound(steps_grey_.begin(), steps_grey_.end(), step_grey),
+                         step_grey);
+    }
   }
   last_signature_ = place.signature;
   keyframes_.push_back(keyframe);
@@ -100,13 +126,22 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
     if (!keyframes_.empty()) {
       out.T_last_body = keyframes_.back().T_wheels_body.inverse() * seen.odometry.T_odom_body;
     }
-    const auto front = seen.pictures.find(front_);
-    const auto back = seen.pictures.find(back_);
-    if (front != seen.pictures.end() && back != seen.pictures.end()) {
-      place.signature = place_signature(options_.signature, front->second.bgr, back->second.bgr);
+    std::array<const Picture*, 2> pictures{};
+    std::array<bool, 2> live{};
+    for (std::size_t i = 0; i < cameras_.size(); ++i) {
+      if (const auto found = seen.pictures.find(cameras_[i]); found != seen.pictures.end()) {
+        pictures[i] = &found->second;
+        live[i] = !frozen(shown_[i], found->second, seen.odometry.T_odom_body);
+      }
+    }
+    if (pictures[0] != nullptr && pictures[1] != nullptr) {
+      place.signature = place_signature(options_.signature, pictures[0]->bgr, pictures[1]->bgr);
       if (keyframes_.empty() || keyframe_due(out.T_last_body, place.signature)) {
-        place.features = {local_features(options_.loops.features, front->second.bgr),
-                          local_features(options_.loops.features, back->second.bgr)};
+        for (std::size_t i = 0; i < cameras_.size(); ++i) {
+          if (live[i]) {
+            place.features[i] = local_features(options_.loops.features, pictures[i]->bgr);
+          }
+        }
         add_keyframe(seen, place, out);
       }
     }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/base/rng.h"
@@ -52,7 +54,8 @@ struct Located {
 };
 
 /// Keyframes, loop closures and relaxation (thesis 6.3.2, 6.3.3). Between keyframes the wheels tell
-/// the way; at each keyframe the pictures correct the heading.
+/// the way; at each keyframe the pictures correct the heading. A camera that gives the same bits
+/// again after the wheels have turned is frozen: what it shows is not believed.
 class Localiser {
  public:
   Localiser(const LocaliserOptions& options, const Body& body, const Rig& rig, Rng rng);
@@ -66,6 +69,13 @@ class Localiser {
   const LoopPlace& place(int keyframe) const { return closer_.place(keyframe); }
 
  private:
+  /// A picture, and where the wheels were when it first came.
+  struct Shown {
+    Picture picture;
+    Pose2 T_odom_body;
+  };
+
+  static bool frozen(Shown& last, const Picture& now, const Pose2& T_odom_body);
   bool keyframe_due(const Pose2& T_last_body, const PlaceSignature& now) const;
   void add_keyframe(const Observation& seen, const LoopPlace& place, Located& out);
   Pose2 link_to_last(const LoopPlace& place, const Pose2& T_last_body);
@@ -73,8 +83,8 @@ class Localiser {
 
   LocaliserOptions options_;
   double wheel_base_m_;
-  std::string front_;
-  std::string back_;
+  std::array<std::string, 2> cameras_;  // front, back
+  std::array<Shown, 2> shown_;
   LoopCloser closer_;
   std::vector<Keyframe> keyframes_;
   PoseGraph graph_;

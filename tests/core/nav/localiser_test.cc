@@ -1,8 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/nav/localiser.h"
 
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <opencv2/core.hpp>
 
 #include "core/base/error.h"
 #include "tests/core/nav/room_robot.h"
@@ -85,6 +94,124 @@ TEST(Localiser, PlacesPicturesWhereTheyWereTaken) {
   EXPECT_NEAR(keyframe.T_wheels_body.theta_rad, 0, kRoundoff);
   const Pose2 ahead = keyframe.T_odom_body.inverse() * at.T_odom_body;
   EXPECT_NEAR((ahead.position() - exp_twist(twist, 0.05).position()).norm(), 0, kRoundoff);
+}
+
+constexpr int kSpoiledFrom_s = 15;
+constexpr double kWheelsTurn = 1.01;  // times too far
+
+// One and a half times round a square of 1.25 m, a keyframe a second: what is seen of it, drawn
+// once, and where the robot truly is at the end.
+struct Way {
+  test::RoomRobot robot{7};
+  std::vector<Observation> seen;
+  Pose2 T_map_body;
+
+  Way() {
+    const Pose2 T_scene_map{-1.2, -1, 0};
+    Pose2 T_odom_body;
+    seen.push_back(robot.look(0, T_scene_map, T_odom_body));
+    for (int step = 1; step <= 65; ++step) {
+      const bool straight = (step - 1) / 5 % 2 == 0;
+      const Pose2 moved = straight ? Pose2{0.26, 0, 0} : Pose2{0, 0, deg_to_rad(18)};
+      T_map_body = T_map_body * moved;
+      T_odom_body = T_odom_body * Pose2{moved.x_m, moved.y_m, kWheelsTurn * moved.theta_rad};
+      seen.push_back(robot.look(step, T_scene_map * T_map_body, T_odom_body));
+    }
+  }
+};
+// What the wheels get wrong from when the pictures are spoiled.
+double wheels_off_since_rad() { return (kWheelsTurn - 1) * deg_to_rad(18) * 25; }
+
+struct Round {
+  double heading_off_rad = 0;  // at the end
+  int closures = 0;
+};
+using Spoil = std::function<void(Observation&)>;
+
+Round drive_round(const LocaliserOptions& options, const Spoil& spoil) {
+  static const Way way;
+  Localiser localiser(options, Body{}, way.robot.rig(), Rng(7));
+  Round out;
+  Located at;
+  for (Observation seen : way.seen) {
+    if (spoil && seen.stamp >= time_at(kSpoiledFrom_s)) {
+      spoil(seen);
+    }
+    at = localiser.step(seen, no_contours);
+    out.closures += static_cast<int>(std::count_if(at.closures.begin(), at.closures.end(),
+                                                   [](const auto& c) { return c.accepted; }));
+  }
+  out.heading_off_rad = wrap_angle(at.T_map_body.theta_rad - way.T_map_body.theta_rad);
+  return out;
+}
+
+// The pictures of these cameras stay what they are now.
+Spoil frozen(std::vector<std::string> cameras) {
+  auto kept = std::make_shared<std::map<std::string, cv::Mat>>();
+  return [cameras = std::move(cameras), kept](Observation& seen) {
+    for (const std::string& camera : cameras) {
+      cv::Mat& bgr = seen.pictures.at(camera).bgr;
+      bgr = kept->try_emplace(camera, bgr).first->second;
+    }
+  };
+}
+
+// A cap is on: what is left is the sensor's noise about a grey.
+Spoil covered(std::vector<std::string> cameras, double grey, double noise_grey) {
+  auto rng = std::make_shared<cv::RNG>(5);
+  return [=](Observation& seen) {
+    for (const std::string& camera : cameras) {
+      cv::Mat& bgr = seen.pictures.at(camera).bgr;
+      bgr = cv::Mat(bgr.size(), bgr.type());
+      rng->fill(bgr, cv::RNG::NORMAL, cv::Scalar::all(grey), cv::Scalar::all(noise_grey));
+    }
+  };
+}
+
+TEST(Localiser, BelievesNoCameraThatIsFrozenOrCovered) {
+  constexpr double kHeadingLeft_rad = 0.01;  // what matching leaves
+  const double wheels_rad = wheels_off_since_rad();
+  ASSERT_GT(wheels_rad, 5 * kHeadingLeft_rad);
+
+  const Round clear = drive_round({}, {});
+  EXPECT_GE(clear.closures, 1);
+  EXPECT_NEAR(clear.heading_off_rad, 0, kHeadingLeft_rad);
+
+  const Round frozen_both = drive_round({}, frozen({"front", "back"}));
+  EXPECT_EQ(frozen_both.closures, 0);
+  EXPECT_NEAR(frozen_both.heading_off_rad, wheels_rad, kHeadingLeft_rad);
+
+  const Round frozen_front = drive_round({}, frozen({"front"}));
+  EXPECT_NEAR(frozen_front.heading_off_rad, 0, kHeadingLeft_rad);
+
+  const Round noise = drive_round({}, covered({"front", "back"}, 128, 20));
+  EXPECT_EQ(noise.closures, 0);
+  EXPECT_NEAR(noise.heading_off_rad, wheels_rad, kHeadingLeft_rad);
+
+  LocaliserOptions greys;  // which alone would say that all that is black is one place
+  greys.loops.method = HistogramMethod{};
+  greys.signature.method = SignatureMethod::kMosaic;
+  const Round black = drive_round(greys, covered({"front", "back"}, 0, 0));
+  EXPECT_EQ(black.closures, 0);
+  EXPECT_NEAR(black.heading_off_rad, wheels_rad, kHeadingLeft_rad);
+}
+
+TEST(Localiser, BelievesACameraAgainThatThaws) {
+  test::RoomRobot robot(8);
+  Localiser localiser({}, Body{}, robot.rig(), Rng(8));
+  const Observation first = robot.look(0, {}, {});
+  localiser.step(first, no_contours);
+  const auto features = [&](const Observation& seen) {
+    const Located at = localiser.step(seen, no_contours);
+    const PlaceFeatures& kept = localiser.place(at.keyframe_made.value()).features;
+    return std::array{kept[0].px.size(), kept[1].px.size()};
+  };
+  Observation front_frozen = robot.look(2, {0.3, 0, 0}, {0.3, 0, 0});
+  front_frozen.pictures.at("front").bgr = first.pictures.at("front").bgr;
+  EXPECT_EQ(features(front_frozen)[0], 0U);
+  const auto thawed = features(robot.look(3, {0.6, 0, 0}, {0.6, 0, 0}));
+  EXPECT_GT(thawed[0], 0U);
+  EXPECT_GT(thawed[1], 0U);
 }
 
 TEST(Localiser, RefusesARigThatCannotRecognisePlaces) {
