@@ -466,8 +466,19 @@ Picture SimulatedRobot::take(Camera& camera, const DuePicture& due) {
   return {due.stamp, taken.bgr};
 }
 
+Picture SimulatedRobot::look(const std::string& camera) {
+  PANOPTES_CHECK(!poses_.empty(), "there has been a frame set");
+  return take(cameras_.at(camera),
+              {poses_.back().stamp, static_cast<std::int64_t>(poses_.size()) - 1});
+}
+
 Duration SimulatedRobot::reach(const FrameSet& set) const {
   Duration longest{};
+  for (const auto& [name, camera] : cameras_) {
+    if (camera.rig.rate_hz == 0) {  // it may be asked
+      longest = std::max(longest, camera.reach);
+    }
+  }
   for (const auto& [name, due] : set.pictures) {
     longest = std::max(longest, due.stamp + cameras_.at(name).reach - set.stamp);
   }

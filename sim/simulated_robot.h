@@ -126,6 +126,10 @@ class SimulatedRobot final : public hw::Robot {
   /// ask for truth.
   const std::map<std::string, TruePicture>& true_pictures() const { return true_pictures_; }
 
+  /// What a camera that takes pictures only when it is asked to (`rate_hz: 0`) sees at the instant
+  /// of the last frame set. Asked once a set.
+  Picture look(const std::string& camera);
+
   /// Of the world's objects, in its order: what TruePicture::instance counts.
   const std::vector<std::string>& object_names() const { return surroundings_.object_names; }
 

@@ -180,7 +180,17 @@ void bind(Fields& f, FloorView& o) {
 
 void bind(Fields& f, RigCamera& o) {
   f("roles", o.roles);
-  f("rate_hz", o.rate_hz, between(0.1, 1000));
+  f("rate_hz", o.rate_hz, [](double rate_hz) {
+    return rate_hz == 0 || (rate_hz >= 0.1 && rate_hz <= 1000)
+               ? std::string()
+               : "must be from 0.1 to 1000, or 0 for a camera that takes pictures only when it "
+                 "is asked to";
+  });
+  for (const char* role : {"loop_front", "loop_back", "floor"}) {
+    f.require(o.rate_hz > 0 || !o.has_role(role), "rate_hz",
+              std::string("must be > 0 of a camera with the role ") + role +
+                  ", whose pictures the navigator waits for");
+  }
   bind_intrinsics(f, o.intrinsics);
   bind_mounting(f, o.T_body_camera);
   f("floor", o.floor);

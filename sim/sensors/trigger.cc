@@ -86,6 +86,9 @@ Trigger::Trigger(const TriggerOptions& options, const Rig& rig, const Rng& rng) 
                  rng.fork("drops").fork(camera)};
   };
   for (const auto& [camera, properties] : rig.cameras) {
+    if (properties.rate_hz == 0) {
+      continue;
+    }
     const auto* const group = group_of(options, camera);
     clocks_.push_back(group == nullptr
                           ? clock_of(camera, properties.rate_hz, "", {})

@@ -57,8 +57,8 @@ struct FrameSet {
 
 /// The frame sets of a run. They come at the beats of the fastest camera (of equals the first by
 /// name), lost pictures or not. A set holds each camera's last picture since the set before; a
-/// camera that has taken none or lost it is missing. A rig without cameras has 15 sets without
-/// pictures a second.
+/// camera that has taken none or lost it is missing. A camera of 0 Hz takes pictures only when it
+/// is asked to and is in no set. A rig without other cameras has 15 sets without pictures a second.
 class Trigger {
  public:
   /// The groups and the rig go together.

@@ -504,6 +504,30 @@ TEST(SimulatedRobot, PicturesBetweenItsStepsLieOnTheExactArc) {
   }
 }
 
+TEST(SimulatedRobot, AsksACameraOnlyForThePicturesThatSomebodyWants) {
+  std::vector<Shot> shots;
+  Rig rig = front_camera_alone();
+  rig.cameras["corner"] = rig.cameras["front"];
+  rig.cameras["corner"].rate_hz = 0;
+  rig.cameras["corner"].T_body_camera = mounted_camera({0.17, 0.17, 0.75}, deg_to_rad(45), 0);
+  SimulatedOptions options = starting_at(1, 4);
+  options.sensor.motion_blur = false;
+  SimulatedRobot robot(options, keeping(shots, room()), Body{}, rig, Rng(1));
+  robot.drive({0.4, 0.5}, std::chrono::seconds(5));
+  for (int k = 0; k < 20; ++k) {
+    EXPECT_FALSE(next_set(robot).pictures.contains("corner"));
+  }
+  ASSERT_THAT(shots, SizeIs(20));
+  EXPECT_EQ(robot.look("corner").bgr.cols, 64);
+  ASSERT_THAT(shots, SizeIs(21));
+  const Pose3 T_body_front = rig.cameras["front"].T_body_camera;
+  const Pose3 expected =
+      shots[19].T_scene_camera * T_body_front.inverse() * rig.cameras["corner"].T_body_camera;
+  constexpr double kRoundoff = 1e-9;
+  EXPECT_NEAR((shots[20].T_scene_camera.translation - expected.translation).norm(), 0, kRoundoff);
+  EXPECT_NEAR(shots[20].T_scene_camera.rotation.angularDistance(expected.rotation), 0, kRoundoff);
+}
+
 TEST(SimulatedRobot, KeepsCamerasOfDifferentRatesAndSizesInOneRig) {
   Rig rig = two_cameras();
   rig.cameras["front"].rate_hz = 25;

@@ -49,6 +49,13 @@ std::vector<std::int64_t> stamps_ns(const std::vector<FrameSet>& all, const std:
   return stamps;
 }
 
+TEST(Trigger, ACameraOfNoRateIsInNoSet) {
+  for (const FrameSet& set : sets({}, rig_of({{"a", 0}, {"b", 15}}), 5)) {
+    EXPECT_THAT(set.pictures, ElementsAre(testing::Key("b")));
+  }
+  EXPECT_EQ(sets({}, rig_of({{"a", 0}}), 16).back().stamp, time_at(1));
+}
+
 TEST(Trigger, OneSignalHasNoSkewAtAll) {
   for (const FrameSet& set : sets({}, rig_of({{"a", 15}, {"b", 15}, {"c", 15}}), 1000)) {
     ASSERT_THAT(set.pictures, SizeIs(3));
