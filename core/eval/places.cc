@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/eval/places.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+
+#include "core/base/check.h"
+
+namespace panoptes {
+namespace {
+
+constexpr double kBetween_m = 5.0;  // of way between the two visits, as revisits() has it
+constexpr int kAround = 3;          // keyframes on each side: the seven of the thesis
+
+std::size_t at(int keyframe) { return static_cast<std::size_t>(keyframe); }
+
+// The largest on the diagonal, or something larger than `best` as soon as that is sure.
+float diagonal_max(const DistanceTable& distances, int recent, int earlier, Heading heading,
+                   float best) {
+  const int step = heading == Heading::kSame ? 1 : -1;
+  float largest = distances(recent, earlier);
+  for (int k = -kAround; k <= kAround && largest < best; ++k) {
+    largest = std::max(largest, distances(recent + k, earlier + step * k));
+  }
+  return largest;
+}
+
+ClosureReport closure_of(const PlaceCandidate& candidate) {
+  ClosureReport closure;
+  closure.recent = candidate.recent;
+  closure.earlier = candidate.earlier;
+  closure.heading = candidate.heading;
+  closure.T_earlier_recent.theta_rad = candidate.heading == Heading::kSame ? 0 : std::numbers::pi;
+  closure.accepted = true;
+  return closure;
+}
+
+}  // namespace
+
+DistanceTable::DistanceTable(int count, const std::function<double(int, int)>& distance)
+    : count_(count), values_(at(count) * at(count), 0) {
+  for (int i = 0; i < count; ++i) {
+    for (int j = 0; j < i; ++j) {
+      const auto value = static_cast<float>(distance(i, j));
+      values_[at(i) * at(count) + at(j)] = value;
+      values_[at(j) * at(count) + at(i)] = value;
+    }
+  }
+}
+
+std::vector<PlaceCandidate> place_candidates(const DistanceTable& distances, bool both_headings,
+                                             const std::vector<double>& path_m) {
+  PANOPTES_CHECK(path_m.size() == at(distances.count()), "a path length for every keyframe");
+  std::vector<PlaceCandidate> candidates;
+  for (int i = kAround; i + kAround < distances.count(); ++i) {
+    PlaceCandidate best{i, -1, Heading::kSame, std::numeric_limits<float>::infinity()};
+    for (int j = kAround; j + kAround < i - kAround && path_m[at(i)] - path_m[at(j)] >= kBetween_m;
+         ++j) {
+      for (const Heading heading : {Heading::kSame, Heading::kOpposite}) {
+        if (heading == Heading::kOpposite && !both_headings) {
+          continue;
+        }
+        const float largest = diagonal_max(distances, i, j, heading, best.distance);
+        if (largest < best.distance) {
+          best = {i, j, heading, largest};
+        }
+      }
+    }
+    if (best.earlier >= 0) {
+      candidates.push_back(best);
+    }
+  }
+  return candidates;
+}
+
+PlaceRecall recall_at_full_precision(const std::vector<PlaceCandidate>& candidates,
+                                     const std::vector<Pose2>& true_T_scene_body,
+                                     const std::vector<double>& path_m) {
+  float closest_wrong = std::numeric_limits<float>::infinity();
+  for (const PlaceCandidate& candidate : candidates) {
+    if (!is_correct(closure_of(candidate), true_T_scene_body)) {
+      closest_wrong = std::min(closest_wrong, candidate.distance);
+    }
+  }
+  std::vector<ClosureReport> accepted;
+  for (const PlaceCandidate& candidate : candidates) {
+    if (candidate.distance < closest_wrong) {
+      accepted.push_back(closure_of(candidate));
+    }
+  }
+  const auto found = loop_figures(accepted, true_T_scene_body, path_m).against_truth;
+  PlaceRecall recall;
+  std::vector<bool> on_revisit(path_m.size(), false);
+  for (const TrueRevisit& revisit : revisits(true_T_scene_body, path_m)) {
+    std::fill(on_revisit.begin() + revisit.first, on_revisit.begin() + revisit.last + 1, true);
+  }
+  recall.keyframes = static_cast<int>(std::count(on_revisit.begin(), on_revisit.end(), true));
+  recall.recognised = static_cast<int>(accepted.size());
+  recall.revisits_same = found.revisits_same;
+  recall.revisits_opposite = found.revisits_opposite;
+  recall.recalled_same = found.recalled_same;
+  recall.recalled_opposite = found.recalled_opposite;
+  return recall;
+}
+
+}  // namespace panoptes
