@@ -30,12 +30,12 @@ int trials(const TrialsArguments& args) {
   TrialsOptions options;
   options.missions = args.missions;
   options.seeds = args.common.seed ? std::vector{*args.common.seed} : parse_seeds(args.seeds);
-  for (const std::string& vary : args.vary) {
-    options.vary.push_back(parse_vary(vary));
-  }
   CommonArguments every_run = args.common;
   every_run.seed.reset();
   options.set = every_run.overrides();
+  for (const std::string& vary : args.vary) {
+    add_vary(options, parse_vary(vary));
+  }
   options.jobs = args.jobs;
   options.junit = args.junit;
   options.quiet = args.common.quiet;

@@ -107,6 +107,14 @@ void bind(Fields& f, ExploreMission& o) {
     f.require(fault.empty(), "require", fault);
   }
   f("navigator", o.navigator);
+  f("places", o.places);
+  if (o.places && !o.rig.cameras.empty()) {
+    f.require(missing.empty(), "places",
+              "must not be given with a rig that the navigator cannot use, for there are no "
+              "keyframes then");
+    const std::string fault = pictures_fault(*o.places, o.rig, recorded != nullptr);
+    f.require(fault.empty(), "places.pictures", fault);
+  }
   f("frame_deadline_s", o.frame_deadline_s, between(0.01, 60));
   f("command_valid_for_s", o.command_valid_for_s, between(0.01, 10));
 }

@@ -8,6 +8,7 @@
 
 #include "apps/run/loop.h"
 #include "apps/run/out_dir.h"
+#include "apps/run/place_study.h"
 #include "apps/run/progress.h"
 #include "apps/run/recorder.h"
 #include "apps/run/stage_clock.h"
@@ -58,6 +59,10 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
     navigator.emplace(mission.navigator, mission.robot, open.rig, rng.fork("navigator"),
                       listener(clock));
   }
+  std::optional<PlaceStudy> places;
+  if (mission.places && navigator) {
+    places.emplace(*mission.places, open.rig, open.look);
+  }
   Recorder recorder(run.out_dir, info, &clock);
   Progress progress(std::min(from_seconds(mission.until.duration_s), open.length), run.quiet);
   for (const std::string& remark : open.remarks) {
@@ -70,6 +75,9 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
       const Observation seen = observe(robot, mission, clock);
       const NavStep step = navigate(navigator, seen, mission.drive, clock);
       refuse_bad_start(mission, navigator);
+      if (places && step.keyframe_made) {
+        places->add(seen);
+      }
       robot.drive(step.command_body, from_seconds(mission.command_valid_for_s));
       recorder.add(seen, step);
       out.keep();
@@ -84,9 +92,9 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
     until.lose_device(error);
   }
   out.keep();
-  const RunReport report =
-      recorder.write_report(robot.truth(), run_result(navigator),
-                            run_end(until, mission, navigator, open), kept_keyframes(navigator));
+  const RunReport report = recorder.write_report(
+      robot.truth(), run_result(navigator), run_end(until, mission, navigator, open),
+      kept_keyframes(navigator), places ? &*places : nullptr);
   print(report);
   return report.exit_status;
 }

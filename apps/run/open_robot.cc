@@ -18,6 +18,7 @@ OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& missi
     out.true_pictures.of_last_set = [known = robot.get()] { return known->true_pictures(); };
     out.true_pictures.things = robot->object_names();
   }
+  out.look = [eye = robot.get()](const std::string& camera) { return eye->look(camera); };
   out.rig = robot->rig();
   out.route_done = [] { return false; };
   if (const auto* along = std::get_if<DriveAlongRoute>(&mission.drive)) {

@@ -22,6 +22,7 @@ struct OpenRobot {
   Rig rig;
   std::function<bool()> route_done;             ///< the way that the mission prescribes is driven
   hw::TruePictures true_pictures;               ///< empty where nobody knows them
+  Look look;                                    ///< empty where no camera can be asked
   Duration length = Duration::max();            ///< of a recording
   std::vector<std::string> remarks;             ///< what the user ought to know before it runs
   const hw::RecordedRobot* recorded = nullptr;  ///< the robot, or what is inside of it

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/run/pictures.h"
+#include "apps/run/place_table.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/eval/drive.h"
@@ -222,7 +223,8 @@ void Recorder::add_snapshot(Time now, OccupancyMap map) {
 }
 
 RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunResult& result,
-                                 RunEnd end, const std::vector<KeptKeyframe>& kept) {
+                                 RunEnd end, const std::vector<KeptKeyframe>& kept,
+                                 const PlaceStudy* places) {
   const double loop_s = steady_s() - loop_from_s_;
   RunReport report;
 
@@ -387,6 +389,17 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
       l["recall_opposite"] = static_cast<double>(t.recalled_opposite) / t.revisits_opposite;
     }
   }
+  std::vector<PlaceRow> place_rows;
+  if (places != nullptr && f.known) {
+    place_rows = places->rows(f.true_T_scene_body, path_m);
+  }
+  for (const PlaceRow& row : place_rows) {
+    Json figures = Json::object();
+    put(figures, "recall", row.recall());
+    put(figures, "recall_same", row.recall_same());
+    put(figures, "recall_opposite", row.recall_opposite());
+    metrics["places"][row.histogram][row.distance][row.pictures] = std::move(figures);
+  }
   metrics["map"] = {{"cell_m", result.map.cell_m}, {"mapped_free_m2", f.coverage.back().mapped_m2}};
   if (f.known) {
     Json& m = metrics["map"];
@@ -437,6 +450,10 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
   write_g2o(out_dir_ / "graph.g2o", result.graph);
   if (!kept.empty()) {
     write_keyframes(out_dir_, kept);
+  }
+
+  if (!place_rows.empty()) {
+    write_places(out_dir_ / "places.csv", place_rows);
   }
 
   CsvWriter loops_csv(out_dir_ / "loops.csv", {"stamp_s",
@@ -530,6 +547,10 @@ RunReport Recorder::write_report(const std::optional<Truth>& truth, const RunRes
     }
   }
   picture("map.png", draw_map(map_picture));
+
+  if (!place_rows.empty()) {
+    picture("places.png", draw_places({{run_name, place_rows}}));
+  }
 
   Plot coverage_plot;
   coverage_plot.title = f.known ? "Share of the reachable floor that is mapped" : "Mapped floor";

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/run/place_study.h"
 #include "apps/run/stage_clock.h"
 #include "core/camera/observation.h"
 #include "core/eval/coverage.h"
@@ -64,7 +65,8 @@ class Recorder {
 
   /// All that is left behind, metrics.json last. Without truth the figures that need it are absent.
   RunReport write_report(const std::optional<Truth>& truth, const RunResult& result, RunEnd end,
-                         const std::vector<KeptKeyframe>& kept = {});
+                         const std::vector<KeptKeyframe>& kept = {},
+                         const PlaceStudy* places = nullptr);
 
  private:
   void keep_settings();

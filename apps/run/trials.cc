@@ -23,6 +23,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "apps/run/pictures.h"
+#include "apps/run/place_table.h"
 #include "apps/run/stage_clock.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -617,6 +619,58 @@ void print_table(const std::vector<Group>& groups) {
   }
 }
 
+/// What the runs found that compared ways to tell places apart, if any did.
+void report_places(const TrialsOptions& options, const std::vector<Trial>& trials) {
+  std::vector<std::string> columns = {"mission"};
+  for (const Vary& v : options.vary) {
+    columns.push_back(v.key);
+  }
+  columns.insert(columns.end(), {"seed", "histogram", "distance", "pictures", "recall",
+                                 "recall_same", "recall_opposite"});
+  std::vector<PlaceWorld> worlds;  // a mission under one combination of the other settings
+  std::optional<CsvWriter> csv;
+  for (const Trial& trial : trials) {
+    const std::filesystem::path file = trial.dir / "places.csv";
+    if (!is_done(trial) || !std::filesystem::exists(file)) {
+      continue;
+    }
+    const std::vector<PlaceRow> rows = read_places(file);
+    if (!csv) {
+      csv.emplace(options.out_dir / "study.csv", columns);
+    }
+    for (const PlaceRow& row : rows) {
+      *csv << trial.mission;
+      for (const std::string& value : trial.values) {
+        *csv << value;
+      }
+      *csv << std::to_string(trial.seed) << row.histogram << row.distance << row.pictures;
+      for (const auto& recall : {row.recall(), row.recall_same(), row.recall_opposite()}) {
+        if (recall) {
+          *csv << *recall;
+        } else {
+          csv->skip();
+        }
+      }
+      csv->end_row();
+    }
+    const std::string name = trial.mission + (trial.setting.empty() ? "" : " " + trial.setting);
+    if (worlds.empty() || worlds.back().name != name) {
+      worlds.push_back({name, {}});
+    }
+    add_rows(worlds.back(), rows);
+  }
+  if (!csv) {
+    return;
+  }
+  csv->finish();
+  write_file(options.out_dir / "places.png", png(draw_places(worlds)));
+  std::printf("\n");
+  for (const std::string& line : places_table(worlds)) {
+    std::printf("%s\n", line.c_str());
+  }
+  std::printf("%s\n", (options.out_dir / "places.png").c_str());
+}
+
 /// `3 of 20 runs done, 1 failed, 4:10 left` on stderr: a line drawn again and again on a terminal,
 /// one every 30 s elsewhere.
 class TrialsProgress {
@@ -824,6 +878,14 @@ Vary parse_vary(std::string_view text) {
   return vary;
 }
 
+void add_vary(TrialsOptions& options, const Vary& vary) {
+  if (vary.key.starts_with("places.")) {
+    options.set.push_back(vary.key + "=[" + joined(vary.values) + "]");
+  } else {
+    options.vary.push_back(vary);
+  }
+}
+
 int run_trials(const TrialsOptions& options) {
   const double from_s = steady_s();
   std::vector<Trial> trials = plan(options);
@@ -901,6 +963,7 @@ int run_trials(const TrialsOptions& options) {
   if (!groups.empty()) {
     print_table(groups);
   }
+  report_places(options, trials);
   for (const Trial& trial : trials) {
     if (trial.status == Status::kFailed || trial.status == Status::kBroken) {
       for (const std::string& fault : faults(trial)) {

@@ -44,12 +44,17 @@ std::vector<std::uint64_t> parse_seeds(std::string_view text);
 /// `key.path=v1,v2`; commas inside brackets do not divide. Throws ConfigError.
 Vary parse_vary(std::string_view text);
 
+/// Adds a setting to try at several values. What a study of places compares (`places.*`) is
+/// compared on the pictures of one drive: it becomes a list in every run.
+void add_vary(TrialsOptions& options, const Vary& vary);
+
 /// Runs every mission with every combination and every seed, each as a process of its own in
 /// `out_dir/<mission>/<combination>/<seed>`, prints one table and writes trials.csv, metrics.json
-/// and the JUnit file. Runs that are already there, finished with the same settings by the same
-/// version, are kept; other ones are never overwritten: ConfigError. Exit status: 0 when every run
-/// met its requirements, 1 when one did not, 130 when interrupted (SIGINT and SIGTERM are passed on
-/// to the runs).
+/// and the JUnit file. Of runs that compared ways to tell places apart it prints another table, and
+/// writes study.csv, a row a run and a combination, and places.png. Runs that are already there,
+/// finished with the same settings by the same version, are kept; other ones are never overwritten:
+/// ConfigError. Exit status: 0 when every run met its requirements, 1 when one did not, 130 when
+/// interrupted (SIGINT and SIGTERM are passed on to the runs).
 int run_trials(const TrialsOptions& options);
 
 }  // namespace panoptes

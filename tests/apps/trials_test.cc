@@ -200,6 +200,34 @@ TEST_F(Trials, TryEveryCombinationOfSettings) {
   EXPECT_EQ(metrics()["settings"][2]["vary"], (json{{"a", "2"}, {"file", "x/y"}}));
 }
 
+TEST(Varying, OfAStudyOfPlacesIsAListInEveryRun) {
+  TrialsOptions options;
+  add_vary(options, parse_vary("places.histogram=grey,colour"));
+  add_vary(options, parse_vary("a=1,2"));
+  EXPECT_THAT(options.set, ElementsAre("places.histogram=[grey, colour]"));
+  ASSERT_EQ(options.vary.size(), 1U);
+  EXPECT_EQ(options.vary[0].key, "a");
+}
+
+TEST_F(Trials, TakeWhatRunsFoundOfPlacesTogether) {
+  options_.seeds = {5, 6};
+  write_file(options_.program,
+             std::string(kProgram) +
+                 "cat >\"$dir/places.csv\" <<END\n"
+                 "histogram,distance,pictures,recall,recall_same,recall_opposite,recognised,"
+                 "keyframes,recalled_same,revisits_same,recalled_opposite,revisits_opposite\n"
+                 "grey,emd,front_back,0.25,0.5,,10,40,1,2,0,0\n"
+                 "END\n");
+  std::filesystem::permissions(options_.program, std::filesystem::perms::owner_all);
+  EXPECT_EQ(run_trials(options_), 0);
+  const CsvTable study = read_csv(options_.out_dir / "study.csv");
+  EXPECT_THAT(study.columns, ElementsAre("mission", "seed", "histogram", "distance", "pictures",
+                                         "recall", "recall_same", "recall_opposite"));
+  ASSERT_EQ(study.rows.size(), 2U);
+  EXPECT_THAT(study.rows[1], ElementsAre("m", "6", "grey", "emd", "front_back", "0.25", "0.5", ""));
+  EXPECT_TRUE(std::filesystem::exists(options_.out_dir / "places.png"));
+}
+
 TEST_F(Trials, ReportARunThatBroke) {
   options_.seeds = {5, 9};
   EXPECT_EQ(run_trials(options_), 1);

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The other subcommands, each once for real.
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,6 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::StartsWith;
 
 // The elements' names in order; fails where a tag is not closed by its own name or where & or <
@@ -87,6 +90,49 @@ TEST_F(Commands, TrialsRunResumeAndReport) {
   EXPECT_EQ(fs::last_write_time(runs[0] / "metrics.json"), first);  // kept
   EXPECT_TRUE(fs::exists(runs[1] / "metrics.json"));
   EXPECT_EQ(read_csv(work / "t" / "trials.csv").rows.size(), 2U);
+}
+
+TEST_F(Commands, TrialsCompareWaysToTellPlacesApartOnOneDrive) {
+  // along the aisle between the desks, back, and along it again
+  const std::vector<std::string> words{
+      "trials",
+      kOffice,
+      "--seeds",
+      "1",
+      "--quiet",
+      "--out",
+      "p",
+      "--set",
+      "require=[]",
+      "--set",
+      "rig=" + kScenes + "rigs/front-back-floor-corners.yaml",
+      "--set",
+      "platform.start={x_m: 4.95, y_m: 4.0, theta_deg: -90}",
+      "--set",
+      "drive={route: {waypoints: [{x_m: 4.95, y_m: 1.2}, {x_m: 4.95, y_m: 4.0}, "
+      "{x_m: 4.95, y_m: 1.2}]}}",
+      "--vary",
+      "places.histogram=grey,two_dimensional",
+      "--vary",
+      "places.distance=emd,l2",
+      "--vary",
+      "places.pictures=front,front_back,four_corners"};
+  const Said said = panoptes(words);
+  EXPECT_EQ(said.status, 0) << said.out << said.err;
+  EXPECT_THAT(said.out, HasSubstr("the thesis's own"));
+  const fs::path out = folder_ / "work" / "p";
+  EXPECT_EQ(read_csv(out / "trials.csv").rows.size(), 1U);
+  const CsvTable study = read_csv(out / "study.csv");
+  ASSERT_EQ(study.rows.size(), 12U);
+  double best = 0;
+  for (const auto& row : study.rows) {
+    best = std::max(best, std::stod(row[study.column("recall")]));
+  }
+  EXPECT_GT(best, 0);
+  EXPECT_TRUE(fs::exists(out / "places.png"));
+  const auto run = nlohmann::json::parse(read_file(out / "explore-office" / "1" / "metrics.json"));
+  EXPECT_EQ(run["places"]["grey"].size(), 2U);
+  EXPECT_EQ(run["places"]["two_dimensional"]["emd"].size(), 3U);
 }
 
 TEST_F(Commands, DoctorFindsWhatIsNeeded) {
