@@ -126,7 +126,7 @@ std::vector<std::string> places_table(const std::vector<PlaceWorld>& worlds) {
 cv::Mat draw_places(const std::vector<PlaceWorld>& worlds) {
   constexpr double kMargin_px = 24;
   constexpr double kNames_px = 250;
-  constexpr double kCell_px = 92;
+  constexpr double kCell_px = 104;
   constexpr double kRow_px = 46;
   constexpr double kHead_px = 118;
   constexpr double kFoot_px = 44;
