@@ -20,6 +20,7 @@ using Command = std::function<int()>;
 void add_explore(CLI::App& app, Command& chosen);
 void add_record(CLI::App& app, Command& chosen);
 void add_trials(CLI::App& app, Command& chosen);
+void add_loops(CLI::App& app, Command& chosen);
 void add_relax(CLI::App& app, Command& chosen);
 void add_render(CLI::App& app, Command& chosen);
 void add_check(CLI::App& app, Command& chosen);

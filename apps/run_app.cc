@@ -79,6 +79,7 @@ int run_app(int argc, const char* const* argv) {
   add_explore(app, chosen);
   add_record(app, chosen);
   add_trials(app, chosen);
+  add_loops(app, chosen);
   add_relax(app, chosen);
   add_render(app, chosen);
   add_check(app, chosen);

@@ -1,7 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/base/text.h"
 
+#include <algorithm>
+#include <cstddef>
+
 namespace panoptes {
+namespace {
+
+// The digits at the start, without leading zeros.
+std::string_view number_at(std::string_view text) {
+  const std::size_t end = std::min(text.find_first_not_of("0123456789"), text.size());
+  const std::size_t begin = std::min(text.find_first_not_of('0'), end);
+  return text.substr(begin, end - begin);
+}
+
+bool digit(char c) { return c >= '0' && c <= '9'; }
+
+}  // namespace
 
 std::string joined(const std::vector<std::string>& words, std::string_view between) {
   std::string all;
@@ -12,6 +27,33 @@ std::string joined(const std::vector<std::string>& words, std::string_view betwe
     all += word;
   }
   return all;
+}
+
+bool natural_less(std::string_view a, std::string_view b) {
+  std::size_t in_a = 0;
+  std::size_t in_b = 0;
+  while (in_a < a.size() && in_b < b.size()) {
+    if (digit(a[in_a]) && digit(b[in_b])) {
+      const std::string_view number_a = number_at(a.substr(in_a));
+      const std::string_view number_b = number_at(b.substr(in_b));
+      if (number_a.size() != number_b.size()) {
+        return number_a.size() < number_b.size();
+      }
+      if (number_a != number_b) {
+        return number_a < number_b;
+      }
+      in_a = std::min(a.find_first_not_of("0123456789", in_a), a.size());
+      in_b = std::min(b.find_first_not_of("0123456789", in_b), b.size());
+    } else if (a[in_a] != b[in_b]) {
+      return a[in_a] < b[in_b];
+    } else {
+      ++in_a;
+      ++in_b;
+    }
+  }
+  const std::size_t left_a = a.size() - in_a;
+  const std::size_t left_b = b.size() - in_b;
+  return left_a != left_b ? left_a < left_b : a < b;
 }
 
 }  // namespace panoptes

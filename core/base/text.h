@@ -10,4 +10,7 @@ namespace panoptes {
 /// The words in their order with `between` between them.
 std::string joined(const std::vector<std::string>& words, std::string_view between = ", ");
 
+/// The order in which a person counts: `2.jpg` before `10.jpg`.
+bool natural_less(std::string_view a, std::string_view b);
+
 }  // namespace panoptes
