@@ -47,10 +47,9 @@ void bind_words(Fields& f, const std::string& key, const Words<Enum>& words,
   for (const auto& [name, meaning] : words) {
     known.push_back(name);
   }
-  std::vector<std::string> names;
-  for (const Enum value : values) {
-    names.push_back(name_of(words, value));
-  }
+  std::vector<std::string> names(values.size());
+  std::transform(values.begin(), values.end(), names.begin(),
+                 [&](Enum value) { return name_of(words, value); });
   f(key, names);
   f.require(!names.empty(), key, "must have at least one of " + joined(known));
   values.clear();

@@ -31,7 +31,7 @@ struct Direction {
 constexpr std::array<Direction, 8> kDirections{
     {{1, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 1}, {-1, 2}, {-1, 1}, {-2, 1}}};
 
-std::size_t bins_of(HistogramKind kind) {
+int bins_of(HistogramKind kind) {
   switch (kind) {
     case HistogramKind::kGrey:
     case HistogramKind::kGradient:
@@ -101,18 +101,18 @@ std::vector<float> cumulative_of(HistogramKind kind, const std::vector<float>& s
   }
   for (const Direction& d : kDirections) {
     const int first = std::min(d.grey, 0) * (kSide - 1);
-    std::vector<float> along(
-        static_cast<std::size_t>((std::abs(d.grey) + d.gradient) * (kSide - 1) + 1));
+    const int positions = (std::abs(d.grey) + d.gradient) * (kSide - 1) + 1;
+    std::vector<float> along(static_cast<std::size_t>(positions));
     for (int grey = 0; grey < kSide; ++grey) {
       for (int gradient = 0; gradient < kSide; ++gradient) {
+        const int cell = grey * kSide + gradient;
         along[static_cast<std::size_t>(d.grey * grey + d.gradient * gradient - first)] +=
-            shares[static_cast<std::size_t>(grey * kSide + gradient)];
+            shares[static_cast<std::size_t>(cell)];
       }
     }
     // cells a whole number apart along the direction are so much nearer on the plane
     const double length = std::hypot(d.grey, d.gradient);
-    accumulate(along.data(), static_cast<int>(along.size()), 1 / (length * kDirections.size()),
-               all);
+    accumulate(along.data(), positions, 1 / (length * kDirections.size()), all);
   }
   return all;
 }
@@ -141,7 +141,7 @@ float sum_over(const std::vector<float>& a, const std::vector<float>& b, const T
 }  // namespace
 
 PlaceHistogram place_histogram(HistogramKind kind, const std::vector<cv::Mat>& pictures_bgr) {
-  Counts count(bins_of(kind), 0);
+  Counts count(static_cast<std::size_t>(bins_of(kind)), 0);
   for (const cv::Mat& bgr : pictures_bgr) {
     PANOPTES_CHECK(bgr.type() == CV_8UC3 && bgr.rows >= 3 && bgr.cols >= 3, "8-bit BGR");
     if (kind == HistogramKind::kColour) {
