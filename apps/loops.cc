@@ -60,6 +60,9 @@ std::vector<std::string> listed(const std::vector<std::string>& given) {
   std::vector<std::string> files;
   for (const std::string& name : given) {
     if (!fs::is_directory(name)) {
+      if (!fs::exists(name)) {
+        throw ConfigError(name + ": no such picture or folder");
+      }
       files.push_back(name);
       continue;
     }
@@ -99,9 +102,6 @@ Seen look_at(const std::vector<std::string>& files, const RecogniserOptions& opt
     }
     cv::Mat grey;
     try {
-      if (!fs::is_regular_file(files[i])) {
-        throw ConfigError("no such picture or folder");
-      }
       grey = decode_picture(read_file(files[i]), kMostSide_px, PictureColours::kGrey);
       if (std::min(grey.cols, grey.rows) < kLeastSide_px) {
         throw ConfigError(fmt::format("is {} x {} pixels; {} are needed either way", grey.cols,
@@ -204,8 +204,8 @@ void write_table(const fs::path& path, const std::vector<std::string>& files,
   table.finish();
 }
 
-std::string drawn(const Seen& seen, const RunRecognition& run, const std::optional<PlaceTruth>& truth,
-              const std::string& title) {
+std::string drawn(const Seen& seen, const RunRecognition& run,
+                  const std::optional<PlaceTruth>& truth, const std::string& title) {
   const int count = static_cast<int>(seen.views.size());
   RecognitionPicture picture{cv::Mat::zeros(count, count, CV_32F), {}, title};
   for (int i = 0; i < count; ++i) {
@@ -265,10 +265,10 @@ int find_loops(const LoopsArguments& args) {
   figures["cpu_s"] = use.cpu_s;
   figures["peak_memory_mb"] = use.peak_memory_mb;
   std::string title =
-      fmt::format("{} of {} pictures show a place seen before", found, files.size());
+      fmt::format("{} of {} pictures show places seen before", found, files.size());
   if (truth) {
     const Json& judged = figures["truth"];
-    title += fmt::format("; precision {:.3f}, recall {:.3f}, at full precision {:.3f}",
+    title += fmt::format("; precision {:.3f}, recall {:.3f} ({:.3f} without a false one)",
                          judged["precision"].get<double>(), judged["recall"].get<double>(),
                          judged["recall_at_full_precision"]["features"].get<double>());
   }

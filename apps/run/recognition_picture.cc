@@ -45,7 +45,7 @@ std::string draw_recognition(const RecognitionPicture& picture) {
   Canvas canvas(static_cast<int>(kPanel_px + 2 * kMargin_px),
                 static_cast<int>(kHead_px + kPanel_px + kFoot_px), kPaper);
   const Vec2 corner(kMargin_px, kHead_px);
-  canvas.text(picture.title, {kMargin_px, 30}, kInk, 17);
+  canvas.text(picture.title, {kMargin_px, 30}, kInk);
   canvas.paste(greys_of(picture.distance), corner);
   canvas.frame(corner, corner + Vec2(kPanel_px, kPanel_px), kFaint, 1);
   const double cell_px = static_cast<double>(kPanel_px) / picture.distance.rows;
@@ -69,7 +69,7 @@ std::string draw_recognition(const RecognitionPicture& picture) {
   };
   const bool judged = std::any_of(picture.found.begin(), picture.found.end(),
                                   [](const FoundPlace& found) { return found.right.has_value(); });
-  entry("the same place", kLoopColour);
+  entry(judged ? "not counted" : "the same place", kLoopColour);
   if (judged) {
     entry("rightly", kTruthColour);
     entry("wrongly", kWrongColour);

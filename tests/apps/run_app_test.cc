@@ -56,7 +56,7 @@ class RunApp : public ScratchTest {};
 
 TEST_F(RunApp, EverySubcommandHasHelpWithAnExample) {
   for (const char* subcommand :
-       {"explore", "record", "trials", "relax", "render", "check", "doctor"}) {
+       {"explore", "record", "trials", "loops", "relax", "render", "check", "doctor"}) {
     const Said said = run({subcommand, "--help"});
     EXPECT_EQ(said.status, 0);
     EXPECT_THAT(said.out, HasSubstr(std::string("Example: panoptes ") + subcommand));
