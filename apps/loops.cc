@@ -264,8 +264,7 @@ int find_loops(const LoopsArguments& args) {
   figures["wall_s"] = use.wall_s;
   figures["cpu_s"] = use.cpu_s;
   figures["peak_memory_mb"] = use.peak_memory_mb;
-  std::string title =
-      fmt::format("{} of {} pictures show places seen before", found, files.size());
+  std::string title = fmt::format("{} of {} pictures show places seen before", found, files.size());
   if (truth) {
     const Json& judged = figures["truth"];
     title += fmt::format("; precision {:.3f}, recall {:.3f} ({:.3f} without a false one)",
