@@ -7,6 +7,7 @@
 #include <deque>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <queue>
 #include <utility>
 
@@ -344,10 +345,18 @@ std::vector<Mat3> path_covariances(const PoseGraph& graph, int from) {
   check(graph);
   const int nodes = static_cast<int>(graph.T_map_node.size());
   PANOPTES_CHECK(from >= 0 && from < nodes, "a node of the graph");
-  std::vector<std::vector<int>> edges_of(nodes);
+  // the edges of node n: edges_of[first[n]] and on, up to first[n + 1]
+  std::vector<int> first(nodes + 1, 0);
+  for (const GraphEdge& edge : graph.edges) {
+    ++first[edge.from + 1];
+    ++first[edge.to + 1];
+  }
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<int> edges_of(2 * graph.edges.size());
+  std::vector<int> next_of(first.begin(), first.end() - 1);
   for (int e = 0; e < static_cast<int>(graph.edges.size()); ++e) {
-    edges_of[graph.edges[e].from].push_back(e);
-    edges_of[graph.edges[e].to].push_back(e);
+    edges_of[next_of[graph.edges[e].from]++] = e;
+    edges_of[next_of[graph.edges[e].to]++] = e;
   }
   constexpr double kLever_m2 = 1;  // weighs headings against positions: an error seen a metre away
   std::vector<Mat3> covariances(nodes, Mat3::Identity() * std::numeric_limits<double>::infinity());
@@ -359,6 +368,9 @@ std::vector<Mat3> path_covariances(const PoseGraph& graph, int from) {
   cost[from] = 0;
   queue.emplace(0.0, from);
   const Pose2 T_from_map = graph.T_map_node[from].inverse();
+  std::vector<Pose2> T_from_node(nodes);
+  std::transform(graph.T_map_node.begin(), graph.T_map_node.end(), T_from_node.begin(),
+                 [&](const Pose2& T_map_node) { return T_from_map * T_map_node; });
   while (!queue.empty()) {
     const int node = queue.top().second;
     queue.pop();
@@ -366,8 +378,8 @@ std::vector<Mat3> path_covariances(const PoseGraph& graph, int from) {
       continue;
     }
     settled[node] = true;
-    for (const int e : edges_of[node]) {
-      const GraphEdge& edge = graph.edges[e];
+    for (int at = first[node]; at < first[node + 1]; ++at) {
+      const GraphEdge& edge = graph.edges[edges_of[at]];
       const int next = edge.from == node ? edge.to : edge.from;
       if (settled[next]) {
         continue;
@@ -378,12 +390,10 @@ std::vector<Mat3> path_covariances(const PoseGraph& graph, int from) {
       if (!step.allFinite()) {
         continue;
       }
-      const Pose2 T_start = T_from_map * graph.T_map_node[edge.from];
-      const Pose2 T_next = T_from_map * graph.T_map_node[next];
       Mat3 turn = Mat3::Identity();
-      turn.topLeftCorner<2, 2>() = T_start.rotation();
+      turn.topLeftCorner<2, 2>() = T_from_node[edge.from].rotation();
       step = turn * step * turn.transpose();
-      const Vec2 way = T_next.position() - (T_from_map * graph.T_map_node[node]).position();
+      const Vec2 way = T_from_node[next].position() - T_from_node[node].position();
       if (edge.from != node) {
         // walked backwards, an error of heading at the far end swings the way back
         Mat3 swing = Mat3::Identity();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -118,14 +119,14 @@ std::vector<Descriptor> words_of(const cv::Mat& descriptors) {
 
 [[gnu::always_inline]] inline void fill_distances(const std::vector<Descriptor>& a,
                                                   const std::vector<Descriptor>& b,
-                                                  std::uint16_t* bits) {
+                                                  std::int16_t* bits) {
   for (const Descriptor& one : a) {
     for (const Descriptor& other : b) {
       int apart = 0;
       for (int word = 0; word < kWords; ++word) {
         apart += std::popcount(one[word] ^ other[word]);
       }
-      *bits++ = static_cast<std::uint16_t>(apart);
+      *bits++ = static_cast<std::int16_t>(apart);
     }
   }
 }
@@ -134,14 +135,14 @@ std::vector<Descriptor> words_of(const cv::Mat& descriptors) {
 // The same function where the processor counts bits in one instruction.
 [[gnu::target("popcnt")]] void fill_distances_fast(const std::vector<Descriptor>& a,
                                                    const std::vector<Descriptor>& b,
-                                                   std::uint16_t* bits) {
+                                                   std::int16_t* bits) {
   fill_distances(a, b, bits);
 }
 #endif
 
-std::vector<std::uint16_t> all_distances(const std::vector<Descriptor>& a,
-                                         const std::vector<Descriptor>& b) {
-  std::vector<std::uint16_t> bits(a.size() * b.size());
+std::vector<std::int16_t> all_distances(const std::vector<Descriptor>& a,
+                                        const std::vector<Descriptor>& b) {
+  std::vector<std::int16_t> bits(a.size() * b.size());
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("popcnt")) {
     fill_distances_fast(a, b, bits.data());
@@ -150,6 +151,17 @@ std::vector<std::uint16_t> all_distances(const std::vector<Descriptor>& a,
 #endif
   fill_distances(a, b, bits.data());
   return bits;
+}
+
+// Takes `a` for each point that it is nearer to than any before. In 16 bits and without branches:
+// eight points at a time.
+void keep_nearest(const std::int16_t* __restrict bits, int count, std::int16_t a,
+                  std::int16_t* __restrict best_bits, std::int16_t* __restrict best_a) {
+  for (int j = 0; j < count; ++j) {
+    const bool nearer = bits[j] < best_bits[j];
+    best_a[j] = nearer ? a : best_a[j];
+    best_bits[j] = nearer ? bits[j] : best_bits[j];
+  }
 }
 
 }  // namespace
@@ -196,28 +208,35 @@ std::vector<FeatureMatch> match_features(const FeatureOptions& options, const Lo
   if (count_a == 0 || count_b == 0) {
     return matches;
   }
-  const std::vector<std::uint16_t> bits =
+  PANOPTES_CHECK(count_a <= std::numeric_limits<std::int16_t>::max(), "points count in 16 bits");
+  const std::vector<std::int16_t> bits =
       all_distances(words_of(a.descriptors), words_of(b.descriptors));
-  std::vector<int> best_a_of(count_b, 0);
-  std::vector<std::uint16_t> best_bits_of(count_b, 0xffff);
+  std::vector<std::int16_t> best_a_of(count_b, 0);
+  std::vector<std::int16_t> best_bits_of(count_b, std::numeric_limits<std::int16_t>::max());
   for (int i = 0; i < count_a; ++i) {
-    const std::uint16_t* row = &bits[static_cast<std::size_t>(i) * count_b];
-    for (int j = 0; j < count_b; ++j) {
-      if (row[j] < best_bits_of[j]) {
-        best_bits_of[j] = row[j];
-        best_a_of[j] = i;
-      }
-    }
+    const std::int16_t* row = &bits[static_cast<std::size_t>(i) * count_b];
+    keep_nearest(row, count_b, static_cast<std::int16_t>(i), best_bits_of.data(), best_a_of.data());
   }
   for (int i = 0; i < count_a; ++i) {
-    const std::uint16_t* row = &bits[static_cast<std::size_t>(i) * count_b];
-    const int best = static_cast<int>(std::min_element(row, row + count_b) - row);
-    if (row[best] > options.max_distance_bits || best_a_of[best] != i) {
+    const std::int16_t* row = &bits[static_cast<std::size_t>(i) * count_b];
+    std::int16_t least = row[0];
+    for (int j = 1; j < count_b; ++j) {
+      least = std::min(least, row[j]);
+    }
+    if (least > options.max_distance_bits) {
       continue;
     }
-    const double clearly = row[best] / options.ratio;
+    const int best = static_cast<int>(std::find(row, row + count_b, least) - row);
+    if (best_a_of[best] != i) {
+      continue;
+    }
+    const auto clearly = static_cast<std::int16_t>(least / options.ratio);
+    int as_near = 0;  // itself among them
+    for (int j = 0; j < count_b; ++j) {
+      as_near += row[j] <= clearly ? 1 : 0;
+    }
     bool unique = true;
-    for (int j = 0; j < count_b && unique; ++j) {
+    for (int j = 0; j < count_b && unique && as_near > 1; ++j) {
       unique = row[j] > clearly || j == best || (b.px[j] - b.px[best]).norm() < kElsewhere_px;
     }
     if (unique) {

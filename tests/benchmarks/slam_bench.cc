@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include <benchmark/benchmark.h>
@@ -9,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/rng.h"
+#include "core/graph/loop_closer.h"
 #include "core/graph/pose_graph.h"
 #include "core/graph/robust_relax.h"
 #include "core/graph/tree_descent.h"
@@ -99,6 +102,129 @@ void signature_shortlist(benchmark::State& state) {
   }
 }
 BENCHMARK(signature_shortlist)->Arg(1000)->Arg(10000)->Unit(benchmark::kMillisecond);
+
+// A robot that has driven far and then once round a room, and now goes round again, either way.
+// Places far away look like any others at a glance, and the graph has drifted enough that many of
+// them might be where it stands.
+struct SecondLap {
+  LoopCameras cameras = testing::front_and_back();
+  testing::SyntheticRoom room{880, 4, Rng(1)};  // 400 points a picture: as many as are kept
+  LoopCloser closer{{}, cameras, Rng(2)};
+  PoseGraph graph;
+  Pose2 T_map_true;
+  int keyframes = 0;
+
+  static PlaceSignature signature_at(const Pose2& T_map_body) {
+    PlaceSignature signature;
+    signature.grid = true;
+    for (int i = 0; i < 256; ++i) {
+      const double middle = 8 + std::sin(2 * T_map_body.x_m + i / 16) + std::cos(T_map_body.y_m);
+      signature.cumulative[i] = static_cast<float>(1 / (1 + std::exp((middle - i % 16) / 2)));
+    }
+    return signature;
+  }
+
+  LoopPlace place(bool seen) const {
+    LoopPlace place{signature_at(T_map_true), {}};
+    if (seen) {
+      place.features =
+          room.seen_from(cameras, T_map_true, 0.7, 0.2, Rng(keyframes).fork("features"));
+    } else {
+      for (LocalFeatures& none : place.features) {
+        none.descriptors.create(0, 32, CV_8U);
+      }
+    }
+    return place;
+  }
+
+  // The next keyframe's node and edge; its place is still to be taken.
+  void drive(const Pose2& step) {
+    if (keyframes > 0) {
+      T_map_true = T_map_true * step;
+      const Mat3 information = Vec3(1 / 9e-6, 1 / 9e-6, 1 / 1e-6).asDiagonal();
+      graph.edges.push_back({keyframes - 1, keyframes, step, information, false});
+      graph.T_map_node.push_back(graph.T_map_node.back() * step);
+    } else {
+      graph.T_map_node.push_back(T_map_true);
+    }
+    ++keyframes;
+  }
+
+  bool take(LoopPlace place) {
+    bool closed = false;
+    for (const ClosureReport& report : closer.close(std::move(place), graph, {})) {
+      if (report.accepted) {
+        graph.edges.push_back(closure_edge(report));
+        closed = true;
+      }
+    }
+    if (closed) {
+      relax(graph, RelaxStart::kCurrent);
+    }
+    return closed;
+  }
+
+  // `before` keyframes on the way to and fro beside the room, then a lap of 64.
+  SecondLap(int before, bool opposite) {
+    T_map_true = {-1.25 - 25 * 0.25, -1.25, 0};
+    const auto go = [&](const Pose2& step, bool seen) {
+      drive(step);
+      take(place(seen));
+    };
+    for (int i = 0; i < before; ++i) {
+      const bool turns = i % 50 >= 44;
+      go(turns ? Pose2{0, 0, std::numbers::pi / 6} : Pose2{0.25, 0, 0}, false);
+    }
+    const auto lap = [&](int steps, double corner) {
+      for (int i = 0; i < steps; ++i) {
+        const bool turns = i % 16 >= 10;
+        go(turns ? Pose2{0, 0, corner * std::numbers::pi / 12} : Pose2{0.25, 0, 0}, true);
+      }
+    };
+    T_map_true = {-1.25, -1.25, 0};
+    lap(64, 1);
+    if (opposite) {
+      for (int i = 0; i < 18; ++i) {
+        go({0, 0, std::numbers::pi / 12}, true);
+      }
+    }
+    // on, until the next keyframe would close a loop
+    for (int i = 0; !closes_next; ++i) {
+      const bool turns = i % 16 >= 10;
+      const double corner = opposite ? -1 : 1;
+      drive(turns ? Pose2{0, 0, corner * std::numbers::pi / 12} : Pose2{0.25, 0, 0});
+      next = place(true);
+      const LoopCloser before_it = closer;
+      const PoseGraph graph_before_it = graph;
+      if (take(next)) {
+        closer = before_it;
+        graph = graph_before_it;
+        closes_next = true;
+      }
+    }
+  }
+
+  LoopPlace next;
+  bool closes_next = false;
+};
+
+// One keyframe of a revisit: shortlist, matched features and their geometry, the graph tried.
+void query_that_closes(benchmark::State& state) {
+  const SecondLap lap(static_cast<int>(state.range(0)), state.range(1) != 0);
+  std::size_t tried = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    LoopCloser closer = lap.closer;
+    LoopPlace now = lap.next;
+    state.ResumeTiming();
+    tried = closer.close(std::move(now), lap.graph, {}).size();
+  }
+  state.counters["pairs"] = static_cast<double>(tried);
+}
+BENCHMARK(query_that_closes)
+    ->ArgNames({"places", "opposite"})
+    ->ArgsProduct({{0, 1000, 10000}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
 
 // A lattice of streets walked to and fro, each crossing closed with its neighbour in the next
 // street.
@@ -204,13 +330,13 @@ void covariance_of_one_pair(benchmark::State& state) {
 BENCHMARK(covariance_of_one_pair)->Unit(benchmark::kMillisecond);
 
 void covariance_of_all_paths(benchmark::State& state) {
-  PoseGraph graph = streets(1000, Rng(1));
+  PoseGraph graph = streets(static_cast<int>(state.range(0)), Rng(1));
   relax(graph);
   for (auto _ : state) {
-    benchmark::DoNotOptimize(path_covariances(graph, 999));
+    benchmark::DoNotOptimize(path_covariances(graph, static_cast<int>(state.range(0)) - 1));
   }
 }
-BENCHMARK(covariance_of_all_paths)->Unit(benchmark::kMillisecond);
+BENCHMARK(covariance_of_all_paths)->Arg(1000)->Arg(10000)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace panoptes
