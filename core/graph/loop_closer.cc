@@ -19,6 +19,7 @@ namespace panoptes {
 namespace {
 
 constexpr int kHalf = 3;      // keyframes on either side of the middle of seven
+constexpr int kWords = 1000;  // of a vocabulary: each costs time with every picture
 constexpr int kLearned = 10;  // distances needed before their quantile means something
 constexpr double kNearbyQuantile = 0.95;
 constexpr int kRowsNeeded = 4;  // of seven: two ways may share only part of seven keyframes
@@ -110,6 +111,11 @@ void bind(Fields& f, VerifiedMethod& o) {
 
 void bind(Fields& f, LoopOptions& o) {
   f.choice("method", o.method);
+  f.word("shortlist", o.shortlist,
+         {{"signature", Shortlist::kSignature}, {"words", Shortlist::kWords}});
+  f.require(
+      o.shortlist == Shortlist::kSignature || std::holds_alternative<VerifiedMethod>(o.method),
+      "shortlist", "words needs the verified method: the histogram method has no shortlist");
   f("min_way_m", o.min_way_m, at_least(1));
   f("spacing_m", o.spacing_m, not_negative);
   f("features", o.features);
@@ -130,7 +136,11 @@ double diagonal_max_grey(const DistanceMatrix& matrix, Heading heading) {
 }
 
 LoopCloser::LoopCloser(const LoopOptions& options, const LoopCameras& cameras, Rng rng)
-    : options_(options), cameras_(cameras), rng_(rng) {}
+    : options_(options), cameras_(cameras), rng_(rng) {
+  if (options.shortlist == Shortlist::kWords) {
+    words_.emplace(kWords, rng.fork("words"));
+  }
+}
 
 std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const PoseGraph& graph,
                                              const ContourSource& contours) {
@@ -144,6 +154,9 @@ std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const PoseGraph& g
                        (graph.T_map_node[places_.size()].position() - before.position()).norm();
   }
   places_.push_back(std::move(remembered));
+  if (words_) {
+    words_->add(places_.back().place.features);
+  }
   depths(newest(), graph);
   if (places_.size() >= 3 && !places_.back().place.blind()) {
     const auto emd = static_cast<float>(
@@ -234,6 +247,8 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
   const double threshold_grey = nearby_threshold_grey();
   const std::vector<Mat3> covariances = path_covariances(graph, recent);
   const Pose2 T_recent_map = graph.T_map_node[recent].inverse();
+  const std::vector<std::array<double, 2>> shared =
+      words_ ? words_->shared(recent, recent) : std::vector<std::array<double, 2>>();
   std::vector<Candidate> candidates;
   for (int earlier = kHalf; earlier < recent - 2 * kHalf &&
                             places_[recent].way_m - places_[earlier].way_m >= options_.min_way_m;
@@ -257,7 +272,7 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
       candidate.emd_grey =
           emd_grey(places_[recent].place.signature, places_[earlier].place.signature,
                    heading == Heading::kOpposite);
-      if (candidate.emd_grey > threshold_grey) {
+      if (!words_ && candidate.emd_grey > threshold_grey) {
         continue;
       }
       // where the graph expects it, within what one place can mean
@@ -275,8 +290,9 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
       candidate.prior.covariance = 0.5 * (together + together.transpose());
       const Vec3 off = difference(centre, T_earlier_recent);
       const Mat3 allowed = expected + Mat3(reach.asDiagonal());
-      candidate.score =
-          candidate.emd_grey / std::max(threshold_grey, 1e-3) + off.dot(allowed.inverse() * off);
+      const double unlike = words_ ? 1 - shared[earlier][static_cast<std::size_t>(heading)]
+                                   : candidate.emd_grey / std::max(threshold_grey, 1e-3);
+      candidate.score = unlike + off.dot(allowed.inverse() * off);
       candidates.push_back(candidate);
     }
   }
@@ -330,7 +346,7 @@ std::string LoopCloser::refusal(const VerifiedMethod& method, const Candidate& c
     }
     rows += near ? 1 : 0;
   }
-  if (rows < kRowsNeeded) {
+  if (!words_ && rows < kRowsNeeded) {
     return format("diagonal: %d of 7 within %.2f grey levels, %d needed", rows, threshold_grey,
                   kRowsNeeded);
   }

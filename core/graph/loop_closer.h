@@ -17,6 +17,7 @@
 #include "core/vision/local_features.h"
 #include "core/vision/place_signature.h"
 #include "core/vision/relative_motion.h"
+#include "core/vision/word_index.h"
 
 namespace panoptes {
 
@@ -46,8 +47,16 @@ struct VerifiedMethod {
 };
 void bind(Fields& f, VerifiedMethod& o);
 
+/// What picks, within what odometry allows, the few earlier places whose features are matched.
+enum class Shortlist {
+  kSignature,  ///< nearest signatures, none farther than neighbours are, nor on the diagonal
+  kWords       ///< most words shared; signatures, which may differ where words are the same, refuse
+               ///< nothing
+};
+
 struct LoopOptions {
   std::variant<VerifiedMethod, HistogramMethod> method;
+  Shortlist shortlist = Shortlist::kSignature;
   double min_way_m = 5;  ///< driven since an earlier place before coming back counts
   double spacing_m = 1;  ///< driven between two accepted closures of one heading: one is enough for
                          ///< a revisit
@@ -131,7 +140,8 @@ class LoopCloser {
   LoopCameras cameras_;
   Rng rng_;
   std::vector<Remembered> places_;
-  std::vector<float> nearby_emd_;  ///< between keyframes two apart, sorted
+  std::optional<WordIndex> words_;  ///< where they make the shortlist
+  std::vector<float> nearby_emd_;   ///< between keyframes two apart, sorted
   std::array<double, 2> accepted_way_m_{
       -1e9, -1e9};  ///< driven up to the last accepted closure of each heading
 };

@@ -140,19 +140,6 @@ std::vector<Descriptor> words_of(const cv::Mat& descriptors) {
 }
 #endif
 
-std::vector<std::int16_t> all_distances(const std::vector<Descriptor>& a,
-                                        const std::vector<Descriptor>& b) {
-  std::vector<std::int16_t> bits(a.size() * b.size());
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("popcnt")) {
-    fill_distances_fast(a, b, bits.data());
-    return bits;
-  }
-#endif
-  fill_distances(a, b, bits.data());
-  return bits;
-}
-
 // Takes `a` for each point that it is nearer to than any before. In 16 bits and without branches:
 // eight points at a time.
 void keep_nearest(const std::int16_t* __restrict bits, int count, std::int16_t a,
@@ -200,6 +187,20 @@ LocalFeatures local_features(const FeatureOptions& options, const cv::Mat& pictu
   return features;
 }
 
+std::vector<std::int16_t> descriptor_distances_bits(const cv::Mat& a, const cv::Mat& b) {
+  const std::vector<Descriptor> all_a = words_of(a);
+  const std::vector<Descriptor> all_b = words_of(b);
+  std::vector<std::int16_t> bits(all_a.size() * all_b.size());
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("popcnt")) {
+    fill_distances_fast(all_a, all_b, bits.data());
+    return bits;
+  }
+#endif
+  fill_distances(all_a, all_b, bits.data());
+  return bits;
+}
+
 std::vector<FeatureMatch> match_features(const FeatureOptions& options, const LocalFeatures& a,
                                          const LocalFeatures& b) {
   std::vector<FeatureMatch> matches;
@@ -209,8 +210,7 @@ std::vector<FeatureMatch> match_features(const FeatureOptions& options, const Lo
     return matches;
   }
   PANOPTES_CHECK(count_a <= std::numeric_limits<std::int16_t>::max(), "points count in 16 bits");
-  const std::vector<std::int16_t> bits =
-      all_distances(words_of(a.descriptors), words_of(b.descriptors));
+  const std::vector<std::int16_t> bits = descriptor_distances_bits(a.descriptors, b.descriptors);
   std::vector<std::int16_t> best_a_of(count_b, 0);
   std::vector<std::int16_t> best_bits_of(count_b, std::numeric_limits<std::int16_t>::max());
   for (int i = 0; i < count_a; ++i) {

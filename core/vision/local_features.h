@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include <Eigen/Core>
@@ -30,6 +31,10 @@ struct LocalFeatures {
 /// FAST corners spread evenly over the picture, each with ORB's 256 binary tests, upright: a robot
 /// on a floor does not roll, and a descriptor that keeps the vertical tells more places apart.
 LocalFeatures local_features(const FeatureOptions& options, const cv::Mat& picture);
+
+/// Hamming distances of each row of `a` from all rows of `b`, of up to 256 bits: `a.rows` times
+/// `b.rows`.
+std::vector<std::int16_t> descriptor_distances_bits(const cv::Mat& a, const cv::Mat& b);
 
 struct FeatureMatch {
   int a = 0;

@@ -136,12 +136,7 @@ double worst_m(const Drive& drive) {
   return worst;
 }
 
-class SecondRound : public ::testing::TestWithParam<bool> {};
-
-TEST_P(SecondRound, ClosesWhereTheRobotComesBack) {
-  const SyntheticRoom room(1200, 4, Rng(1));
-  const Drive drive = twice_round({}, GetParam(), room, room, Rng(2));
-  const Heading heading = GetParam() ? Heading::kOpposite : Heading::kSame;
+void expect_closed(const Drive& drive, Heading heading) {
   EXPECT_GE(
       std::count_if(drive.reports.begin(), drive.reports.end(),
                     [&](const ClosureReport& r) { return r.accepted && r.heading == heading; }),
@@ -155,6 +150,22 @@ TEST_P(SecondRound, ClosesWhereTheRobotComesBack) {
     }
   }
   EXPECT_LT(worst_m(drive), 0.1);
+}
+
+class SecondRound : public ::testing::TestWithParam<bool> {};
+
+TEST_P(SecondRound, ClosesWhereTheRobotComesBack) {
+  const SyntheticRoom room(1200, 4, Rng(1));
+  expect_closed(twice_round({}, GetParam(), room, room, Rng(2)),
+                GetParam() ? Heading::kOpposite : Heading::kSame);
+}
+
+TEST_P(SecondRound, ClosesByWords) {
+  LoopOptions options;
+  options.shortlist = Shortlist::kWords;
+  const SyntheticRoom room(1200, 4, Rng(1));
+  expect_closed(twice_round(options, GetParam(), room, room, Rng(2)),
+                GetParam() ? Heading::kOpposite : Heading::kSame);
 }
 
 INSTANTIATE_TEST_SUITE_P(SameAndOpposite, SecondRound, ::testing::Values(false, true));
