@@ -3,10 +3,12 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include <benchmark/benchmark.h>
+#include <malloc.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -18,6 +20,7 @@
 #include "core/vision/local_features.h"
 #include "core/vision/place_signature.h"
 #include "core/vision/relative_motion.h"
+#include "core/vision/word_index.h"
 #include "tests/core/vision/synthetic_places.h"
 
 namespace panoptes {
@@ -337,6 +340,55 @@ void covariance_of_all_paths(benchmark::State& state) {
   }
 }
 BENCHMARK(covariance_of_all_paths)->Arg(1000)->Arg(10000)->Unit(benchmark::kMillisecond);
+
+// 400 points a picture and 3000 things to be seen, a third of which change from place to place.
+PlaceFeatures words_seen(Rng rng) {
+  PlaceFeatures features;
+  for (LocalFeatures& picture : features) {
+    picture.px.resize(400);
+    picture.descriptors.create(400, 32, CV_8U);
+    for (int row = 0; row < picture.descriptors.rows; ++row) {
+      const int thing = rng.index(3000);
+      Rng drawn = thing < 1000 ? rng.fork(std::to_string(row)) : Rng(thing);
+      std::generate_n(picture.descriptors.ptr(row), picture.descriptors.cols,
+                      [&] { return static_cast<std::uint8_t>(drawn.next()); });
+    }
+  }
+  return features;
+}
+
+WordIndex index_of(int places) {
+  WordIndex index(1000, Rng(1));
+  for (int place = 0; place < places; ++place) {
+    index.add(words_seen(Rng(place)));
+  }
+  return index;
+}
+
+void words_shortlist(benchmark::State& state) {
+  const int places = static_cast<int>(state.range(0));
+  const std::size_t before = mallinfo2().uordblks;
+  const WordIndex index = index_of(places);
+  const std::size_t descriptors = static_cast<std::size_t>(places) * 2 * 400 * 32;
+  state.counters["kB_a_place"] =
+      static_cast<double>(mallinfo2().uordblks - before - descriptors) / 1000 / places;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(index.shared(places / 2, places));
+  }
+}
+BENCHMARK(words_shortlist)->Arg(1000)->Arg(10000)->Iterations(20)->Unit(benchmark::kMillisecond);
+
+void words_of_one_more_place(benchmark::State& state) {
+  const WordIndex index = index_of(1500);
+  const PlaceFeatures place = words_seen(Rng(1500));
+  for (auto _ : state) {
+    state.PauseTiming();
+    WordIndex copy = index;
+    state.ResumeTiming();
+    copy.add(place);
+  }
+}
+BENCHMARK(words_of_one_more_place)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace panoptes
