@@ -83,7 +83,11 @@ class Parser {
   }
 
   void ends_without_newline(int number) {
-    remark(number, "ends without a newline; was it cut off?");
+    if (faults_.empty()) {  // else the last line has said what it lacks
+      blame(
+          number,
+          "the file ends within this line, perhaps within a number; if it is whole, end the line");
+    }
   }
 
   GraphFile finish() {

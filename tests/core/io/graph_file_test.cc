@@ -121,11 +121,10 @@ TEST(ParseGraph, RemarksOnWhatIsOddButNoFault) {
       "EDGE2 0 1 1 0 0 1 0 1 1 0 0\nEDGE2 1 2 1 0 0 1 0 1 1 0 0\n"
       "EDGE2 0 2 1 0 0 1 0 1 1 0 0\n";
   EXPECT_THAT(parse_graph("g", edges).remarks, IsEmpty());
-  const GraphFile file = parse_graph("g", edges + "EQUIV 0 2\nEDGE2 0 2 1 0 0 1 0 1 1 0 0");
+  const GraphFile file = parse_graph("g", edges + "EQUIV 0 2\nEDGE2 0 2 1 0 0 1 0 1 1 0 0\n");
   EXPECT_EQ(file.graph.edges.size(), 4U);
   EXPECT_THAT(file.remarks,
               ElementsAre("g:4: EQUIV lines are left out: no two vertices are made one",
-                          "g:5: ends without a newline; was it cut off?",
                           "g:5: edge 0 2 is a copy of that on line 3; both count"));
 }
 
@@ -135,6 +134,9 @@ TEST(ParseGraph, SaysWhichLineIsWrongAndWhy) {
     return faults.size() == 1 ? faults[0] : std::to_string(faults.size()) + " faults";
   };
   EXPECT_EQ(fault(""), "g:1: holds no pose graph: no vertex and no edge");
+  EXPECT_EQ(fault("EDGE2 0 1 1 0 0 1 0 1 1 0 0.12"),
+            "g:1: the file ends within this line, perhaps within a number; if it is whole, end the "
+            "line");
   EXPECT_EQ(fault("VERTEX_SE2 0 1 2\n"),
             "g:1: VERTEX_SE2 is followed by id x y theta, here by 3 numbers");
   EXPECT_EQ(fault("VERTEX_SE2 0 1 2 0\n\nVERTEX_SE2 0 1 2 0\n"),
