@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hw/pioneer/base.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include "core/base/error.h"
+#include "hw/pioneer/line.h"
+
+namespace panoptes::hw {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr Duration kConnectWithin = std::chrono::seconds(10);
+constexpr Duration kTcpWithin = std::chrono::seconds(3);
+constexpr Duration kAtLeastEvery = std::chrono::milliseconds(100);
+constexpr Duration kFarewell = std::chrono::milliseconds(60);  // three frames at 9600 baud
+
+}  // namespace
+
+void connect(BaseLink& link) {
+  link.with([&](PioneerClient& client) { client.connect(link.now()); });
+  link.wait(link.now() + kConnectWithin, [](const PioneerClient& client) {
+    return client.state() != PioneerClient::State::kConnecting;
+  });
+  link.with([](PioneerClient& client) {
+    if (client.state() != PioneerClient::State::kReady) {
+      throw DeviceError(client.fault());
+    }
+  });
+}
+
+class PioneerBase::Worker {
+ public:
+  Worker(const std::string& address, const Body& body)
+      : line_(address, kTcpWithin), client_(address, line_.serial(), body), begun_(Clock::now()) {
+    if (pipe2(wake_, O_NONBLOCK | O_CLOEXEC) != 0) {
+      throw DeviceError(address + ": no pipe can be made; too many files are open");
+    }
+    thread_ = std::thread([this] { work(); });
+  }
+
+  ~Worker() {
+    {
+      const std::lock_guard lock(mutex_);
+      if (client_.state() == PioneerClient::State::kReady) {
+        client_.disable(now());
+        client_.close(now());
+      }
+    }
+    wake();
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, kFarewell, [&] { return client_.next_poll() == Time::max(); });
+    done_ = true;
+    lock.unlock();
+    wake();
+    thread_.join();
+    ::close(wake_[0]);
+    ::close(wake_[1]);
+  }
+
+  Time now() const { return Time(Clock::now() - begun_); }
+
+  void wait(Time deadline, const std::function<bool(const PioneerClient&)>& done) {
+    std::unique_lock lock(mutex_);
+    const auto until = begun_ + deadline.time_since_epoch();
+    changed_.wait_until(lock, until, [&] { return done(client_); });
+  }
+
+  void with(const std::function<void(PioneerClient&)>& act) {
+    {
+      const std::lock_guard lock(mutex_);
+      act(client_);
+    }
+    wake();
+  }
+
+ private:
+  void wake() const {
+    const char nothing = 0;
+    [[maybe_unused]] const auto written =
+        write(wake_[1], &nothing, 1);  // a full pipe wakes as well
+  }
+
+  void carry() {
+    const Bytes bytes = line_.read();
+    if (!bytes.empty()) {
+      client_.receive(now(), bytes);
+    }
+    for (const PioneerClient::Transmission& next : client_.poll(now())) {
+      if (next.baud) {
+        line_.set_baud(*next.baud);
+      }
+      line_.write(next.bytes);
+    }
+  }
+
+  void work() {
+    std::unique_lock lock(mutex_);
+    bool whole = true;  // the line
+    while (!done_) {
+      if (whole) {
+        try {
+          carry();
+        } catch (const DeviceError& error) {
+          whole = false;
+          client_.lose(error.what());
+        }
+      }
+      changed_.notify_all();
+      const Duration rest =
+          std::clamp(client_.next_poll() - now(), Duration::zero(), kAtLeastEvery);
+      lock.unlock();
+      pollfd waited[2] = {{wake_[0], POLLIN, 0}, {line_.fd(), POLLIN, 0}};
+      timespec at_most{0, rest.count()};
+      ppoll(waited, whole ? 2 : 1, &at_most, nullptr);
+      char drained[64];
+      while (read(wake_[0], drained, sizeof drained) > 0) {
+      }
+      lock.lock();
+    }
+  }
+
+  Line line_;
+  PioneerClient client_;
+  Clock::time_point begun_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  bool done_ = false;
+  int wake_[2] = {-1, -1};
+  std::thread thread_;
+};
+
+PioneerBase::PioneerBase(const std::string& address, const Body& body)
+    : worker_(std::make_unique<Worker>(address, body)) {}
+
+PioneerBase::~PioneerBase() = default;
+
+Time PioneerBase::now() const { return worker_->now(); }
+
+void PioneerBase::wait(Time deadline, const std::function<bool(const PioneerClient&)>& done) {
+  worker_->wait(deadline, done);
+}
+
+void PioneerBase::with(const std::function<void(PioneerClient&)>& act) { worker_->with(act); }
+
+}  // namespace panoptes::hw

@@ -1,0 +1,530 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hw/pioneer/client.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/base/error.h"
+#include "core/base/text.h"
+
+namespace panoptes::hw {
+namespace {
+
+using std::chrono::milliseconds;
+
+// A robot that was left at a high baud by a program that died is the common cause of silence; the
+// first is what controllers wake up with, the second what most programs go to.
+constexpr std::array kRates = {9600, 38400, 115200, 57600, 19200};
+constexpr int kWantedBaud = 38400;
+constexpr int kWantedHostBaud = 2;  // the argument that asks for it
+constexpr int kTries = 2;           // at a baud: the first may end what was begun before us
+
+// All tries at all rates take 2 s, so that every rate comes up three times within 6 s.
+constexpr Duration kEchoWithin = milliseconds(200);
+constexpr Duration kSyncWithin = milliseconds(400);
+constexpr Duration kDrainFor = milliseconds(250);  // a cycle and the longest report at 9600 baud
+constexpr Duration kConfigWithin = milliseconds(400);
+constexpr Duration kSwitchAfter = milliseconds(60);  // HOSTBAUD is sent and heard by then
+constexpr Duration kRightWithin = milliseconds(900);
+constexpr Duration kConnectWithin = std::chrono::seconds(9);
+
+constexpr Duration kPace = milliseconds(5);  // closer together some commands are lost
+constexpr Duration kKeepAlive = milliseconds(400);
+constexpr Duration kOwnSilence = milliseconds(800);  // of ours, well within the watchdog's 2 s
+constexpr Duration kRefresh = milliseconds(200);
+constexpr Duration kLongestValid = milliseconds(500);
+constexpr Duration kZeroAfter = milliseconds(500);  // without a report
+constexpr Duration kLostAfter = milliseconds(950);  // said within 1 s
+constexpr Duration kMotorsWithin = milliseconds(500);
+
+constexpr double kBitsPerByte = 10;  // with start and stop
+
+int whole(double value, double most) {
+  return static_cast<int>(std::lround(std::clamp(value, -most, most)));
+}
+
+}  // namespace
+
+PioneerClient::PioneerClient(std::string device, bool serial, const Body& body)
+    : device_(std::move(device)), serial_(serial), body_(body) {}
+
+void PioneerClient::go(Step step, Time now, Duration lasts) {
+  step_ = step;
+  deadline_ = now + lasts;
+}
+
+void PioneerClient::send(Bytes frame) { outbox_.push_back({std::nullopt, std::move(frame)}); }
+
+void PioneerClient::connect(Time now) {
+  state_ = State::kConnecting;
+  fault_.clear();
+  begun_ = now;
+  next_send_ = now;
+  last_sent_.reset();
+  outbox_.clear();
+  reader_.clear();
+  rate_ = 0;
+  attempt_ = 1;
+  bytes_heard_ = 0;
+  right_heard_ = false;
+  names_ = {};
+  config_.reset();
+  report_.reset();
+  enabled_ = false;
+  held_by_.clear();
+  wanted_ = {};
+  said_.reset();
+  expires_.reset();
+  most_ = {};
+  outbox_.push_back(
+      {serial_ ? std::optional(kRates[rate_]) : std::nullopt, command_frame(Command::kPulse)});
+  go(Step::kSearch, now, kEchoWithin);
+}
+
+void PioneerClient::try_next_baud(Time now) {
+  rate_ = (rate_ + 1) % kRates.size();
+  attempt_ = 1;
+  outbox_.push_back(
+      {serial_ ? std::optional(kRates[rate_]) : std::nullopt, command_frame(Command::kPulse)});
+  go(Step::kSearch, now, kEchoWithin);
+}
+
+void PioneerClient::refuse(const std::string& fault) {
+  const bool was_open = state_ == State::kReady;
+  state_ = State::kRefused;
+  fault_ = fault;
+  outbox_.clear();
+  enabled_ = false;
+  expires_.reset();
+  wanted_ = {};
+  deadline_ = Time::max();
+  if (was_open) {  // whoever still hears it stops
+    send(command_frame(Command::kStop));
+  }
+}
+
+void PioneerClient::lose(const std::string& fault) {
+  if (state_ != State::kRefused) {
+    refuse(fault);
+  }
+}
+
+void PioneerClient::on_deadline(Time now) {
+  switch (step_) {
+    case Step::kSearch:
+      if (attempt_ < kTries) {
+        ++attempt_;
+        send(command_frame(Command::kPulse));
+        go(Step::kSearch, now, kEchoWithin);
+      } else {
+        try_next_baud(now);
+      }
+      return;
+    case Step::kDrain:
+    case Step::kSync1:
+    case Step::kSync2:
+      attempt_ = 1;
+      send(command_frame(Command::kPulse));
+      go(Step::kSearch, now, kEchoWithin);
+      return;
+    case Step::kConfig:
+      if (attempt_ < kTries) {
+        ++attempt_;
+        send(command_frame(Command::kConfig, 1));
+        go(Step::kConfig, now, kConfigWithin);
+      } else {
+        remarks_.push_back(device_ +
+                           ": the robot does not tell its configuration; its own limits and its "
+                           "watchdog are not known");
+        opened(now);
+      }
+      return;
+    case Step::kFaster:
+      baud_before_ = baud_;
+      outbox_.push_back({kWantedBaud, command_frame(Command::kPulse)});
+      go(Step::kConfirm, now, kRightWithin);
+      return;
+    case Step::kConfirm:
+      outbox_.push_back({baud_before_, command_frame(Command::kPulse)});
+      go(Step::kFallBack, now, kRightWithin);
+      return;
+    case Step::kFallBack:
+      try_next_baud(now);
+      return;
+    case Step::kSession:
+      deadline_ = Time::max();
+      return;
+  }
+}
+
+// The configuration is there, or will not come.
+void PioneerClient::opened(Time now) {
+  if (config_) {
+    const auto limit = [&](double& most, double told, const char* what, const char* unit) {
+      if (told > 0 && told < most) {
+        remarks_.push_back(
+            fmt::format("{}: the robot's own limit of {} is {:.3g} {}, below the "
+                        "{:.3g} of the mission's robot; it is kept",
+                        device_, what, told, unit, most));
+        most = told;
+      }
+    };
+    limit(body_.max_speed_mps, 1e-3 * config_->top_speed_mmps, "speed", "m/s");
+    limit(body_.max_turn_radps, deg_to_rad(config_->top_turn_degps), "turning", "rad/s");
+    if (config_->watchdog_ms == 0) {
+      remarks_.push_back(device_ +
+                         ": the robot's own watchdog is off: it will not stop by itself when the "
+                         "cable is pulled; set it with the maker's configuration tool");
+    }
+  }
+  if (serial_ && baud_ < kWantedBaud) {
+    send(command_frame(Command::kHostBaud, kWantedHostBaud));
+    go(Step::kFaster, now, kSwitchAfter);
+  } else {
+    in_session(now);
+  }
+}
+
+void PioneerClient::in_session(Time now) {
+  step_ = Step::kSession;
+  deadline_ = Time::max();
+  last_report_ = now;
+}
+
+Time PioneerClient::stamp(Time arrival, std::size_t bytes) const {
+  return baud_ == 0 ? arrival
+                    : arrival - from_seconds(static_cast<double>(bytes) * kBitsPerByte / baud_);
+}
+
+void PioneerClient::receive(Time now, std::span<const std::uint8_t> bytes) {
+  bytes_heard_ += bytes.size();
+  for (const PacketReader::Packet& packet : reader_.read(bytes)) {
+    constexpr std::size_t kFrame_bytes = 5;  // around a payload
+    const std::size_t begin = packet.end - packet.payload.size() - kFrame_bytes;
+    on_packet(now, stamp(now, reader_.bytes() - begin), packet.payload);
+  }
+}
+
+void PioneerClient::on_packet(Time now, Time stamp, const Bytes& payload) {
+  right_heard_ = true;
+  const std::uint8_t type = payload.front();
+  const bool is_report = type == kSipStopped || type == kSipMoving;
+  switch (step_) {
+    case Step::kSearch:
+    case Step::kSync1:
+    case Step::kSync2:
+      if (is_report) {  // of an old session
+        send(command_frame(Command::kClose));
+        go(Step::kDrain, now, kDrainFor);
+      } else if (step_ == Step::kSearch && type == 0) {
+        send(command_frame(Command::kOpen));
+        go(Step::kSync1, now, kSyncWithin);
+      } else if (step_ == Step::kSync1 && type == 1) {
+        send(command_frame(Command::kClose));
+        go(Step::kSync2, now, kSyncWithin);
+      } else if (step_ == Step::kSync2 && type == 2) {
+        if (payload.size() == 1) {
+          refuse(device_ +
+                 ": sends back what is sent to it: not an ARCOS robot (a loop in the cable, a "
+                 "modem?); connect the robot's HOST port");
+          return;
+        }
+        const auto names = read_names(payload);
+        if (!names) {
+          return;
+        }
+        names_ = *names;
+        model_ = find_model(names_.subclass);
+        if (model_ == nullptr) {
+          refuse(fmt::format(
+              "{}: the robot '{}' is of the unknown subclass '{}', and what its counts mean is "
+              "not guessed; known are {}; enter it in hw/pioneer/model.cc",
+              device_, names_.name, names_.subclass, joined(known_models())));
+          return;
+        }
+        if (odometer_) {
+          odometer_->restart();
+        } else {
+          odometer_.emplace(*model_);
+        }
+        send(command_frame(Command::kOpen, 1));
+        send(command_frame(Command::kStop));
+        send(command_frame(Command::kConfig, 1));
+        attempt_ = 1;
+        last_report_ = now;
+        go(Step::kConfig, now, kConfigWithin);
+      }
+      return;
+    case Step::kDrain:
+      return;
+    case Step::kConfig:
+      if (type == kConfigPacket) {
+        config_ = read_config(payload);
+        if (config_) {
+          opened(now);
+        } else {
+          ++counts_.rejected_malformed;
+        }
+        return;
+      }
+      break;
+    case Step::kConfirm:
+    case Step::kFallBack:
+      in_session(now);
+      break;
+    case Step::kFaster:
+    case Step::kSession:
+      break;
+  }
+  if (!is_report || state_ == State::kRefused) {
+    return;
+  }
+  if (const auto sip = read_sip(payload)) {
+    on_report(now, stamp, *sip);
+  } else {
+    ++counts_.rejected_malformed;
+  }
+}
+
+void PioneerClient::on_report(Time now, Time stamp, const Sip& sip) {
+  if (odometer_->add(stamp, sip, most_) == PioneerOdometer::Verdict::kImplausible) {
+    ++counts_.rejected_implausible;
+    return;
+  }
+  ++counts_.reports;
+  counts_.longest_silence_s = std::max(counts_.longest_silence_s, to_seconds(now - last_report_));
+  last_report_ = now;
+  const Velocity told = said_.value_or(Velocity{});
+  most_ = {1e-3 * std::abs(told.v_mmps), deg_to_rad(std::abs(told.w_degps))};
+  pose_ = {stamp, odometer_->T_odom_body(), odometer_->twist_body(), odometer_->epoch()};
+  poses_.push_back(*pose_);
+  const Sip before = report_.value_or(Sip{});
+  report_ = sip;
+  if (step_ == Step::kSession) {
+    state_ = State::kReady;
+  }
+
+  const auto segments = [](unsigned bits) {
+    std::vector<std::string> numbers;
+    for (int k = 0; k < 7; ++k) {
+      if ((bits >> k & 1) != 0) {
+        numbers.push_back(std::to_string(k + 1));
+      }
+    }
+    return joined(numbers);
+  };
+  const bool has_front = !config_ || config_->front_bumpers > 0;
+  const bool has_rear = !config_ || config_->rear_bumpers > 0;
+  if (const unsigned hit = sip.front_bumpers & ~before.front_bumpers; hit != 0 && has_front) {
+    hold("front bumper " + segments(hit));
+  }
+  if (const unsigned hit = sip.rear_bumpers & ~before.rear_bumpers; hit != 0 && has_rear) {
+    hold("rear bumper " + segments(hit));
+  }
+  if ((sip.left_stalled && !before.left_stalled) || (sip.right_stalled && !before.right_stalled)) {
+    hold(sip.left_stalled && sip.right_stalled ? "both wheels stalled"
+         : sip.left_stalled                    ? "left wheel stalled"
+                                               : "right wheel stalled");
+  }
+  if ((sip.flags & ~before.flags & kFlagStopButton) != 0) {
+    hold("STOP button");
+  }
+  if (enabled_ && (sip.flags & kFlagMotorsOn) == 0 && now - enabled_at_ >= kMotorsWithin) {
+    hold("the motors are off");
+    enabled_ = false;
+  }
+}
+
+void PioneerClient::hold(const std::string& by) {
+  held_by_ += (held_by_.empty() ? "" : ", ") + by;
+  say_zero();
+}
+
+void PioneerClient::acknowledge() { held_by_.clear(); }
+
+void PioneerClient::say_zero() {
+  wanted_ = {};
+  expires_.reset();
+  refresh_ = false;
+  if (state_ != State::kRefused) {
+    send(command_frame(Command::kStop));
+    said_ = Velocity{};
+  }
+}
+
+void PioneerClient::enable(Time now) {
+  if (state_ != State::kReady) {
+    throw DeviceError(fault_.empty() ? device_ + ": not connected yet" : fault_);
+  }
+  held_by_.clear();
+  say_zero();
+  send(command_frame(Command::kEnable, 1));
+  const int v_mmps = whole(1e3 * body_.max_speed_mps, 0x7FFF);
+  const int a_mmps2 = whole(1e3 * body_.max_accel_mps2, 0x7FFF);
+  const int w_degps = whole(rad_to_deg(body_.max_turn_radps), 0x7FFF);
+  const int a_degps2 = whole(rad_to_deg(body_.max_turn_accel_radps2), 0x7FFF);
+  send(command_frame(Command::kSetMaxSpeed, v_mmps));
+  send(command_frame(Command::kSetAcceleration, a_mmps2));
+  send(command_frame(Command::kSetAcceleration, -a_mmps2));
+  send(command_frame(Command::kSetMaxTurn, w_degps));
+  send(command_frame(Command::kSetTurnAcceleration, a_degps2));
+  send(command_frame(Command::kSetTurnAcceleration, -a_degps2));
+  enabled_ = true;
+  enabled_at_ = now;
+}
+
+void PioneerClient::disable(Time) {
+  say_zero();
+  if (state_ != State::kRefused) {
+    send(command_frame(Command::kEnable, 0));
+  }
+  enabled_ = false;
+}
+
+void PioneerClient::close(Time) {
+  send(command_frame(Command::kClose, 1));
+  state_ = State::kRefused;
+  fault_ = device_ + ": closed";
+  enabled_ = false;
+  deadline_ = Time::max();
+}
+
+void PioneerClient::drive(Time now, const Twist2& command_body, Duration valid_for) {
+  if (state_ == State::kRefused) {
+    throw DeviceError(fault_);
+  }
+  if (!held_by_.empty()) {
+    return;
+  }
+  if (!enabled_) {
+    throw DeviceError(device_ + ": told to move while the motors are off; enable them first");
+  }
+  wanted_ = {whole(1e3 * command_body.v_mps, 1e3 * body_.max_speed_mps),
+             whole(rad_to_deg(command_body.w_radps), rad_to_deg(body_.max_turn_radps))};
+  expires_ = now + std::min(valid_for, kLongestValid);
+  refresh_ = true;
+}
+
+void PioneerClient::stop(Time) { say_zero(); }
+
+void PioneerClient::emergency_stop(Time now) {
+  outbox_.clear();
+  say_zero();
+  outbox_.push_front({std::nullopt, command_frame(Command::kEmergencyStop)});
+  next_send_ = std::min(next_send_, now);
+  enabled_ = false;
+  held_by_ = "emergency stop";
+}
+
+std::vector<PioneerClient::Transmission> PioneerClient::poll(Time now) {
+  if (state_ == State::kConnecting && now >= begun_ + kConnectWithin) {
+    refuse(device_ + ": " +
+           (bytes_heard_ == 0 ? std::string("nothing answers") + (serial_ ? " at any baud" : "") +
+                                    "; is the robot switched on, and the cable in its HOST port?"
+            : right_heard_ ? "packets come, but no session can be opened; switch the robot off and "
+                             "on again"
+                           : std::to_string(bytes_heard_) +
+                                 " bytes came and no right packet among them: not an ARCOS robot; "
+                                 "is it the right port?"));
+  }
+  while (state_ != State::kRefused && now >= deadline_) {
+    on_deadline(now);
+  }
+  const bool in_session = state_ == State::kReady;
+  if (in_session && now - last_report_ >= kLostAfter) {
+    refuse(
+        fmt::format("{}: no report from the robot for {:.2f} s: it is switched off or its cable "
+                    "is out; it was told to stop, and its own watchdog stops it",
+                    device_, to_seconds(now - last_report_)));
+  } else if (in_session && now - last_report_ >= kZeroAfter &&
+             (wanted_.v_mmps != 0 || wanted_.w_degps != 0)) {
+    say_zero();
+  }
+  if (in_session && last_sent_ && now - *last_sent_ >= kOwnSilence) {
+    // Nobody let us speak for so long that the robot may have stopped and would start again.
+    outbox_.clear();
+    say_zero();
+  }
+  if (expires_ && now >= *expires_) {
+    expires_.reset();
+    refresh_ = false;
+    if (wanted_.v_mmps != 0 || wanted_.w_degps != 0) {
+      ++counts_.expired;
+      wanted_ = {};
+    }
+  }
+  if (in_session && enabled_ && outbox_.empty()) {
+    const bool news =
+        !said_ || said_->v_mmps != wanted_.v_mmps || said_->w_degps != wanted_.w_degps;
+    if (news || (refresh_ && now - said_at_ >= kRefresh)) {
+      send(command_frame(Command::kVelocity, wanted_.v_mmps));
+      send(command_frame(Command::kTurnVelocity, wanted_.w_degps));
+      said_ = wanted_;
+      said_at_ = now;
+      most_.v_mps = std::max(most_.v_mps, 1e-3 * std::abs(wanted_.v_mmps));
+      most_.w_radps = std::max(most_.w_radps, deg_to_rad(std::abs(wanted_.w_degps)));
+    }
+    refresh_ = false;
+  }
+  if (in_session && outbox_.empty() && last_sent_ && now - *last_sent_ >= kKeepAlive) {
+    send(command_frame(Command::kPulse));
+  }
+  std::vector<Transmission> out;
+  while (!outbox_.empty() && now >= next_send_) {
+    Transmission next = std::move(outbox_.front());
+    outbox_.pop_front();
+    if (next.baud && *next.baud != baud_) {
+      baud_ = *next.baud;
+      reader_.clear();
+    } else {
+      next.baud.reset();
+    }
+    const double on_line_s =
+        baud_ == 0 ? 0 : static_cast<double>(next.bytes.size()) * kBitsPerByte / baud_;
+    next_send_ = now + std::max(kPace, from_seconds(on_line_s));
+    last_sent_ = now;
+    ++counts_.commands;
+    out.push_back(std::move(next));
+  }
+  return out;
+}
+
+Time PioneerClient::next_poll() const {
+  Time next = outbox_.empty() ? Time::max() : next_send_;
+  if (state_ == State::kRefused) {
+    return next;
+  }
+  next = std::min(next, deadline_);
+  if (state_ == State::kConnecting) {
+    return std::min(next, begun_ + kConnectWithin);
+  }
+  next = std::min(next, last_report_ + kLostAfter);
+  if (wanted_.v_mmps != 0 || wanted_.w_degps != 0) {
+    next = std::min(next, last_report_ + kZeroAfter);
+  }
+  if (last_sent_) {
+    next = std::min(next, *last_sent_ + kKeepAlive);
+  }
+  if (expires_) {
+    next = std::min(next, *expires_);
+  }
+  return next;
+}
+
+std::vector<WheelPose> PioneerClient::take_poses() { return std::exchange(poses_, {}); }
+
+std::vector<std::string> PioneerClient::take_remarks() { return std::exchange(remarks_, {}); }
+
+LinkCounts PioneerClient::counts() const {
+  LinkCounts counts = counts_;
+  counts.rejected_checksum = reader_.bad_frames();
+  counts.skipped_bytes = reader_.skipped_bytes();
+  counts.resyncs = reader_.resyncs();
+  return counts;
+}
+
+}  // namespace panoptes::hw

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/time.h"
+#include "core/geometry/body.h"
+#include "core/geometry/pose2.h"
+#include "hw/pioneer/model.h"
+#include "hw/pioneer/odometer.h"
+#include "hw/pioneer/packet.h"
+#include "hw/pioneer/report.h"
+
+namespace panoptes::hw {
+
+/// The wheels' pose at the instant of one report.
+struct WheelPose {
+  Time stamp;
+  Pose2 T_odom_body;
+  Twist2 twist_body;
+  int epoch = 0;  ///< grows when it is not known how the robot came here
+};
+
+/// How the link is doing, for the health figures.
+struct LinkCounts {
+  std::size_t reports = 0;               ///< right and believed
+  std::size_t rejected_checksum = 0;     ///< headers that no right frame followed
+  std::size_t rejected_implausible = 0;  ///< right by the checksum, but the robot cannot be there
+  std::size_t rejected_malformed = 0;    ///< right by the checksum, but of no known form
+  std::size_t skipped_bytes = 0;         ///< in no frame
+  std::size_t resyncs = 0;               ///< right frames after skipped bytes
+  std::size_t commands = 0;              ///< frames sent
+  std::size_t expired = 0;               ///< velocities that nobody renewed
+  double longest_silence_s = 0;          ///< between two believed reports
+};
+
+/// One end of the link to a Pioneer's controller: the conversation, without a line, a thread or a
+/// clock of its own. It is told what arrives and when, and says what is to be sent and when it
+/// wants to be asked again. From any state of the robot (idle, in the middle of an old session at
+/// another baud, in the middle of a packet) it finds the baud, synchronises, opens, asks for the
+/// configuration and, on a serial line, goes to 38400 baud. Its first frame after a connection or
+/// after any silence of its own is STOP: a controller whose watchdog has stopped the robot goes
+/// back to the last velocity by itself when it hears anything.
+class PioneerClient {
+ public:
+  enum class State {
+    kConnecting,
+    kReady,   ///< reports come
+    kRefused  ///< no Pioneer there, or it was lost: see fault()
+  };
+
+  /// `device` names the line in messages. `serial`: it has a baud, which is searched. Limits of
+  /// speed and acceleration are the body's.
+  PioneerClient(std::string device, bool serial, const Body& body);
+
+  struct Transmission {
+    std::optional<int> baud;  ///< first change the line to it
+    Bytes bytes;
+  };
+
+  /// Begins, or begins anew after kRefused: a new epoch, motors off until enable().
+  void connect(Time now);
+
+  /// Bytes that have arrived together at `now`.
+  void receive(Time now, std::span<const std::uint8_t> bytes);
+
+  /// What is to be sent now. Ask again at next_poll(), and after receive() and every command.
+  std::vector<Transmission> poll(Time now);
+  Time next_poll() const;
+
+  State state() const { return state_; }
+  const std::string& fault() const { return fault_; }  ///< names the device and the cure
+
+  /// Commands. A velocity is rounded to whole mm/s and deg/s, held within the body's limits, and
+  /// zero is sent when it has not been renewed for `valid_for` or half a second. Throws DeviceError
+  /// when the motors are not enabled.
+  void enable(Time now);
+  void disable(Time now);
+  void drive(Time now, const Twist2& command_body, Duration valid_for);
+  void stop(Time now);            ///< decelerates
+  void emergency_stop(Time now);  ///< regardless of deceleration; nothing moves until enable()
+  void close(Time now);           ///< ends the session; the last that is sent
+  void lose(const std::string& fault);  ///< the line itself has failed
+  bool enabled() const { return enabled_; }
+
+  /// What holds the robot: a bumper, a stalled wheel, the STOP button. Empty when nothing does.
+  /// While it is not acknowledged velocities are zero.
+  const std::string& held_by() const { return held_by_; }
+  void acknowledge();
+
+  // What the robot says
+  const std::optional<WheelPose>& pose() const { return pose_; }  ///< of the last believed report
+  std::vector<WheelPose> take_poses();                            ///< since it was asked last
+  const std::optional<Sip>& report() const { return report_; }
+  const ControllerNames& names() const { return names_; }
+  const std::optional<ControllerConfig>& config() const { return config_; }
+  int baud() const { return baud_; }
+  LinkCounts counts() const;
+  std::vector<std::string> take_remarks();  ///< what the user ought to know, once each
+
+ private:
+  enum class Step {
+    kSearch,  // SYNC0 at one baud after the other
+    kDrain,   // an old session was closed
+    kSync1,
+    kSync2,
+    kConfig,   // opened; waits for the configuration
+    kFaster,   // asked for 38400 baud; the line is still the old one
+    kConfirm,  // waits for anything right at the new baud
+    kFallBack,
+    kSession
+  };
+
+  void go(Step step, Time now, Duration lasts);
+  void on_deadline(Time now);
+  void try_next_baud(Time now);
+  void on_packet(Time now, Time stamp, const Bytes& payload);
+  void on_report(Time now, Time stamp, const Sip& sip);
+  void opened(Time now);
+  void in_session(Time now);
+  void refuse(const std::string& fault);
+  void hold(const std::string& by);
+  void send(Bytes frame);
+  void say_zero();
+  Time stamp(Time arrival, std::size_t bytes) const;
+
+  std::string device_;
+  bool serial_;
+  Body body_;
+  State state_ = State::kConnecting;
+  Step step_ = Step::kSearch;
+  std::string fault_;
+
+  Time begun_;
+  Time deadline_ = Time::max();  // of the step
+  std::size_t rate_ = 0;         // index of the baud that is tried
+  int attempt_ = 0;
+  int baud_ = 0;
+  int baud_before_ = 0;
+  std::size_t bytes_heard_ = 0;
+  bool right_heard_ = false;
+
+  PacketReader reader_;
+  std::deque<Transmission> outbox_;
+  Time next_send_;
+  std::optional<Time> last_sent_;
+
+  ControllerNames names_;
+  const PioneerModel* model_ = nullptr;
+  std::optional<ControllerConfig> config_;
+  std::optional<PioneerOdometer> odometer_;
+  std::optional<WheelPose> pose_;
+  std::vector<WheelPose> poses_;
+  std::optional<Sip> report_;
+  Time last_report_;
+  LinkCounts counts_;
+  std::vector<std::string> remarks_;
+
+  bool enabled_ = false;
+  Time enabled_at_;
+  std::string held_by_;
+  struct Velocity {
+    int v_mmps = 0;
+    int w_degps = 0;
+  };
+  Velocity wanted_;
+  std::optional<Velocity> said_;  // what the controller was told last
+  std::optional<Time> expires_;
+  bool refresh_ = false;  // the command is fresh, and may be said again
+  Time said_at_;
+  Twist2 most_;  // told since the last believed report
+};
+
+}  // namespace panoptes::hw

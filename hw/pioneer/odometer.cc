@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hw/pioneer/odometer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace panoptes::hw {
+namespace {
+
+constexpr int kModulus = 4096;
+constexpr double kSlack_m = 0.06;
+const double kSlack_rad = deg_to_rad(5);
+constexpr int kAgreeing = 3;
+constexpr double kTopSpeed_mps = 2.2;  // of any Pioneer's wheel, by the maker's files
+
+/// The step between two counters of which the lowest 12 bits are known, in [-2048, 2048).
+std::int64_t step(std::int64_t from, std::int64_t to) {
+  const std::int64_t forward = ((to - from) % kModulus + kModulus) % kModulus;
+  return forward < kModulus / 2 ? forward : forward - kModulus;
+}
+
+Twist2 twist_of(const Sip& sip, const PioneerModel& model) {
+  const double left_mps = model.speed_mps * sip.left;
+  const double right_mps = model.speed_mps * sip.right;
+  return {(left_mps + right_mps) / 2, (right_mps - left_mps) / 2 * model.turn_rad_per_m};
+}
+
+}  // namespace
+
+PioneerOdometer::Counts PioneerOdometer::continued(const Counts& from, const Sip& sip) {
+  return {from.x + step(from.x, sip.x), from.y + step(from.y, sip.y),
+          from.theta + step(from.theta, sip.theta)};
+}
+
+Pose2 PioneerOdometer::pose(const Counts& counts) const {
+  return {model_.distance_m * static_cast<double>(counts.x),
+          model_.distance_m * static_cast<double>(counts.y),
+          wrap_angle(model_.angle_rad * static_cast<double>(counts.theta))};
+}
+
+bool PioneerOdometer::near(const Candidate& from, const Candidate& to, const Twist2& most) const {
+  const double dt_s = to_seconds(to.stamp - from.stamp);
+  const Pose2 predicted = pose(from.counts) * exp_twist(from.twist_body, dt_s);
+  const Pose2 reported = pose(to.counts);
+  const double v_mps = std::max(std::abs(from.twist_body.v_mps), most.v_mps);
+  const double w_radps = std::max(std::abs(from.twist_body.w_radps), most.w_radps);
+  return (reported.position() - predicted.position()).norm() <= kSlack_m + v_mps * dt_s &&
+         std::abs(wrap_angle(reported.theta_rad - predicted.theta_rad)) <=
+             kSlack_rad + w_radps * dt_s;
+}
+
+void PioneerOdometer::rebase(const Candidate& report) {
+  T_odom_counter_ = T_odom_body_ * pose(report.counts).inverse();
+}
+
+void PioneerOdometer::take(const Candidate& report) {
+  last_ = report.stamp;
+  counts_ = report.counts;
+  twist_body_ = report.twist_body;
+  T_odom_body_ = T_odom_counter_ * pose(counts_);
+  elsewhere_.reset();
+  agreeing_ = 0;
+}
+
+void PioneerOdometer::restart() {
+  epoch_ += last_ ? 1 : 0;
+  last_.reset();
+  twist_body_ = {};
+  elsewhere_.reset();
+  agreeing_ = 0;
+}
+
+PioneerOdometer::Verdict PioneerOdometer::add(Time stamp, const Sip& sip, const Twist2& most) {
+  const auto faster = [&](std::int16_t count) {
+    return std::abs(model_.speed_mps * count) > kTopSpeed_mps;
+  };
+  if (faster(sip.left) || faster(sip.right)) {
+    return Verdict::kImplausible;
+  }
+  Candidate report{stamp, continued(last_ ? counts_ : Counts{}, sip), twist_of(sip, model_)};
+  if (!last_) {
+    rebase(report);
+    take(report);
+    return Verdict::kAccepted;
+  }
+  const double dt_s = to_seconds(stamp - *last_);
+  const double v_mps = std::max(std::abs(twist_body_.v_mps), most.v_mps);
+  const double w_radps = std::max(std::abs(twist_body_.w_radps), most.w_radps);
+  const bool wrapped = v_mps * dt_s + kSlack_m >= model_.distance_m * kModulus / 2 ||
+                       w_radps * dt_s + kSlack_rad >= std::numbers::pi;
+  const bool believed = near({*last_, counts_, twist_body_}, report, most);
+  if (believed && !wrapped) {
+    take(report);
+    return Verdict::kAccepted;
+  }
+  if (!wrapped) {
+    if (elsewhere_) {
+      report.counts = continued(elsewhere_->counts, sip);
+    }
+    agreeing_ = elsewhere_ && near(*elsewhere_, report, most) ? agreeing_ + 1 : 1;
+    elsewhere_ = report;
+    if (agreeing_ < kAgreeing) {
+      return Verdict::kImplausible;
+    }
+  }
+  ++epoch_;
+  rebase(report);
+  take(report);
+  return Verdict::kDiscontinuity;
+}
+
+}  // namespace panoptes::hw
