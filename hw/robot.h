@@ -2,7 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <map>
 #include <optional>
+#include <string>
 
 #include "core/base/time.h"
 #include "core/camera/observation.h"
@@ -10,6 +13,9 @@
 #include "core/geometry/pose2.h"
 
 namespace panoptes::hw {
+
+/// How the devices of a platform are doing, by the device's name and the figure's.
+using DeviceFigures = std::map<std::string, std::map<std::string, double>>;
 
 /// What every robot fulfils, simulated, recorded or real. One thread calls it. Time is the
 /// platform's own and starts at 0; in simulation it moves only inside observe().
@@ -27,7 +33,18 @@ class Robot {
   virtual void drive(const Twist2& command_body, Duration valid_for) = 0;
 
   virtual void stop() = 0;
+
+  /// As hard as it can; whatever is commanded, it does not move before acknowledge().
+  virtual void emergency_stop() { stop(); }
+
+  /// Somebody has seen why the robot is held (Health::held_by): it may move again.
+  virtual void acknowledge() {}
   virtual Time now() const = 0;
+
+  virtual DeviceFigures devices() const { return {}; }
+
+  /// The wall-clock instant of time 0, since 1970, of a platform that lives in that time.
+  virtual std::optional<std::int64_t> start_unix_ns() const { return std::nullopt; }
 
   /// The truth up to now, where the platform knows it: simulated robots and recordings that hold
   /// it. For evaluation and the recorder alone.

@@ -21,11 +21,13 @@ struct Picture {
 struct Odometry {
   Pose2 T_odom_body;
   Twist2 twist_body;
+  bool extrapolated = false;  ///< nobody has reported of this instant yet
 };
 
 struct Health {
   bool bumper_pressed = false;
   bool motors_enabled = true;
+  std::string held_by;  ///< what keeps the robot from moving until somebody acknowledges it
 };
 
 /// What the robot perceived at one instant: the pictures of one frame set (none at a deadline; one

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hw/physical/odometry_track.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace panoptes::hw {
+namespace {
+
+constexpr Duration kKept = std::chrono::seconds(3);
+
+/// The constant twist that leads from one pose to the other in `dt_s`. Where the way is no arc (the
+/// counters' rounding) its chord is kept.
+Pose2 along_arc(const Pose2& T_odom_from, const Pose2& T_odom_to, double share) {
+  const Pose2 T_from_to = T_odom_from.inverse() * T_odom_to;
+  const double turn = T_from_to.theta_rad;
+  const Vec2 chord = T_from_to.position();
+  // A twist turns its chord by half of its turn; part of the way has a chord of part of the length.
+  const double half = turn / 2;
+  const double whole_m = std::abs(half) < 1e-9 ? 1 : std::sin(half) / half;
+  const double part_m = std::abs(half) < 1e-9 ? share : std::sin(share * half) / half;
+  const double back = half - share * half;
+  const Vec2 to = part_m / whole_m *
+                  Vec2(std::cos(back) * chord.x() + std::sin(back) * chord.y(),
+                       -std::sin(back) * chord.x() + std::cos(back) * chord.y());
+  return T_odom_from * Pose2{to.x(), to.y(), share * turn};
+}
+
+}  // namespace
+
+void OdometryTrack::add(const WheelPose& pose) {
+  if (!poses_.empty() && pose.stamp <= poses_.back().stamp) {
+    poses_.back() = pose;
+    return;
+  }
+  poses_.push_back(pose);
+  while (poses_.front().stamp < pose.stamp - kKept) {
+    poses_.pop_front();
+  }
+  // The median: lost reports make some gaps longer, none shorter.
+  std::vector<Duration> gaps;
+  for (std::size_t i = 1; i < poses_.size(); ++i) {
+    gaps.push_back(poses_[i].stamp - poses_[i - 1].stamp);
+  }
+  if (!gaps.empty()) {
+    std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2),
+                     gaps.end());
+    period_ = gaps[gaps.size() / 2];
+  }
+}
+
+std::optional<Time> OdometryTrack::last() const {
+  return poses_.empty() ? std::nullopt : std::optional(poses_.back().stamp);
+}
+
+std::optional<Odometry> OdometryTrack::at(Time t) const {
+  const auto after =
+      std::lower_bound(poses_.begin(), poses_.end(), t,
+                       [](const WheelPose& pose, Time when) { return pose.stamp < when; });
+  if (after == poses_.end()) {
+    if (poses_.empty() || t > poses_.back().stamp + period_) {
+      return std::nullopt;
+    }
+    const WheelPose& last = poses_.back();
+    return Odometry{last.T_odom_body * exp_twist(last.twist_body, to_seconds(t - last.stamp)),
+                    last.twist_body, true};
+  }
+  if (after->stamp == t) {
+    return Odometry{after->T_odom_body, after->twist_body, false};
+  }
+  if (after == poses_.begin()) {
+    return std::nullopt;
+  }
+  const WheelPose& before = *(after - 1);
+  const double share = to_seconds(t - before.stamp) / to_seconds(after->stamp - before.stamp);
+  const auto mixed = [&](double from, double to) { return from + share * (to - from); };
+  return Odometry{along_arc(before.T_odom_body, after->T_odom_body, share),
+                  {mixed(before.twist_body.v_mps, after->twist_body.v_mps),
+                   mixed(before.twist_body.w_radps, after->twist_body.w_radps)},
+                  false};
+}
+
+}  // namespace panoptes::hw

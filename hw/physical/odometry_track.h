@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "core/base/time.h"
+#include "core/camera/observation.h"
+#include "hw/pioneer/client.h"
+
+namespace panoptes::hw {
+
+/// The wheels' way between and a little beyond the instants of a base's reports, which come at
+/// 10 Hz where pictures come at 15. Between two reports the body drives the arc of a circle that
+/// joins them.
+class OdometryTrack {
+ public:
+  /// In order of time; what is older than a few seconds is forgotten.
+  void add(const WheelPose& pose);
+
+  std::optional<Time> last() const;  ///< the last report's instant
+
+  /// How long a report is good for beyond its instant: the usual time to the next.
+  Duration period() const { return period_; }
+
+  /// At an instant between two reports, or up to one period after the last by its twist (then it is
+  /// marked as extrapolated). Empty before the first, and later than that.
+  std::optional<Odometry> at(Time t) const;
+
+ private:
+  std::deque<WheelPose> poses_;
+  Duration period_ = std::chrono::milliseconds(100);
+};
+
+}  // namespace panoptes::hw

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/base/time.h"
+#include "core/camera/observation.h"
+#include "hw/physical/odometry_track.h"
+#include "hw/pioneer/base.h"
+#include "hw/robot.h"
+
+namespace panoptes::hw {
+
+/// Pictures of one instant, as cameras deliver them.
+struct CameraSet {
+  Time stamp;
+  std::map<std::string, Picture> pictures;
+};
+
+/// The next set that has arrived; empty when none has. Never waits.
+using NextCameraSet = std::function<std::optional<CameraSet>()>;
+
+/// A base and cameras as one robot: every set of pictures with the odometry of its instant, the
+/// base's reports being interpolated (extrapolated by one at most, which is marked). Without
+/// cameras there is an observation a report. Motors are enabled by the first command.
+class PhysicalRobot final : public Robot {
+ public:
+  /// `link` is connected. `behind` is the simulated robot that a link in its own process ends at:
+  /// it alone knows the truth; null where nobody does.
+  PhysicalRobot(std::unique_ptr<BaseLink> link, NextCameraSet next_set,
+                const Robot* behind = nullptr);
+  ~PhysicalRobot() override;
+
+  /// Throws DeviceError when the base is lost, or when it is not known any more how it came to
+  /// where it is.
+  Observation observe(Time deadline) override;
+  void drive(const Twist2& command_body, Duration valid_for) override;
+  void stop() override;
+  void emergency_stop() override;
+  void acknowledge() override;
+  Time now() const override;
+  std::optional<Truth> truth() const override;
+  std::optional<Truth> truth_since(std::size_t poses, std::size_t contacts) const override;
+  DeviceFigures devices() const override;
+
+ private:
+  void take_reports();
+
+  std::unique_ptr<BaseLink> link_;
+  NextCameraSet next_set_;
+  const Robot* behind_;
+  OdometryTrack track_;
+  std::optional<CameraSet> waiting_;  // for the odometry of its instant
+  std::optional<Pose2> T_first_odom_;
+  std::optional<Time> seen_report_;
+  int epoch_ = 0;
+  bool enabled_ = false;
+  std::size_t sets_ = 0;
+  std::size_t extrapolated_ = 0;
+};
+
+}  // namespace panoptes::hw
