@@ -2,9 +2,6 @@
 // Reads every #include of the tree and fails on one against the arrows of the house.
 #include <algorithm>
 #include <array>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <regex>
 #include <sstream>
 #include <string>
@@ -13,6 +10,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/support/source_tree.h"
 
 namespace panoptes {
 namespace {
@@ -102,25 +101,14 @@ std::vector<std::string> faults_in(const std::string& file, const std::string& t
 }
 
 TEST(Includes, PointOneWay) {
-  const std::filesystem::path root = PANOPTES_SOURCE_DIR;
+  const std::vector<SourceFile> files = source_tree();
   std::vector<std::string> faults;
-  int files = 0;
-  for (const std::string_view floor : kFloors) {
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(root / floor)) {
-      const auto extension = entry.path().extension();
-      if (extension != ".h" && extension != ".cc") {
-        continue;
-      }
-      std::ifstream in(entry.path());
-      const std::string text{std::istreambuf_iterator<char>(in), {}};
-      const std::string file = std::filesystem::relative(entry.path(), root).generic_string();
-      for (const std::string& fault : faults_in(file, text)) {
-        faults.push_back(fault);
-      }
-      ++files;
+  for (const SourceFile& file : files) {
+    for (const std::string& fault : faults_in(file.name, file.text)) {
+      faults.push_back(fault);
     }
   }
-  EXPECT_GT(files, 100) << "the tree was not found";
+  EXPECT_GT(files.size(), 100U) << "the tree was not found";
   EXPECT_THAT(faults, testing::IsEmpty());
 }
 

@@ -214,7 +214,7 @@ struct Document {
 
   SettingsTree parse_file(const std::string& text, const std::string& file, const Path& path) {
     files.push_back(file);
-    Place place;
+    SettingsPlace place;
     place.file = file;
     SettingsTree tree = parse_settings(text, place, faults);
     if (tree.kind == Kind::kNull) {
@@ -982,7 +982,7 @@ void read_document(const std::string& name, const std::string* text,
     Override o;
     o.written = written.substr(0, equals);
     o.path = split_path(o.written);
-    Place place;
+    SettingsPlace place;
     place.override_path = o.written.empty() ? "?" : o.written;
     if (equals == std::string::npos || o.path.empty()) {
       document.faults.push_back(

@@ -21,7 +21,7 @@ constexpr std::size_t kMaxNodes = 200'000;
 // Turns the parser's events into a tree.
 class TreeBuilder : public YAML::EventHandler {
  public:
-  TreeBuilder(const Place& place, std::vector<SettingsFault>& faults)
+  TreeBuilder(const SettingsPlace& place, std::vector<SettingsFault>& faults)
       : place_(place), faults_(faults) {}
 
   SettingsTree take() { return std::move(root_); }
@@ -76,8 +76,8 @@ class TreeBuilder : public YAML::EventHandler {
     SettingsTree::Key key;
   };
 
-  Place at(const YAML::Mark& mark) const {
-    Place place = place_;
+  SettingsPlace at(const YAML::Mark& mark) const {
+    SettingsPlace place = place_;
     if (place.override_path.empty()) {
       place.line = mark.line + 1;
       place.column = mark.column + 1;
@@ -149,7 +149,7 @@ class TreeBuilder : public YAML::EventHandler {
       parent.has_key = false;
       if (const SettingsTree* first = parent.node.find(parent.key.name)) {
         const auto index = static_cast<std::size_t>(first - parent.node.items.data());
-        const Place& place = parent.node.keys[index].place;
+        const SettingsPlace& place = parent.node.keys[index].place;
         faults_.push_back({parent.key.place, path_of(parent.key.name),
                            "given twice; the first is in line " + std::to_string(place.line)});
         return;
@@ -159,7 +159,7 @@ class TreeBuilder : public YAML::EventHandler {
     }
   }
 
-  Place place_;
+  SettingsPlace place_;
   std::vector<SettingsFault>& faults_;
   std::vector<Open> stack_;
   std::map<YAML::anchor_t, SettingsTree> anchored_;
@@ -259,7 +259,7 @@ void print(const SettingsTree& node, int indent, std::string& out) {
 
 }  // namespace
 
-std::string Place::text() const {
+std::string SettingsPlace::text() const {
   if (!override_path.empty()) {
     return "--set " + override_path;
   }
@@ -284,7 +284,7 @@ SettingsTree& SettingsTree::add(Key key) {
   return items.emplace_back();
 }
 
-SettingsTree parse_settings(const std::string& text, const Place& place,
+SettingsTree parse_settings(const std::string& text, const SettingsPlace& place,
                             std::vector<SettingsFault>& faults) {
   TreeBuilder builder(place, faults);
   try {
@@ -299,7 +299,7 @@ SettingsTree parse_settings(const std::string& text, const Place& place,
       return tree;
     }
   } catch (const YAML::Exception& error) {
-    Place where = place;
+    SettingsPlace where = place;
     if (where.override_path.empty() && !error.mark.is_null()) {
       where.line = error.mark.line + 1;
       where.column = error.mark.column + 1;

@@ -8,7 +8,7 @@
 namespace panoptes {
 
 /// Where something was said: a place in a file, or a `--set` of the command line.
-struct Place {
+struct SettingsPlace {
   std::string file;  ///< empty for `--set`
   int line = 0;      ///< counted from 1
   int column = 0;
@@ -23,11 +23,11 @@ struct SettingsTree {
   enum class Kind { kNull, kScalar, kList, kMapping, kBroken };  ///< kBroken: reported already
   struct Key {
     std::string name;
-    Place place;
+    SettingsPlace place;
   };
 
   Kind kind = Kind::kNull;
-  Place place;
+  SettingsPlace place;
   std::string text;             ///< of a scalar
   bool quoted = false;          ///< a scalar that is text whatever it looks like
   std::string required_sha256;  ///< of the file that is named here
@@ -42,12 +42,12 @@ struct SettingsTree {
 /// Reads yaml text. `place` names the file (or the `--set`) the text came from; faults (broken
 /// yaml, keys given twice) go to `faults` with their places, and what could be read is returned.
 struct SettingsFault {
-  Place place;
+  SettingsPlace place;
   std::string path;
   std::string text;
   bool missing_asset = false;
 };
-SettingsTree parse_settings(const std::string& text, const Place& place,
+SettingsTree parse_settings(const std::string& text, const SettingsPlace& place,
                             std::vector<SettingsFault>& faults);
 
 std::string print_settings(const SettingsTree& tree);

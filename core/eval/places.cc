@@ -27,7 +27,7 @@ float diagonal_max(const DistanceTable& distances, int recent, int earlier, Head
   return largest;
 }
 
-ClosureReport closure_of(const PlaceCandidate& candidate) {
+ClosureReport closure_of(const DiagonalCandidate& candidate) {
   ClosureReport closure;
   closure.recent = candidate.recent;
   closure.earlier = candidate.earlier;
@@ -50,12 +50,12 @@ DistanceTable::DistanceTable(int count, const std::function<double(int, int)>& d
   }
 }
 
-std::vector<PlaceCandidate> place_candidates(const DistanceTable& distances, bool both_headings,
-                                             const std::vector<double>& path_m) {
+std::vector<DiagonalCandidate> place_candidates(const DistanceTable& distances, bool both_headings,
+                                                const std::vector<double>& path_m) {
   PANOPTES_CHECK(path_m.size() == at(distances.count()), "a path length for every keyframe");
-  std::vector<PlaceCandidate> candidates;
+  std::vector<DiagonalCandidate> candidates;
   for (int i = kAround; i + kAround < distances.count(); ++i) {
-    PlaceCandidate best{i, -1, Heading::kSame, std::numeric_limits<float>::infinity()};
+    DiagonalCandidate best{i, -1, Heading::kSame, std::numeric_limits<float>::infinity()};
     for (int j = kAround; j + kAround < i - kAround && path_m[at(i)] - path_m[at(j)] >= kBetween_m;
          ++j) {
       for (const Heading heading : {Heading::kSame, Heading::kOpposite}) {
@@ -75,17 +75,17 @@ std::vector<PlaceCandidate> place_candidates(const DistanceTable& distances, boo
   return candidates;
 }
 
-PlaceRecall recall_at_full_precision(const std::vector<PlaceCandidate>& candidates,
+PlaceRecall recall_at_full_precision(const std::vector<DiagonalCandidate>& candidates,
                                      const std::vector<Pose2>& true_T_scene_body,
                                      const std::vector<double>& path_m) {
   float closest_wrong = std::numeric_limits<float>::infinity();
-  for (const PlaceCandidate& candidate : candidates) {
+  for (const DiagonalCandidate& candidate : candidates) {
     if (!is_correct(closure_of(candidate), true_T_scene_body)) {
       closest_wrong = std::min(closest_wrong, candidate.distance);
     }
   }
   std::vector<ClosureReport> accepted;
-  for (const PlaceCandidate& candidate : candidates) {
+  for (const DiagonalCandidate& candidate : candidates) {
     if (candidate.distance < closest_wrong) {
       accepted.push_back(closure_of(candidate));
     }

@@ -27,7 +27,7 @@ class DistanceTable {
 };
 
 /// A place that looks most like an earlier one, and how much the two differ.
-struct PlaceCandidate {
+struct DiagonalCandidate {
   int recent = 0;
   int earlier = 0;
   Heading heading = Heading::kSame;
@@ -49,12 +49,12 @@ struct PlaceRecall {
 /// same or the opposite way meets the same places, and on it the largest element. Earlier: at least
 /// 5 m of way before. `both_headings` is false where pictures look one way only, in which nothing
 /// shows the robot that it goes the other way. In order of the keyframes.
-std::vector<PlaceCandidate> place_candidates(const DistanceTable& distances, bool both_headings,
-                                             const std::vector<double>& path_m);
+std::vector<DiagonalCandidate> place_candidates(const DistanceTable& distances, bool both_headings,
+                                                const std::vector<double>& path_m);
 
 /// Accepts every candidate below the closest wrong one: right and recalled as `loop_figures` has
 /// it.
-PlaceRecall recall_at_full_precision(const std::vector<PlaceCandidate>& candidates,
+PlaceRecall recall_at_full_precision(const std::vector<DiagonalCandidate>& candidates,
                                      const std::vector<Pose2>& true_T_scene_body,
                                      const std::vector<double>& path_m);
 

@@ -27,7 +27,7 @@ void Occlusion::start(const Eigen::Matrix4f& clip_scene, int width_px, int heigh
   tiles_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), 0.0F);
 }
 
-void Occlusion::project(const Rectangle& rectangle) {
+void Occlusion::project(const SpaceRectangle& rectangle) {
   const Eigen::Vector4f corner =
       clip_scene_ *
       Eigen::Vector4f(rectangle.corner.x(), rectangle.corner.y(), rectangle.corner.z(), 1.0F);
@@ -44,7 +44,7 @@ void Occlusion::project(const Rectangle& rectangle) {
   }
 }
 
-bool Occlusion::hides(const Rectangle& rectangle) {
+bool Occlusion::hides(const SpaceRectangle& rectangle) {
   project(rectangle);
   if (!in_front_) {
     return false;

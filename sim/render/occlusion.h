@@ -9,7 +9,7 @@
 namespace panoptes::sim {
 
 /// A rectangle in space.
-struct Rectangle {
+struct SpaceRectangle {
   Eigen::Vector3f corner = Eigen::Vector3f::Zero();
   Eigen::Vector3f side_u = Eigen::Vector3f::Zero();
   Eigen::Vector3f side_v = Eigen::Vector3f::Zero();
@@ -25,13 +25,13 @@ class Occlusion {
   void start(const Eigen::Matrix4f& clip_scene, int width_px, int height_px, float near_m);
 
   /// Whether nothing in the rectangle can be seen behind those that were added.
-  bool hides(const Rectangle& rectangle);
+  bool hides(const SpaceRectangle& rectangle);
 
   /// A rectangle that is drawn whole. Follows upon hides() of the same.
   void add();
 
  private:
-  void project(const Rectangle& rectangle);
+  void project(const SpaceRectangle& rectangle);
   float& nearness(int column, int row) {
     return tiles_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
                   static_cast<std::size_t>(column)];

@@ -84,11 +84,11 @@ struct DrawnChart {
   Vec3 normal;
   double offset_m = 0;  ///< of the plane along its normal
   bool backdrop = false;
-  bool flat = false;        ///< within its rectangle
-  bool full = false;        ///< its chart's parts together fill the rectangle
-  Rectangle rectangle;      ///< about the chart
-  std::uint32_t array = 0;  ///< of textures
-  std::uint32_t first = 0;  ///< in the list of all indices
+  bool flat = false;         ///< within its rectangle
+  bool full = false;         ///< its chart's parts together fill the rectangle
+  SpaceRectangle rectangle;  ///< about the chart
+  std::uint32_t array = 0;   ///< of textures
+  std::uint32_t first = 0;   ///< in the list of all indices
   std::uint32_t count = 0;
 };
 

@@ -54,7 +54,7 @@ TEST(PlaceCandidates, OfPicturesThatLookOneWayNeverGoTheOther) {
     return (a.position() - b.position()).norm() + (a.theta_rad == b.theta_rad ? 0 : 100);
   });
   const auto candidates = place_candidates(one_way, false, path_m);
-  for (const PlaceCandidate& candidate : candidates) {
+  for (const DiagonalCandidate& candidate : candidates) {
     EXPECT_EQ(candidate.heading, Heading::kSame);
   }
   const PlaceRecall recall = recall_at_full_precision(candidates, truth, path_m);
@@ -65,15 +65,15 @@ TEST(PlaceCandidates, OfPicturesThatLookOneWayNeverGoTheOther) {
 TEST(PlaceRecall, EndsAtTheClosestWrongOne) {
   const std::vector<Pose2> truth = to_and_fro();
   const std::vector<double> path_m = path_lengths_m(truth);
-  const PlaceCandidate near{45, 3, Heading::kSame, 1};
-  const PlaceCandidate far{50, 8, Heading::kSame, 3};
-  PlaceCandidate wrong{52, 4, Heading::kSame, 2};
+  const DiagonalCandidate near{45, 3, Heading::kSame, 1};
+  const DiagonalCandidate far{50, 8, Heading::kSame, 3};
+  DiagonalCandidate wrong{52, 4, Heading::kSame, 2};
   EXPECT_EQ(recall_at_full_precision({near, wrong, far}, truth, path_m).recognised, 1);
   wrong.distance = 4;
   EXPECT_EQ(recall_at_full_precision({near, wrong, far}, truth, path_m).recognised, 2);
   wrong.distance = 1;  // a tie cannot be told apart
   EXPECT_EQ(recall_at_full_precision({near, wrong, far}, truth, path_m).recognised, 0);
-  PlaceCandidate turned = near;  // the right place, the wrong way round
+  DiagonalCandidate turned = near;  // the right place, the wrong way round
   turned.heading = Heading::kOpposite;
   turned.distance = 0;
   EXPECT_EQ(recall_at_full_precision({turned, near, far}, truth, path_m).recognised, 0);

@@ -27,12 +27,12 @@ Occlusion started(const View& view) {
 }
 
 /// Across the view at `x_m`, its middle at (y, z).
-Rectangle screen(float x_m, float width_m, float height_m, float y_m = 0, float z_m = 0) {
+SpaceRectangle screen(float x_m, float width_m, float height_m, float y_m = 0, float z_m = 0) {
   return {{x_m, y_m - width_m / 2, z_m - height_m / 2}, {0, width_m, 0}, {0, 0, height_m}};
 }
 
 /// How far along the axis the ray of a pixel meets it.
-std::optional<double> distance_m(const Rectangle& r, const View& view, int column, int row) {
+std::optional<double> distance_m(const SpaceRectangle& r, const View& view, int column, int row) {
   const Vec3 ray = view.T_scene_camera.rotation * view.intrinsics.ray(Vec2(column, row));
   const Vec3 u = r.side_u.cast<double>();
   const Vec3 v = r.side_v.cast<double>();
@@ -81,9 +81,9 @@ TEST(Occlusion, NeverHidesWhatAPixelShows) {
   int hidden = 0;
   for (int scene = 0; scene < 120; ++scene) {
     Occlusion occlusion = started(view);
-    std::vector<Rectangle> added;
+    std::vector<SpaceRectangle> added;
     for (int i = 0; i < 60; ++i) {
-      Rectangle r;
+      SpaceRectangle r;
       const Eigen::Vector3f side(draw(-1, 1), draw(-1, 1), draw(-1, 1));
       r.corner = {draw(-0.2, 0.6 + 0.1 * i), draw(-2, 2), draw(-2, 2)};
       r.side_u = side.normalized() * draw(0.1, 3);
