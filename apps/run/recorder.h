@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/run/finished_run.h"
 #include "apps/run/place_study.h"
 #include "apps/run/stage_clock.h"
 #include "core/camera/observation.h"
-#include "core/eval/coverage.h"
-#include "core/eval/requirement.h"
 #include "core/eval/run_result.h"
 #include "core/eval/truth.h"
 #include "core/io/csv.h"
@@ -19,26 +17,6 @@
 #include "core/nav/nav_step.h"
 
 namespace panoptes {
-
-/// What a run is, before it starts.
-struct RunInfo {
-  std::string command = "explore";
-  std::string version;
-  std::string mission;  ///< the mission's file name without its folder
-  std::uint64_t seed = 0;
-  std::string mission_yaml;  ///< every setting as resolved
-  std::vector<Requirement> require;
-  bool judged = true;                ///< whether `require` decides the exit status
-  std::optional<Pose2> T_scene_map;  ///< of the run that founded the map; else this one's start
-  std::optional<std::int64_t> start_unix_ns;  ///< physical and served runs
-};
-
-/// How it ended.
-struct RunEnd {
-  std::string outcome = "completed";  ///< becomes `collision` or `stuck` where the run was that
-  std::string end_reason;             ///< of a completed run; else what happened, for the summary
-  std::optional<Time> commands_diverged_at = {};  ///< a replay that would have driven elsewhere
-};
 
 struct RunReport {
   int exit_status = 0;
@@ -64,32 +42,19 @@ class Recorder {
   void add_snapshot(Time now, OccupancyMap map);
 
   /// All that is left behind, metrics.json last. Without truth the figures that need it are absent.
-  RunReport write_report(const std::optional<Truth>& truth, const RunResult& result, RunEnd end,
+  RunReport write_report(std::optional<Truth> truth, const RunResult& result, RunEnd end,
                          const std::vector<KeptKeyframe>& kept = {},
                          const PlaceStudy* places = nullptr);
 
  private:
   void keep_settings();
 
-  struct Frame {
-    Time stamp;
-    Pose2 T_odom_body;  ///< by the wheels alone
-    bool has_goal = false;
-  };
-  struct Snapshot {
-    Time stamp;
-    OccupancyMap map;
-  };
-
   std::filesystem::path out_dir_;
-  RunInfo info_;
+  FinishedRun run_;  ///< as far as it is known
   StageClock* clock_;
   double loop_from_s_;
   bool settings_kept_ = false;
   CsvWriter steps_;
-  std::vector<Frame> frames_;
-  std::vector<Snapshot> snapshots_;
-  std::vector<std::pair<Time, ClosureReport>> closures_;
   std::optional<Time> now_;  ///< of the last step
   std::optional<Time> last_frontier_;
   std::optional<Time> next_snapshot_;

@@ -245,6 +245,19 @@ TEST_F(RecorderTest, InventsNothingWithoutTruth) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "run" / "errors.png"));
 }
 
+TEST_F(RecorderTest, SaysWhatTheDevicesCounted) {
+  record(folder_ / "run", std::nullopt, {"devices.base.resyncs <= 2"},
+         {.outcome = "completed",
+          .end_reason = "explored",
+          .devices = {{"base", {{"resyncs", 3}, {"lost_s", 0.5}}}, {"front", {{"dropped", 1}}}}});
+  const json m = metrics(folder_ / "run");
+  EXPECT_EQ(m["devices"], json::parse(R"({"base": {"lost_s": 0.5, "resyncs": 3},
+                                          "front": {"dropped": 1}})"));
+  EXPECT_EQ(m["requirements"][0]["pass"], false);
+  record(folder_ / "none", std::nullopt);
+  EXPECT_FALSE(metrics(folder_ / "none").contains("devices"));
+}
+
 TEST_F(RecorderTest, JudgesTheRequirements) {
   const auto report = record(folder_ / "run", run_.truth,
                              {"map.coverage >= 0.85", "loops.false == 0", "outcome == completed",
