@@ -532,6 +532,7 @@ Observation SimulatedRobot::observe(Time deadline) {
     seen.odometry = at(now_).odometry;
   }
   seen.health.bumper_pressed = drive_world_.touching();
+  seen.health.bumper_bearings_rad = drive_world_.touch_bearings_rad();
   return seen;
 }
 

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include <opencv2/core/mat.hpp>
 
@@ -28,6 +29,8 @@ struct Health {
   bool bumper_pressed = false;
   bool motors_enabled = true;
   std::string held_by;  ///< what keeps the robot from moving until somebody acknowledges it
+  /// Where it is pressed, in the body, 0 ahead; none where the platform does not tell.
+  std::vector<double> bumper_bearings_rad = {};
 };
 
 /// What the robot perceived at one instant: the pictures of one frame set (none at a deadline; one

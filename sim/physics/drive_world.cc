@@ -125,6 +125,7 @@ class DriveWorld::Impl {
     world_.Step(static_cast<float>(kStep_s), kVelocityIterations, kPositionIterations);
     ++steps_;
 
+    touched_scene_.clear();
     std::map<std::string, Vec2> touched = touched_objects();
     if (!touched.empty()) {
       const Vec2 at = metres(disc_->GetPosition());
@@ -146,11 +147,13 @@ class DriveWorld::Impl {
     disc_->SetTransform(units(pose_.position()), 0);
     for (std::size_t i = 0; i < things_.count(); ++i) {
       if (things_.stands_against_robot(i)) {
-        touched.emplace(things_.name(i),
-                        things_.nearest_on(i, things_.places()[i], pose_.position()).p_scene);
+        const Vec2 p_scene = things_.nearest_on(i, things_.places()[i], pose_.position()).p_scene;
+        touched.emplace(things_.name(i), p_scene);
+        touched_scene_.push_back(p_scene);
       }
     }
     touching_ = !touched.empty();
+    note_bearings();
     note(touched, moves);
   }
 
@@ -160,6 +163,7 @@ class DriveWorld::Impl {
   const Motion& motion() const { return motion_; }
   double path_m() const { return path_m_; }
   bool touching() const { return touching_; }
+  const std::vector<double>& touch_bearings_rad() const { return touch_bearings_rad_; }
   const std::vector<TrueContact>& contacts() const { return contacts_; }
 
   double clearance_m() const {
@@ -224,19 +228,28 @@ class DriveWorld::Impl {
     }
   }
 
-  std::map<std::string, Vec2> touched_objects() const {
+  std::map<std::string, Vec2> touched_objects() {
     std::map<std::string, Vec2> touched;
     const auto add = [&](b2Contact* contact) {
       b2Fixture* other = contact->GetFixtureA()->GetBody() == disc_ ? contact->GetFixtureB()
                                                                     : contact->GetFixtureA();
-      if (const std::size_t thing = other->GetBody()->GetUserData().pointer; thing > 0) {
-        touched.emplace(
-            things_.name(thing - 1),
-            things_.nearest_on(thing - 1, things_.places()[thing - 1], pose_.position()).p_scene);
-        return;
+      const std::size_t thing = other->GetBody()->GetUserData().pointer;
+      const std::size_t fixed = other->GetUserData().pointer;
+      const std::string& name =
+          thing > 0 ? things_.name(thing - 1) : obstacles_.outlines()[fixed].object;
+      const Vec2 p_scene =
+          thing > 0
+              ? things_.nearest_on(thing - 1, things_.places()[thing - 1], pose_.position()).p_scene
+              : nearest_on(obstacles_.outlines()[fixed], pose_.position()).p_scene;
+      touched.emplace(name, p_scene);
+      // An outline may be touched at several places: each contact is with one edge of it.
+      if (contact->GetManifold()->pointCount > 0) {
+        b2WorldManifold manifold;
+        contact->GetWorldManifold(&manifold);
+        touched_scene_.push_back(metres(manifold.points[0]));
+      } else {
+        touched_scene_.push_back(p_scene);
       }
-      const Outline& outline = obstacles_.outlines()[other->GetUserData().pointer];
-      touched.emplace(outline.object, nearest_on(outline, pose_.position()).p_scene);
     };
     for (b2Contact* contact : first_touches_.contacts) {
       add(contact);
@@ -247,6 +260,14 @@ class DriveWorld::Impl {
       }
     }
     return touched;
+  }
+
+  void note_bearings() {
+    touch_bearings_rad_.clear();
+    for (const Vec2& p_scene : touched_scene_) {
+      const Vec2 p_body = pose_.inverse() * p_scene;
+      touch_bearings_rad_.push_back(std::atan2(p_body.y(), p_body.x()));
+    }
   }
 
   void note(const std::map<std::string, Vec2>& touched, bool moves) {
@@ -271,6 +292,8 @@ class DriveWorld::Impl {
   std::int64_t steps_ = 0;
   double path_m_ = 0;
   bool touching_ = false;
+  std::vector<Vec2> touched_scene_;
+  std::vector<double> touch_bearings_rad_;
   std::vector<TrueContact> contacts_;
   std::map<std::string, Time> last_touch_;
   FirstTouches first_touches_;  // outlives the world that calls it
@@ -297,6 +320,9 @@ double DriveWorld::path_m() const { return impl_->path_m(); }
 double DriveWorld::clearance_m() const { return impl_->clearance_m(); }
 const Things& DriveWorld::things() const { return impl_->things(); }
 bool DriveWorld::touching() const { return impl_->touching(); }
+const std::vector<double>& DriveWorld::touch_bearings_rad() const {
+  return impl_->touch_bearings_rad();
+}
 const std::vector<TrueContact>& DriveWorld::contacts() const { return impl_->contacts(); }
 
 }  // namespace panoptes::sim

@@ -45,6 +45,7 @@ class DriveWorld {
   double clearance_m() const;
   const Things& things() const;
   bool touching() const;
+  const std::vector<double>& touch_bearings_rad() const;  ///< in the body; one a place or more
   const std::vector<TrueContact>& contacts() const;
 
  private:

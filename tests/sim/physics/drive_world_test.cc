@@ -151,6 +151,22 @@ TEST(DriveWorld, TurnsAndBacksAwayFromWhatItTouches) {
   EXPECT_GT(world.clearance_m(), 0.1);
 }
 
+TEST(DriveWorld, KnowsWhereOnItsBodyItIsTouched) {
+  constexpr double kSlop_rad = 0.01;  // contacts are of before a step
+  std::vector<Outline> things{{"room", {{0, 0}, {4, 0}, {4, 4}, {0, 4}}}};
+  const Obstacles obstacles(things);
+  DriveWorld world(Body{}, obstacles, {3.5, 3.5, deg_to_rad(45)});
+  EXPECT_THAT(world.touch_bearings_rad(), testing::IsEmpty());
+  world.drive({0.3, 0}, kForever);
+  run(world, 3);  // into the corner
+  EXPECT_THAT(world.touch_bearings_rad(),
+              testing::UnorderedElementsAre(testing::DoubleNear(deg_to_rad(45), kSlop_rad),
+                                            testing::DoubleNear(deg_to_rad(-45), kSlop_rad)));
+  world.drive({-0.2, 0}, kForever);
+  run(world, 1);
+  EXPECT_THAT(world.touch_bearings_rad(), testing::IsEmpty());
+}
+
 TEST(DriveWorld, NeverEntersAnythingHoweverItIsDriven) {
   std::vector<Outline> things = walls(4);
   things.push_back(box("desk", 1, 1, 2.6, 1.8));
