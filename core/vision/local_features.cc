@@ -12,6 +12,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/check.h"
+#include "core/vision/grey.h"
 
 namespace panoptes {
 namespace {
@@ -163,13 +164,7 @@ void bind(Fields& f, FeatureOptions& o) {
 }
 
 LocalFeatures local_features(const FeatureOptions& options, const cv::Mat& picture) {
-  PANOPTES_CHECK(picture.type() == CV_8UC3 || picture.type() == CV_8UC1, "8-bit BGR or grey");
-  cv::Mat grey = picture;
-  if (picture.channels() == 3) {
-    cv::Mat converted;
-    cv::cvtColor(picture, converted, cv::COLOR_BGR2GRAY);
-    grey = converted;
-  }
+  const cv::Mat grey = grey_of(picture);
   std::vector<cv::KeyPoint> keypoints = spread(options, find_corners(options, grey), grey.size());
   LocalFeatures features;
   if (keypoints.empty()) {

@@ -7,9 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <opencv2/imgproc.hpp>
-
 #include "core/base/check.h"
+#include "core/vision/grey.h"
 
 namespace panoptes {
 namespace {
@@ -57,8 +56,7 @@ void count_colours(const cv::Mat& bgr, Counts& count) {
 
 // Pixels at the border have no gradient and are left out.
 void count_greys_and_gradients(HistogramKind kind, const cv::Mat& bgr, Counts& count) {
-  cv::Mat grey;
-  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+  const cv::Mat grey = grey_of(bgr);
   for (int v = 1; v + 1 < grey.rows; ++v) {
     const std::uint8_t* above = grey.ptr<std::uint8_t>(v - 1);
     const std::uint8_t* row = grey.ptr<std::uint8_t>(v);

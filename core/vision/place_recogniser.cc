@@ -8,17 +8,12 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/check.h"
+#include "core/vision/grey.h"
 
 namespace panoptes {
 
 PlaceView place_view(const RecogniserOptions& options, const cv::Mat& picture) {
-  PANOPTES_CHECK(picture.type() == CV_8UC3 || picture.type() == CV_8UC1, "8-bit BGR or grey");
-  cv::Mat grey = picture;
-  if (picture.channels() == 3) {
-    cv::Mat converted;
-    cv::cvtColor(picture, converted, cv::COLOR_BGR2GRAY);
-    grey = converted;
-  }
+  cv::Mat grey = grey_of(picture);
   const int side_px = std::max(grey.cols, grey.rows);
   if (side_px > options.most_side_px) {
     const double scale = static_cast<double>(options.most_side_px) / side_px;

@@ -5,9 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include <opencv2/imgproc.hpp>
-
 #include "core/base/check.h"
+#include "core/vision/grey.h"
 
 namespace panoptes {
 namespace {
@@ -22,16 +21,6 @@ constexpr int kCells = kColumns * kRows;
 constexpr int kBins = kLevels / (2 * kCells);
 
 using Counts = std::array<std::int64_t, kLevels>;
-
-cv::Mat to_grey(const cv::Mat& picture) {
-  PANOPTES_CHECK(picture.type() == CV_8UC3 || picture.type() == CV_8UC1, "8-bit BGR or grey");
-  if (picture.channels() == 1) {
-    return picture;
-  }
-  cv::Mat grey;
-  cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
-  return grey;
-}
 
 void count_greys(const cv::Mat& grey, Counts& count) {
   for (int row = 0; row < grey.rows; ++row) {
@@ -84,7 +73,7 @@ void bind(Fields& f, SignatureOptions& o) {
 
 PlaceSignature place_signature(const SignatureOptions& options, const cv::Mat& front,
                                const cv::Mat& back) {
-  const std::array<cv::Mat, 2> pictures{to_grey(front), to_grey(back)};
+  const std::array<cv::Mat, 2> pictures{grey_of(front), grey_of(back)};
   PlaceSignature signature;
   signature.grid = options.method == SignatureMethod::kGrid;
   std::array<Counts, 2 * kCells> of_cell{};
