@@ -17,6 +17,7 @@
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/crc32.h"
 #include "core/io/digits.h"
 #include "core/io/file.h"
@@ -62,14 +63,6 @@ constexpr std::size_t kShare_bytes = 4;
 constexpr float kPerPixel = 8;
 constexpr int kNothing = 128;          // of a map's picture: no evidence
 constexpr int kMostMapSide = 1 << 14;  // cells: 16 m of millimetres
-
-std::string joined(const std::vector<std::string>& fields) {
-  std::string row;
-  for (const std::string& field : fields) {
-    row += (row.empty() ? "" : ",") + field;
-  }
-  return row;
-}
 
 std::string hexadecimal(std::uint32_t value) {
   std::array<char, 9> digits{};
@@ -345,7 +338,7 @@ KeptKeyframe parse_keyframe(const Row& row, int number, Piles& piles) {
 
 KeyframeFiles keyframe_files(const std::vector<KeptKeyframe>& keyframes) {
   KeyframeFiles files;
-  files.table = joined({kNames.begin(), kNames.end()}) + "\n";
+  files.table = joined({kNames.begin(), kNames.end()}, ",") + "\n";
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
     const KeptKeyframe& keyframe = keyframes[k];
     const PlaceFeatures& points = keyframe.place.features;
@@ -359,9 +352,10 @@ KeyframeFiles keyframe_files(const std::vector<KeptKeyframe>& keyframes) {
                 keyframe.place.signature.grid ? kGrid : kMosaic,
                 std::to_string(points_kept(points[0])), std::to_string(points_kept(points[1])),
                 shortest(keyframe.grid->cell_m), std::to_string(map.first_column),
-                std::to_string(keyframe.grid->first_row), std::to_string(map.png.size())});
+                std::to_string(keyframe.grid->first_row), std::to_string(map.png.size())},
+               ",");
     const std::uint32_t crc = crc32(map.png, crc32(features, crc32(signature, crc32(row))));
-    files.table += joined({row, hexadecimal(crc)}) + "\n";
+    files.table += joined({row, hexadecimal(crc)}, ",") + "\n";
     files.signatures += signature;
     files.features += features;
     files.maps += map.png;
@@ -388,7 +382,7 @@ std::vector<KeptKeyframe> parse_keyframes(const std::string& folder, const Keyfr
     at = end + 1;
     if (line > 1) {
       keyframes.push_back(parse_keyframe(Row(place, text), line - 2, piles));
-    } else if (text != joined({kNames.begin(), kNames.end()})) {
+    } else if (text != joined({kNames.begin(), kNames.end()}, ",")) {
       throw ConfigError(place + ": other columns than this version keeps; repeat the run with it");
     }
   }
