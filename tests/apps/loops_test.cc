@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "apps/run_app.h"
 #include "core/io/csv.h"
 #include "core/io/file.h"
+#include "tests/support/run_here.h"
 #include "tests/support/scratch.h"
 #include "tests/support/wall_pictures.h"
 
@@ -27,29 +28,16 @@ class Loops : public ScratchTest {
   void write_laps() {
     std::filesystem::create_directories(folder_ / "p");
     for (int i = 0; i < 2 * kLap; ++i) {
-      cv::imwrite(file("p/" + std::to_string(i + 1) + ".jpg"),
+      cv::imwrite(path("p/" + std::to_string(i + 1) + ".jpg"),
                   wall_picture(i % kLap * kWallStep_px, Rng(1).fork(std::to_string(i))));
     }
   }
-  int loops(std::vector<std::string> words) {
-    words.insert(words.begin(), {"panoptes", "loops"});
-    words.insert(words.end(), {"--out", file("out")});
-    std::vector<const char*> argv;
-    for (const std::string& word : words) {
-      argv.push_back(word.c_str());
-    }
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    const int status = run_app(static_cast<int>(argv.size()), argv.data());
-    out_ = testing::internal::GetCapturedStdout();
-    err_ = testing::internal::GetCapturedStderr();
-    return status;
+  Said loops(std::vector<std::string> words) {
+    words.insert(words.begin(), "loops");
+    words.insert(words.end(), {"--out", path("out")});
+    return run_here(std::move(words));
   }
-  std::string file(const std::string& name) const { return (folder_ / name).string(); }
   json metrics() const { return json::parse(read_file(folder_ / "out/metrics.json")); }
-
-  std::string out_;
-  std::string err_;
 };
 
 TEST_F(Loops, FindsTheSecondLapInOrderOfNumbers) {
@@ -58,8 +46,9 @@ TEST_F(Loops, FindsTheSecondLapInOrderOfNumbers) {
   for (int i = 0; i < kLap; ++i) {
     pairs += std::to_string(i + kLap) + "," + std::to_string(i + 1) + ".jpg\n";
   }
-  write_file(file("pairs.csv"), pairs);
-  EXPECT_EQ(loops({file("p"), "--truth", file("pairs.csv")}), 0) << err_;
+  write_file(path("pairs.csv"), pairs);
+  const Said said = loops({path("p"), "--truth", path("pairs.csv")});
+  EXPECT_EQ(said.status, 0) << said.err;
   const json m = metrics();
   EXPECT_EQ(m["schema"], "panoptes.metrics/1");
   EXPECT_EQ(m["command"], "loops");
@@ -71,7 +60,7 @@ TEST_F(Loops, FindsTheSecondLapInOrderOfNumbers) {
   const CsvTable table = read_csv(folder_ / "out/loops.csv");
   ASSERT_EQ(table.rows.size(), static_cast<std::size_t>(2 * kLap));
   EXPECT_EQ(table.rows[9][table.column("picture")], "10.jpg");
-  EXPECT_GT(std::filesystem::file_size(file("out/loops.png")), 1000U);
+  EXPECT_GT(std::filesystem::file_size(path("out/loops.png")), 1000U);
 }
 
 TEST_F(Loops, TakesATruthOfPixelsAndCountsNoGreyOnes) {
@@ -80,8 +69,9 @@ TEST_F(Loops, TakesATruthOfPixelsAndCountsNoGreyOnes) {
   for (int i = 0; i < kLap; ++i) {
     truth.at<std::uint8_t>(i + kLap, i) = i % 2 == 0 ? 255 : 100;  // the lower half alone
   }
-  cv::imwrite(file("truth.png"), truth);
-  EXPECT_EQ(loops({file("p"), "--truth", file("truth.png"), "--quiet"}), 0) << err_;
+  cv::imwrite(path("truth.png"), truth);
+  const Said said = loops({path("p"), "--truth", path("truth.png"), "--quiet"});
+  EXPECT_EQ(said.status, 0) << said.err;
   EXPECT_EQ(metrics()["truth"]["revisits"], kLap / 2);
   EXPECT_EQ(metrics()["truth"]["wrong"], 0);
   EXPECT_GE(metrics()["truth"]["not_counted"], kLap / 2 - 1);
@@ -90,29 +80,32 @@ TEST_F(Loops, TakesATruthOfPixelsAndCountsNoGreyOnes) {
 TEST_F(Loops, RefusesWhatItCannotUseWithStatus2AndWritesNothing) {
   write_laps();
   const auto refused = [&](std::vector<std::string> words, const std::string& what) {
-    EXPECT_EQ(loops(std::move(words)), 2) << what;
-    EXPECT_THAT(err_, HasSubstr(what));
-    EXPECT_FALSE(std::filesystem::exists(file("out")));
+    const Said said = loops(std::move(words));
+    EXPECT_EQ(said.status, 2) << what;
+    EXPECT_THAT(said.err, HasSubstr(what));
+    EXPECT_FALSE(std::filesystem::exists(path("out")));
+    return said.err;
   };
-  refused({file("no")}, file("no") + ": no such picture or folder");
-  refused({file("p"), file("no")}, file("no") + ": no such picture or folder");
-  refused({file("p/1.jpg")}, file("p/1.jpg") + ": is one picture; give all that the camera took");
+  refused({path("no")}, path("no") + ": no such picture or folder");
+  refused({path("p"), path("no")}, path("no") + ": no such picture or folder");
+  refused({path("p/1.jpg")}, path("p/1.jpg") + ": is one picture; give all that the camera took");
   std::filesystem::create_directories(folder_ / "empty");
-  refused({file("empty")}, file("empty") + ": holds no pictures; name a folder of PNG or JPEG");
-  write_file(file("bad.png"), "no picture");
-  refused({file("p"), file("bad.png")}, file("bad.png") + ": is not a picture");
-  cv::imwrite(file("z.png"), cv::Mat(100, 100, CV_8U, cv::Scalar(9)));
-  refused({file("p"), file("z.png")}, "z.png: is 100 x 100 pixels and others are 320 x 240");
-  cv::imwrite(file("a.png"), cv::Mat(20, 20, CV_8U, cv::Scalar(9)));
-  refused({file("a.png"), file("p")}, file("a.png") + ": is 20 x 20 pixels; 48 are needed");
-  refused({file("p"), "--truth", file("none.csv")}, file("none.csv") + ": no such file");
-  refused({file("p"), "--truth", file("z.png")},
-          file("z.png") + ": is 100 x 100 pixels and there are 32 pictures");
-  write_file(file("t.csv"), "picture,earlier\n20,99\n7.jpg,x.jpg\n");
-  refused({file("p"), "--truth", file("t.csv")}, file("t.csv") + ":2: earlier: 99 is no picture");
-  EXPECT_THAT(err_, HasSubstr(file("t.csv") + ":3: earlier: x.jpg is no picture"));
-  write_file(file("t.csv"), "a,b\n1,2\n");
-  refused({file("p"), "--truth", file("t.csv")},
+  refused({path("empty")}, path("empty") + ": holds no pictures; name a folder of PNG or JPEG");
+  write_file(path("bad.png"), "no picture");
+  refused({path("p"), path("bad.png")}, path("bad.png") + ": is not a picture");
+  cv::imwrite(path("z.png"), cv::Mat(100, 100, CV_8U, cv::Scalar(9)));
+  refused({path("p"), path("z.png")}, "z.png: is 100 x 100 pixels and others are 320 x 240");
+  cv::imwrite(path("a.png"), cv::Mat(20, 20, CV_8U, cv::Scalar(9)));
+  refused({path("a.png"), path("p")}, path("a.png") + ": is 20 x 20 pixels; 48 are needed");
+  refused({path("p"), "--truth", path("none.csv")}, path("none.csv") + ": no such file");
+  refused({path("p"), "--truth", path("z.png")},
+          path("z.png") + ": is 100 x 100 pixels and there are 32 pictures");
+  write_file(path("t.csv"), "picture,earlier\n20,99\n7.jpg,x.jpg\n");
+  const std::string err = refused({path("p"), "--truth", path("t.csv")},
+                                  path("t.csv") + ":2: earlier: 99 is no picture");
+  EXPECT_THAT(err, HasSubstr(path("t.csv") + ":3: earlier: x.jpg is no picture"));
+  write_file(path("t.csv"), "a,b\n1,2\n");
+  refused({path("p"), "--truth", path("t.csv")},
           "give a table that begins with the line picture,earlier");
 }
 

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
-#include "apps/run_app.h"
 #include "core/io/file.h"
 #include "core/io/g2o.h"
 #include "core/io/graph_file.h"
 #include "tests/core/graph/random_walk.h"
+#include "tests/support/run_here.h"
 #include "tests/support/scratch.h"
 
 namespace panoptes {
@@ -19,39 +20,22 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 
-struct Said {
-  int status = 0;
-  std::string out;
-  std::string err;
-};
-
 class Relax : public ScratchTest {
  protected:
   static Said relax(std::vector<std::string> words) {
-    words.insert(words.begin(), {"panoptes", "relax"});
-    std::vector<const char*> argv;
-    for (const std::string& word : words) {
-      argv.push_back(word.c_str());
-    }
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    Said said;
-    said.status = run_app(static_cast<int>(argv.size()), argv.data());
-    said.out = testing::internal::GetCapturedStdout();
-    said.err = testing::internal::GetCapturedStderr();
-    return said;
+    words.insert(words.begin(), "relax");
+    return run_here(std::move(words));
   }
-  std::string file(const std::string& name) const { return (folder_ / name).string(); }
   json metrics() const { return json::parse(read_file(folder_ / "out/r.metrics.json")); }
 };
 
 TEST_F(Relax, WritesTheGraphItsFiguresAndAPicture) {
   const Walk walk = random_walk(200, 20, {}, Rng(1));
-  write_g2o(file("g.g2o"), walk.graph);
-  const Said said = relax({file("g.g2o"), "--out", file("out/r.g2o")});
+  write_g2o(path("g.g2o"), walk.graph);
+  const Said said = relax({path("g.g2o"), "--out", path("out/r.g2o")});
   EXPECT_EQ(said.status, 0) << said.err;
-  EXPECT_THAT(said.out, HasSubstr(file("out/r.g2o")));
-  const PoseGraph relaxed = read_graph(file("out/r.g2o")).graph;
+  EXPECT_THAT(said.out, HasSubstr(path("out/r.g2o")));
+  const PoseGraph relaxed = read_graph(path("out/r.g2o")).graph;
   const json m = metrics();
   EXPECT_EQ(m["command"], "relax");
   EXPECT_EQ(m["outcome"], "completed");
@@ -63,24 +47,24 @@ TEST_F(Relax, WritesTheGraphItsFiguresAndAPicture) {
   constexpr double kWritten = 1e-6;  // informations are turned on the way
   EXPECT_NEAR(chi2(relaxed), end, kWritten * end);
   EXPECT_GT(m["chi2"]["start"], end);
-  EXPECT_GT(std::filesystem::file_size(file("out/r.png")), 1000U);
+  EXPECT_GT(std::filesystem::file_size(path("out/r.png")), 1000U);
 }
 
 TEST_F(Relax, LeavesFalseClosuresOut) {
   Walk walk = random_walk(200, 20, {}, Rng(2));
   const std::size_t edges = walk.graph.edges.size();
   add_false_closures(walk.graph, 20, 20, Rng(3));
-  write_g2o(file("g.g2o"), walk.graph);
-  EXPECT_EQ(relax({file("g.g2o"), "--robust", "--out", file("out/r.g2o")}).status, 0);
+  write_g2o(path("g.g2o"), walk.graph);
+  EXPECT_EQ(relax({path("g.g2o"), "--robust", "--out", path("out/r.g2o")}).status, 0);
   EXPECT_EQ(metrics()["edges_rejected"], 20);
-  EXPECT_EQ(read_graph(file("out/r.g2o")).graph.edges.size(), edges);
+  EXPECT_EQ(read_graph(path("out/r.g2o")).graph.edges.size(), edges);
 }
 
 TEST_F(Relax, SaysThatItDidNotSettle) {
   Walk walk = random_walk(400, 20, {}, Rng(5));
   add_false_closures(walk.graph, 200, 20, Rng(6));
-  write_g2o(file("g.g2o"), walk.graph);
-  const Said said = relax({file("g.g2o"), "--out", file("out/r.g2o")});
+  write_g2o(path("g.g2o"), walk.graph);
+  const Said said = relax({path("g.g2o"), "--out", path("out/r.g2o")});
   EXPECT_EQ(said.status, 1);
   EXPECT_EQ(metrics()["outcome"], "failed");
   EXPECT_THAT(said.err, HasSubstr("g.g2o: did not settle within"));
@@ -93,9 +77,9 @@ TEST_F(Relax, StartsAndDescendsAsAsked) {
   for (Pose2& pose : nowhere.T_map_node) {
     pose = {};
   }
-  write_g2o(file("g.g2o"), nowhere);
+  write_g2o(path("g.g2o"), nowhere);
   const Said said =
-      relax({file("g.g2o"), "--start", "odometry", "--method", "toro", "--out", file("out/r.g2o")});
+      relax({path("g.g2o"), "--start", "odometry", "--method", "toro", "--out", path("out/r.g2o")});
   EXPECT_EQ(said.status, 0);
   EXPECT_EQ(metrics()["method"], "toro");
   const double odometry = chi2(walk.graph);
@@ -103,32 +87,32 @@ TEST_F(Relax, StartsAndDescendsAsAsked) {
 }
 
 TEST_F(Relax, HasNoChi2BeforeWhereTheFileHasNoPoses) {
-  write_file(file("g.g2o"),
+  write_file(path("g.g2o"),
              "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE2 1 2 1 0 0 1 0 0 1 0 1\n"
              "EDGE_SE2 0 2 2.1 0 0 1 0 0 1 0 1\n");
-  EXPECT_EQ(relax({file("g.g2o"), "--out", file("out/r.g2o")}).status, 0);
+  EXPECT_EQ(relax({path("g.g2o"), "--out", path("out/r.g2o")}).status, 0);
   EXPECT_FALSE(metrics()["chi2"].contains("start"));
 }
 
 TEST_F(Relax, RefusesWhatItCannotUseWithStatus2AndWritesNothing) {
-  Said said = relax({file("no.g2o"), "--out", file("out/r.g2o")});
+  Said said = relax({path("no.g2o"), "--out", path("out/r.g2o")});
   EXPECT_EQ(said.status, 2);
-  EXPECT_EQ(said.err, file("no.g2o") + ": no such file\n");
-  write_file(file("g.g2o"), "VERTEX_SE2 0 0 0 0\nEDGE_SE2 0 3 1 0 0 1 0 0 1 0 1\n");
-  said = relax({file("g.g2o"), "--out", file("out/r.g2o")});
+  EXPECT_EQ(said.err, path("no.g2o") + ": no such file\n");
+  write_file(path("g.g2o"), "VERTEX_SE2 0 0 0 0\nEDGE_SE2 0 3 1 0 0 1 0 0 1 0 1\n");
+  said = relax({path("g.g2o"), "--out", path("out/r.g2o")});
   EXPECT_EQ(said.status, 2);
-  EXPECT_EQ(said.err, file("g.g2o") + ":2: there is no vertex 3\n");
-  write_file(file("h.g2o"), "EDGE_SE2 5 7 1 0 0 1 0 0 1 0 1\nEDGE_SE2 5 9 1 0 0 1 0 0 1 0 1\n");
-  said = relax({file("h.g2o"), "--robust", "--out", file("out/r.g2o")});
+  EXPECT_EQ(said.err, path("g.g2o") + ":2: there is no vertex 3\n");
+  write_file(path("h.g2o"), "EDGE_SE2 5 7 1 0 0 1 0 0 1 0 1\nEDGE_SE2 5 9 1 0 0 1 0 0 1 0 1\n");
+  said = relax({path("h.g2o"), "--robust", "--out", path("out/r.g2o")});
   EXPECT_EQ(said.status, 2);
   EXPECT_THAT(said.err, HasSubstr("no edge joins vertices 7 and 9"));
-  EXPECT_EQ(relax({file("h.g2o"), "--out", file("h.g2o")}).status, 2);
-  EXPECT_EQ(relax({file("h.g2o"), "--out", file("out")}).status, 2);
-  EXPECT_EQ(relax({file("h.g2o"), "--out", file("h.g2o") + "/r.g2o"}).status, 2);
+  EXPECT_EQ(relax({path("h.g2o"), "--out", path("h.g2o")}).status, 2);
+  EXPECT_EQ(relax({path("h.g2o"), "--out", path("out")}).status, 2);
+  EXPECT_EQ(relax({path("h.g2o"), "--out", path("h.g2o") + "/r.g2o"}).status, 2);
   EXPECT_EQ(
-      relax({file("h.g2o"), "--robust", "--method", "toro", "--out", file("out/r.g2o")}).status, 2);
-  EXPECT_EQ(relax({file("h.g2o"), "--method", "magic", "--out", file("out/r.g2o")}).status, 2);
-  EXPECT_FALSE(std::filesystem::exists(file("out")));
+      relax({path("h.g2o"), "--robust", "--method", "toro", "--out", path("out/r.g2o")}).status, 2);
+  EXPECT_EQ(relax({path("h.g2o"), "--method", "magic", "--out", path("out/r.g2o")}).status, 2);
+  EXPECT_FALSE(std::filesystem::exists(path("out")));
 }
 
 }  // namespace

@@ -20,6 +20,8 @@ class ScratchTest : public testing::Test {
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
   std::filesystem::path folder_;
 };
 

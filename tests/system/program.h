@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tests/support/said.h"
 #include "tests/support/scratch.h"
 
 namespace panoptes {
@@ -20,12 +21,6 @@ struct Fate {
   std::optional<std::uint64_t> largest_file_bytes;  ///< as a full disk
   int signal = 0;                                   ///< sent as soon as
   std::filesystem::path signal_when;                ///< is there
-};
-
-struct Said {
-  int status = -1;  ///< the exit status; -1 when a signal ended it
-  std::string out;
-  std::string err;
 };
 
 /// A test of the program in a folder of its own, which is the program's working directory. The

@@ -23,7 +23,6 @@ class Boxes : public ScratchTest {
     cv::imwrite(path("a.png"), cv::Mat(4, 4, CV_8UC3, cv::Scalar(10, 20, 30)));
     cv::imwrite(path("b.png"), cv::Mat(4, 4, CV_8UC3, cv::Scalar(90, 80, 70)));
   }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
   static World make(const BoxSettings& box) {
     WorldSettings settings;

@@ -36,7 +36,6 @@ class LoadWorld : public ScratchTest {
     cv::imwrite(path("other.png"), cv::Mat(4, 4, CV_8UC3, cv::Scalar(90, 80, 70)));
   }
 
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(path(name)) << text;
   }
