@@ -36,7 +36,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr int kMostSide_px = 8192;
 constexpr int kLeastSide_px = 48;  // of which the descriptors of features leave some points
 
 struct LoopsArguments {
@@ -102,7 +101,7 @@ Seen look_at(const std::vector<std::string>& files, const RecogniserOptions& opt
     }
     cv::Mat grey;
     try {
-      grey = decode_picture(read_file(files[i]), kMostSide_px, PictureColours::kGrey);
+      grey = decode_picture(read_file(files[i]), kMostPictureSide_px, PictureColours::kGrey);
       if (std::min(grey.cols, grey.rows) < kLeastSide_px) {
         throw ConfigError(fmt::format("is {} x {} pixels; {} are needed either way", grey.cols,
                                       grey.rows, kLeastSide_px));

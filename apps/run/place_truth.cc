@@ -21,7 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostSide_px = 8192;
 constexpr std::uint8_t kWhite = 255;
 
 std::optional<int> picture_of(const std::string& field, const std::vector<std::string>& pictures) {
@@ -76,7 +75,7 @@ PlaceTruth truth_of_table(const std::string& file, const std::vector<std::string
 PlaceTruth truth_of_picture(const std::string& file, const std::string& bytes, int pictures) {
   cv::Mat grey;
   try {
-    grey = decode_picture(bytes, kMostSide_px, PictureColours::kGrey);
+    grey = decode_picture(bytes, kMostPictureSide_px, PictureColours::kGrey);
   } catch (const ConfigError& error) {
     throw ConfigError(file + ": " + error.what());
   }

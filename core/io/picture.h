@@ -17,6 +17,9 @@ struct PictureSize {
 /// else.
 std::optional<PictureSize> picture_size(std::string_view bytes);
 
+/// Of pictures that somebody hands in: as much as a camera may have, and decoded 0.2 GB.
+inline constexpr int kMostPictureSide_px = 8192;
+
 enum class PictureColours { kBgr, kGrey };
 
 /// The pixels of such a file, 8 bits a channel. Its size is looked at before anything is decoded,

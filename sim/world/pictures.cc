@@ -12,12 +12,6 @@
 #include "core/io/picture.h"
 
 namespace panoptes::sim {
-namespace {
-
-// Far above what is drawn (512 pixels); decoded it takes 0.2 GB.
-constexpr int kMostSide_px = 8192;
-
-}  // namespace
 
 template <class Read>
 int Pictures::find_or_add(const std::string& name, const std::string& mention, const Read& read) {
@@ -42,14 +36,14 @@ int Pictures::from_file(const std::string& file, const std::string& mention) {
     if (!std::filesystem::is_regular_file(name, ignored)) {
       throw IoError("does not exist; correct its path or put the file there");
     }
-    return decode_picture(read_file(name), kMostSide_px, PictureColours::kBgr);
+    return decode_picture(read_file(name), kMostPictureSide_px, PictureColours::kBgr);
   });
 }
 
 int Pictures::from_bytes(const std::string& name, const std::string& bytes,
                          const std::string& mention) {
   return find_or_add(name, mention, [&bytes] {
-    return decode_picture(bytes, kMostSide_px, PictureColours::kBgr);
+    return decode_picture(bytes, kMostPictureSide_px, PictureColours::kBgr);
   });
 }
 
