@@ -18,6 +18,7 @@
 
 #include "apps/command.h"
 #include "apps/run/out_dir.h"
+#include "apps/run/pictures.h"
 #include "apps/run/place_truth.h"
 #include "apps/run/progress.h"
 #include "apps/run/recognition_picture.h"
@@ -203,8 +204,8 @@ void write_table(const fs::path& path, const std::vector<std::string>& files,
   table.finish();
 }
 
-std::string drawn(const Seen& seen, const RunRecognition& run,
-                  const std::optional<PlaceTruth>& truth, const std::string& title) {
+cv::Mat drawn(const Seen& seen, const RunRecognition& run, const std::optional<PlaceTruth>& truth,
+              const std::string& title) {
   const int count = static_cast<int>(seen.views.size());
   RecognitionPicture picture{cv::Mat::zeros(count, count, CV_32F), {}, title};
   for (int i = 0; i < count; ++i) {
@@ -271,7 +272,7 @@ int find_loops(const LoopsArguments& args) {
                          judged["recall_at_full_precision"]["features"].get<double>());
   }
   write_table(out.path() / "loops.csv", files, run, truth);
-  write_file(out.path() / "loops.png", drawn(seen, run, truth, title));
+  write_file(out.path() / "loops.png", png(drawn(seen, run, truth, title)));
   write_file(out.path() / "metrics.json", figures.dump(2) + "\n");
   out.keep();
   std::printf("%s\n%s\n", title.c_str(), (out.path() / "loops.csv").c_str());

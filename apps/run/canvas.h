@@ -17,7 +17,7 @@ struct Colour {
 };
 constexpr Colour kInk{38, 42, 48};
 constexpr Colour kFaint{120, 126, 134};
-constexpr Colour kGrid{226, 229, 233};
+constexpr Colour kGridColour{226, 229, 233};
 constexpr Colour kPaper{255, 255, 255};
 
 /// Draws in the final picture's pixels. Everything is drawn at twice its size and shrunk, which

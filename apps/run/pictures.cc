@@ -176,13 +176,13 @@ cv::Mat draw_plot(const Plot& plot) {
   canvas.text(plot.title, {low.x(), 32}, kInk, 19);
   for (int i = 0; i * y_step <= y_end * (1 + 1e-9); ++i) {
     const Vec2 at = to_px(0, i * y_step);
-    canvas.line(at, {high.x(), at.y()}, i == 0 ? kFaint : kGrid, 1);
+    canvas.line(at, {high.x(), at.y()}, i == 0 ? kFaint : kGridColour, 1);
     canvas.text(short_number(i * y_step), {low.x() - 9, at.y() + 5}, kFaint, 14, 1);
   }
   const double x_step = round_step(x_end, 12);
   for (int i = 0; i * x_step <= x_end * (1 + 1e-9); ++i) {
     const Vec2 at = to_px(i * x_step, 0);
-    canvas.line(at, {at.x(), low.y()}, kGrid, 1);
+    canvas.line(at, {at.x(), low.y()}, kGridColour, 1);
     canvas.text(short_number(i * x_step), {at.x(), at.y() + 22}, kFaint, 14, 0.5);
   }
   canvas.line({low.x(), high.y()}, {high.x(), high.y()}, kFaint, 1);

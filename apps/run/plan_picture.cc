@@ -125,11 +125,11 @@ cv::Mat draw_plan(const PlanPicture& picture, int size_px) {
   };
   ticks(0, [&](double x) {
     const double px = to_px({x, 0}).x();
-    canvas.line({px, 0}, {px, opposite.y()}, kGrid, 1);
+    canvas.line({px, 0}, {px, opposite.y()}, kGridColour, 1);
   });
   ticks(1, [&](double y) {
     const double px = to_px({0, y}).y();
-    canvas.line({0, px}, {opposite.x(), px}, kGrid, 1);
+    canvas.line({0, px}, {opposite.x(), px}, kGridColour, 1);
   });
 
   for (const std::vector<Vec2>& thing : picture.things_scene) {

@@ -38,7 +38,7 @@ cv::Mat greys_of(const cv::Mat& distance) {
 
 }  // namespace
 
-std::string draw_recognition(const RecognitionPicture& picture) {
+cv::Mat draw_recognition(const RecognitionPicture& picture) {
   PANOPTES_CHECK(picture.distance.type() == CV_32F && picture.distance.rows > 0 &&
                      picture.distance.rows == picture.distance.cols,
                  "a row and a column a picture");
@@ -74,7 +74,7 @@ std::string draw_recognition(const RecognitionPicture& picture) {
     entry("rightly", kTruthColour);
     entry("wrongly", kWrongColour);
   }
-  return png(canvas.shrunk());
+  return canvas.shrunk();
 }
 
 }  // namespace panoptes

@@ -22,7 +22,7 @@ struct RecognitionPicture {
   std::string title;
 };
 
-/// The matrix of distances, near ones dark, with what was found, as PNG bytes.
-std::string draw_recognition(const RecognitionPicture& picture);
+/// The matrix of distances, near ones dark, with what was found. 8-bit BGR.
+cv::Mat draw_recognition(const RecognitionPicture& picture);
 
 }  // namespace panoptes
