@@ -4,8 +4,8 @@
 #include <cctype>
 #include <cstdio>
 #include <filesystem>
-#include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -25,6 +25,7 @@
 #include "apps/run/stage_clock.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/eval/places.h"
 #include "core/eval/recognition.h"
 #include "core/io/csv.h"
 #include "core/io/file.h"
@@ -128,23 +129,17 @@ Seen look_at(const std::vector<std::string>& files, const RecogniserOptions& opt
   return seen;
 }
 
-// The signatures alone: nearest of all, and by the thesis's diagonals of seven.
+// The signatures alone: the place whose diagonal is nearest.
 std::vector<PlaceAnswer> by_signature(const std::vector<PlaceSignature>& signatures, int horizon,
-                                      int half) {
+                                      int around) {
   const int count = static_cast<int>(signatures.size());
+  const DistanceTable distances(
+      count, [&](int i, int j) { return emd_grey(signatures[i], signatures[j]); });
+  std::vector<int> until(signatures.size());
+  std::iota(until.begin(), until.end(), -horizon);
   std::vector<PlaceAnswer> answers(signatures.size());
-  for (int picture = half; picture + half < count; ++picture) {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (int earlier = half; earlier < picture - horizon; ++earlier) {
-      double farthest = 0;
-      for (int k = -half; k <= half && farthest < nearest; ++k) {
-        farthest = std::max(farthest, emd_grey(signatures[picture + k], signatures[earlier + k]));
-      }
-      if (farthest < nearest) {
-        nearest = farthest;
-        answers[picture] = {earlier, -farthest, false};
-      }
-    }
+  for (const DiagonalCandidate& found : diagonal_candidates(distances, around, false, until)) {
+    answers[found.recent] = {found.earlier, -found.distance, false};
   }
   return answers;
 }
@@ -159,9 +154,8 @@ Json truth_figures(const RunRecognition& run, const Seen& seen, const PlaceTruth
     grids.push_back(view.signature);
   }
   const RecognitionFigures figures = recognition_figures(answers, truth);
-  constexpr int kHalf = 3;
-  const auto alone = [&](const std::vector<PlaceSignature>& signatures, int half) {
-    return recognition_figures(by_signature(signatures, run.horizon, half), truth)
+  const auto alone = [&](const std::vector<PlaceSignature>& signatures, int around) {
+    return recognition_figures(by_signature(signatures, run.horizon, around), truth)
         .recall_at_full_precision;
   };
   return {{"revisits", figures.revisits},
@@ -173,7 +167,7 @@ Json truth_figures(const RunRecognition& run, const Seen& seen, const PlaceTruth
           {"recall_at_full_precision",
            {{"features", figures.recall_at_full_precision},
             {"grid_signature", alone(grids, 0)},
-            {"histogram_diagonals", alone(seen.mosaics, kHalf)}}}};
+            {"histogram_diagonals", alone(seen.mosaics, kThesisAround)}}}};
 }
 
 void write_table(const fs::path& path, const std::vector<std::string>& files,

@@ -12,16 +12,15 @@ namespace panoptes {
 namespace {
 
 constexpr double kBetween_m = 5.0;  // of way between the two visits, as revisits() has it
-constexpr int kAround = 3;          // keyframes on each side: the seven of the thesis
 
 std::size_t at(int keyframe) { return static_cast<std::size_t>(keyframe); }
 
 // The largest on the diagonal, or something larger than `best` as soon as that is sure.
-float diagonal_max(const DistanceTable& distances, int recent, int earlier, Heading heading,
-                   float best) {
+float diagonal_max(const DistanceTable& distances, int recent, int earlier, int around,
+                   Heading heading, float best) {
   const int step = heading == Heading::kSame ? 1 : -1;
   float largest = distances(recent, earlier);
-  for (int k = -kAround; k <= kAround && largest < best; ++k) {
+  for (int k = -around; k <= around && largest < best; ++k) {
     largest = std::max(largest, distances(recent + k, earlier + step * k));
   }
   return largest;
@@ -50,19 +49,20 @@ DistanceTable::DistanceTable(int count, const std::function<double(int, int)>& d
   }
 }
 
-std::vector<DiagonalCandidate> place_candidates(const DistanceTable& distances, bool both_headings,
-                                                const std::vector<double>& path_m) {
-  PANOPTES_CHECK(path_m.size() == at(distances.count()), "a path length for every keyframe");
+std::vector<DiagonalCandidate> diagonal_candidates(const DistanceTable& distances, int around,
+                                                   bool both_headings,
+                                                   const std::vector<int>& until) {
+  PANOPTES_CHECK(until.size() == at(distances.count()), "an end for every keyframe");
   std::vector<DiagonalCandidate> candidates;
-  for (int i = kAround; i + kAround < distances.count(); ++i) {
+  for (int i = around; i + around < distances.count(); ++i) {
+    PANOPTES_CHECK(until[at(i)] <= i, "candidates are earlier");
     DiagonalCandidate best{i, -1, Heading::kSame, std::numeric_limits<float>::infinity()};
-    for (int j = kAround; j + kAround < i - kAround && path_m[at(i)] - path_m[at(j)] >= kBetween_m;
-         ++j) {
+    for (int j = around; j < until[at(i)]; ++j) {
       for (const Heading heading : {Heading::kSame, Heading::kOpposite}) {
         if (heading == Heading::kOpposite && !both_headings) {
           continue;
         }
-        const float largest = diagonal_max(distances, i, j, heading, best.distance);
+        const float largest = diagonal_max(distances, i, j, around, heading, best.distance);
         if (largest < best.distance) {
           best = {i, j, heading, largest};
         }
@@ -73,6 +73,19 @@ std::vector<DiagonalCandidate> place_candidates(const DistanceTable& distances, 
     }
   }
   return candidates;
+}
+
+std::vector<DiagonalCandidate> place_candidates(const DistanceTable& distances, bool both_headings,
+                                                const std::vector<double>& path_m) {
+  PANOPTES_CHECK(path_m.size() == at(distances.count()), "a path length for every keyframe");
+  std::vector<int> until(path_m.size(), 0);
+  for (int i = 0; i < distances.count(); ++i) {
+    int& end = until[at(i)];
+    while (end < i - 2 * kThesisAround && path_m[at(i)] - path_m[at(end)] >= kBetween_m) {
+      ++end;
+    }
+  }
+  return diagonal_candidates(distances, kThesisAround, both_headings, until);
 }
 
 PlaceRecall recall_at_full_precision(const std::vector<DiagonalCandidate>& candidates,

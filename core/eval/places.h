@@ -31,7 +31,7 @@ struct DiagonalCandidate {
   int recent = 0;
   int earlier = 0;
   Heading heading = Heading::kSame;
-  float distance = 0;  ///< the largest of the seven on its diagonal
+  float distance = 0;  ///< the largest on its diagonal
 };
 
 /// What a way to tell places apart finds when it accepts all it can without one that is wrong.
@@ -44,11 +44,19 @@ struct PlaceRecall {
   int recalled_opposite = 0;
 };
 
+constexpr int kThesisAround = 3;  ///< keyframes on each side: seven in all
+
 /// For each keyframe the one candidate, of either heading, that is best by the thesis's rule
-/// (6.3.2): of the 7x7 matrix of distances around a pair the diagonal along which a robot going the
-/// same or the opposite way meets the same places, and on it the largest element. Earlier: at least
-/// 5 m of way before. `both_headings` is false where pictures look one way only, in which nothing
-/// shows the robot that it goes the other way. In order of the keyframes.
+/// (6.3.2): of the matrix of distances around a pair the diagonal along which a robot going the
+/// same or the opposite way meets the same places, `around` to each side, and on it the largest
+/// element. A candidate of keyframe i lies before `until[i]`. `both_headings` is false where
+/// pictures look one way only, in which nothing shows the robot that it goes the other way. In
+/// order of the keyframes.
+std::vector<DiagonalCandidate> diagonal_candidates(const DistanceTable& distances, int around,
+                                                   bool both_headings,
+                                                   const std::vector<int>& until);
+
+/// With the seven of the thesis, at least 5 m of way before and on other keyframes altogether.
 std::vector<DiagonalCandidate> place_candidates(const DistanceTable& distances, bool both_headings,
                                                 const std::vector<double>& path_m);
 

@@ -62,6 +62,19 @@ TEST(PlaceCandidates, OfPicturesThatLookOneWayNeverGoTheOther) {
   EXPECT_EQ(recall.recalled_opposite, 0);
 }
 
+TEST(DiagonalCandidates, WithNothingAroundAreTheNearestOfThoseAllowed) {
+  constexpr int kCount = 6;
+  const DistanceTable distances(kCount, [](int i, int j) { return 10 * (i - j) + j; });
+  const std::vector<int> until{-1, 0, 1, 1, 2, 4};
+  std::vector<int> earlier(kCount, -1);
+  for (const DiagonalCandidate& found : diagonal_candidates(distances, 0, true, until)) {
+    EXPECT_EQ(found.distance, distances(found.recent, found.earlier));
+    EXPECT_EQ(found.heading, Heading::kSame);
+    earlier[static_cast<std::size_t>(found.recent)] = found.earlier;
+  }
+  EXPECT_EQ(earlier, (std::vector<int>{-1, -1, 0, 0, 1, 3}));
+}
+
 TEST(PlaceRecall, EndsAtTheClosestWrongOne) {
   const std::vector<Pose2> truth = to_and_fro();
   const std::vector<double> path_m = path_lengths_m(truth);
