@@ -165,9 +165,11 @@ class Parser {
       vertex(kind->word, values);
     } else if (kind->of == Kind::Of::kEdge) {
       edge(kind->word, values);
-    } else if (kind->format == Format::kToro && !equivalence_) {
-      equivalence_ = true;
-      remark(number_, "EQUIV lines are left out: no two vertices are made one");
+    } else if (!left_out_) {
+      left_out_ = true;
+      remark(number_, kind->format == Format::kToro
+                          ? "EQUIV lines are left out: no two vertices are made one"
+                          : "FIX lines are left out: relaxing holds the vertex of the least id");
     }
   }
 
@@ -282,7 +284,7 @@ class Parser {
   std::string name_;
   int number_ = 0;
   std::optional<Format> format_;
-  bool equivalence_ = false;
+  bool left_out_ = false;  // a line that says nothing here
   bool poses_given_ = false;
   bool vertex_faulty_ = false;  // then one that is not there may be the one that was not understood
   std::map<int, Vertex> vertices_;
