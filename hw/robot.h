@@ -34,7 +34,7 @@ class Robot {
 
   virtual void stop() = 0;
 
-  /// As hard as it can; whatever is commanded, it does not move before acknowledge().
+  /// As hard as it can. A real robot does not move after it before acknowledge().
   virtual void emergency_stop() { stop(); }
 
   /// Somebody has seen why the robot is held (Health::held_by): it may move again.

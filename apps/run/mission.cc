@@ -2,10 +2,12 @@
 #include "apps/run/mission.h"
 
 #include <filesystem>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/config/geometry_fields.h"
+#include "hw/pioneer/line.h"
 
 namespace panoptes {
 namespace {
@@ -28,6 +30,8 @@ std::vector<std::string> missing_roles(const Rig& rig) {
   std::erase_if(missing, [&rig](const std::string& role) { return !rig.with_role(role).empty(); });
   return missing;
 }
+
+bool is_standin(const PioneerOptions& o) { return o.base.starts_with("standin:"); }
 
 // Throws for one that nobody has recorded a mission with.
 bool is_dataset(const std::filesystem::path& folder) {
@@ -69,6 +73,38 @@ void bind(Fields& f, DriveAlongRoute& o) {
 
 void bind(Fields&, DriveNowhere&) {}
 
+void bind(Fields& f, PioneerOptions& o) {
+  constexpr const char* kForms = "must be serial:PORT, tcp:HOST:PORT, standin:pty or standin:tcp";
+  const bool given = f.writing() || f.present("base");
+  f.require(given, "base", std::string("missing; it ") + kForms);
+  f("base", o.base);
+  const bool stands_in = is_standin(o);
+  const bool known_standin = o.base == kStandInPty || o.base == kStandInTcp;
+  const bool address = o.base.starts_with("serial:") || o.base.starts_with("tcp:");
+  f.require(!given || known_standin || address, "base", kForms);
+  if (address) {
+    const std::string fault = hw::LineAddress::fault(o.base);
+    f.require(fault.empty(), "base", fault);
+  }
+  f.word(
+      "cameras", o.cameras,
+      {{"none", PioneerOptions::Cameras::kNone}, {"standin", PioneerOptions::Cameras::kStandIn}});
+  f.require(stands_in || o.cameras != PioneerOptions::Cameras::kStandIn, "cameras",
+            "must be none with this base: a stand-in's pictures come with base: standin:pty or "
+            "standin:tcp");
+  if (f.writing() ? o.standin != nullptr : f.present("standin")) {
+    ExploreMission served = o.standin == nullptr ? ExploreMission() : *o.standin;
+    served.needs = Needs::kNothing;
+    f.file_or_inline("standin", served);
+    f.require(stands_in, "standin", "must not be given: this base is no stand-in");
+    f.require(std::holds_alternative<sim::SimulatedOptions>(served.platform), "standin",
+              "must be a mission whose platform is simulated");
+    o.standin = std::make_shared<ExploreMission>(std::move(served));
+  }
+  f.require(!stands_in || o.standin != nullptr, "standin",
+            "missing; it must name the mission whose simulated robot stands in");
+}
+
 void bind(Fields& f, ExploreMission& o) {
   f("name", o.name);
   f.require(o.name.find('/') == std::string::npos, "name", "must not contain /");
@@ -81,7 +117,13 @@ void bind(Fields& f, ExploreMission& o) {
     o.seed = recorded->believed.info ? recorded->believed.info->seed : o.seed;
     o.until.duration_s = kForEver_s;
   }
-  f.require(f.writing() || f.present("rig") || !o.rig.cameras.empty(), "rig",
+  const auto* pioneer = std::get_if<PioneerOptions>(&o.platform);
+  if (pioneer != nullptr && pioneer->standin != nullptr && !f.writing()) {
+    o.rig = pioneer->standin->rig;
+    o.robot = pioneer->standin->robot;
+  }
+  const bool blind = pioneer != nullptr && pioneer->cameras == PioneerOptions::Cameras::kNone;
+  f.require(f.writing() || f.present("rig") || !o.rig.cameras.empty() || blind, "rig",
             recorded == nullptr ? "missing; it must be given"
                                 : "missing; the dataset has no rig.yaml to take it from");
   f.file_or_inline("rig", o.rig);
@@ -95,6 +137,13 @@ void bind(Fields& f, ExploreMission& o) {
   f("until", o.until);
   f.choice("drive", o.drive);
   const std::vector<std::string> missing = missing_roles(o.rig);
+  f.require(
+      !blind ||
+          (o.needs != Needs::kNavigator && !std::holds_alternative<DriveByNavigator>(o.drive)) ||
+          o.needs == Needs::kNothing,
+      "platform",
+      "has cameras: none, and the navigator needs pictures; drive it with drive: "
+      "teleop or none");
   const bool navigates =
       o.needs == Needs::kNavigator ||
       (o.needs == Needs::kDriver && std::holds_alternative<DriveByNavigator>(o.drive));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -44,7 +45,25 @@ void bind(Fields& f, DriveAlongRoute& o);
 void bind(Fields& f, DriveNowhere& o);
 using DriveOptions = std::variant<DriveByNavigator, DriveAlongRoute, DriveNowhere>;
 
-using PlatformOptions = std::variant<sim::SimulatedOptions, hw::RecordedOptions>;
+struct ExploreMission;
+
+constexpr std::string_view kStandInPty = "standin:pty";
+constexpr std::string_view kStandInTcp = "standin:tcp";
+
+/// A Pioneer with cameras, at the end of real wires. A stand-in is a simulated robot served in this
+/// process: its motion goes over the wire, its pictures come by memory, and time is the simulated
+/// robot's own.
+struct PioneerOptions {
+  static constexpr std::string_view kName = "pioneer";
+  enum class Cameras { kNone, kStandIn };
+
+  std::string base;  ///< serial:/dev/ttyUSB0, tcp:host:8101, standin:pty or standin:tcp
+  Cameras cameras = Cameras::kNone;
+  std::shared_ptr<ExploreMission> standin;  ///< whose simulated platform is served
+};
+void bind(Fields& f, PioneerOptions& o);
+
+using PlatformOptions = std::variant<sim::SimulatedOptions, hw::RecordedOptions, PioneerOptions>;
 
 /// For whom a rig must have what the navigator needs: a camera that looks ahead, one that looks
 /// back and one that sees the floor.
@@ -55,7 +74,8 @@ enum class Needs {
 };
 
 /// A mission of `panoptes explore`. On a recorded platform rig, robot and seed are the recording's
-/// where the mission says nothing of them, and it lasts as long as there is something to replay.
+/// where the mission says nothing of them, and it lasts as long as there is something to replay; on
+/// a stand-in rig and robot are the stand-in's likewise.
 struct ExploreMission {
   std::string name;  ///< the mission file's name without folder and ending, where it is not given
   Rig rig;           ///< as written, before the survey

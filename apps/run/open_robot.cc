@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/run/open_robot.h"
 
+#include <deque>
+#include <memory>
 #include <utility>
 #include <variant>
 
+#include "core/base/error.h"
+#include "hw/physical/physical_robot.h"
+#include "hw/pioneer/base.h"
+#include "hw/standin/link.h"
 #include "sim/world/load.h"
 
 namespace panoptes {
@@ -45,6 +51,82 @@ OpenRobot open(const hw::RecordedOptions& options, const ExploreMission& mission
   return out;
 }
 
+/// What an outer mission believes of a stand-in's rig: the marks of floor cameras that it says
+/// nothing of are those surveyed on the stand-in.
+Rig believed_of(const Rig& believed, const Rig& served) {
+  Rig rig = believed;
+  for (auto& [name, camera] : rig.cameras) {
+    const auto there = served.cameras.find(name);
+    if (there == served.cameras.end()) {
+      throw ConfigError("rig.cameras." + name +
+                        ": the stand-in has no such camera; leave the rig out to take the "
+                        "stand-in's, or name its cameras");
+    }
+    if (camera.floor && !camera.floor->H_body_px && camera.floor->marks.empty() &&
+        there->second.floor) {
+      camera.floor->marks = there->second.floor->marks;
+      camera.floor->H_body_px = there->second.floor->H_body_px;
+    }
+  }
+  return rig;
+}
+
+/// Pictures that travel in memory, in order.
+class PicturesInMemory {
+ public:
+  void add(const Observation& seen) { sets_.push_back({seen.stamp, seen.pictures}); }
+  void clear() { sets_.clear(); }
+  std::optional<hw::CameraSet> next() {
+    if (sets_.empty()) {
+      return std::nullopt;
+    }
+    hw::CameraSet set = std::move(sets_.front());
+    sets_.pop_front();
+    return set;
+  }
+
+ private:
+  std::deque<hw::CameraSet> sets_;
+};
+
+OpenRobot open_standin(const PioneerOptions& options, const ExploreMission& mission, const Rng& rng,
+                       const sim::RendererOptions& renderer) {
+  const ExploreMission& served = *options.standin;
+  const bool sees = options.cameras == PioneerOptions::Cameras::kStandIn;
+  auto robot = sim::open_simulated(std::get<sim::SimulatedOptions>(served.platform), served.robot,
+                                   sees ? served.rig : Rig(), rng, renderer);
+  OpenRobot out;
+  out.route_done = [] { return false; };
+  out.rig = sees ? believed_of(mission.rig, robot->rig()) : Rig();
+  const hw::Robot* behind = robot.get();
+  const auto pictures = std::make_shared<PicturesInMemory>();
+  auto link = std::make_unique<hw::StandInLink>(
+      std::move(robot), served.robot, hw::StandInOptions(), mission.robot,
+      options.base == kStandInTcp ? hw::StandInLink::Wire::kTcp : hw::StandInLink::Wire::kPty,
+      [pictures](const Observation& seen) { pictures->add(seen); });
+  hw::connect(*link);
+  pictures->clear();  // of the time before anybody could see them
+  out.robot = std::make_unique<hw::PhysicalRobot>(
+      std::move(link),
+      sees ? hw::NextCameraSet([pictures] { return pictures->next(); }) : hw::NextCameraSet(),
+      behind);
+  return out;
+}
+
+OpenRobot open(const PioneerOptions& options, const ExploreMission& mission, const Rng& rng,
+               const sim::RendererOptions& renderer) {
+  if (options.standin != nullptr) {
+    return open_standin(options, mission, rng, renderer);
+  }
+  OpenRobot out;
+  out.route_done = [] { return false; };
+  auto base = std::make_unique<hw::PioneerBase>(options.base, mission.robot);
+  hw::connect(*base);
+  base->with([&](hw::PioneerClient& client) { out.remarks = client.take_remarks(); });
+  out.robot = std::make_unique<hw::PhysicalRobot>(std::move(base), hw::NextCameraSet());
+  return out;
+}
+
 void check(const sim::SimulatedOptions& options, const ExploreMission& mission, const Rng& rng) {
   const sim::SimulatedRobot robot(
       options, sim::bare_surroundings(sim::make_world(options.world), mission.robot), mission.robot,
@@ -53,6 +135,16 @@ void check(const sim::SimulatedOptions& options, const ExploreMission& mission, 
 
 void check(const hw::RecordedOptions& options, const ExploreMission& mission, const Rng& rng) {
   open(options, mission, rng, {});
+}
+
+void check(const PioneerOptions& options, const ExploreMission& mission, const Rng& rng) {
+  if (options.standin != nullptr) {
+    const ExploreMission& served = *options.standin;
+    check(std::get<sim::SimulatedOptions>(served.platform), served, rng);
+    if (options.cameras == PioneerOptions::Cameras::kStandIn) {
+      believed_of(mission.rig, served.rig);
+    }
+  }
 }
 
 Rng platform_rng(const ExploreMission& mission) { return Rng(mission.seed).fork("robot"); }

@@ -47,6 +47,7 @@ class PhysicalRobot final : public Robot {
   std::optional<Truth> truth() const override;
   std::optional<Truth> truth_since(std::size_t poses, std::size_t contacts) const override;
   DeviceFigures devices() const override;
+  std::optional<std::int64_t> start_unix_ns() const override { return link_->start_unix_ns(); }
 
  private:
   void take_reports();

@@ -68,6 +68,7 @@ class PioneerBase::Worker {
   }
 
   Time now() const { return Time(Clock::now() - begun_); }
+  std::int64_t start_unix_ns() const { return start_unix_ns_; }
 
   void wait(Time deadline, const std::function<bool(const PioneerClient&)>& done) {
     std::unique_lock lock(mutex_);
@@ -132,6 +133,9 @@ class PioneerBase::Worker {
   Line line_;
   PioneerClient client_;
   Clock::time_point begun_;
+  std::int64_t start_unix_ns_ =
+      std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch())
+          .count();
   std::mutex mutex_;
   std::condition_variable changed_;
   bool done_ = false;
@@ -145,6 +149,8 @@ PioneerBase::PioneerBase(const std::string& address, const Body& body)
 PioneerBase::~PioneerBase() = default;
 
 Time PioneerBase::now() const { return worker_->now(); }
+
+std::optional<std::int64_t> PioneerBase::start_unix_ns() const { return worker_->start_unix_ns(); }
 
 void PioneerBase::wait(Time deadline, const std::function<bool(const PioneerClient&)>& done) {
   worker_->wait(deadline, done);

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "core/base/time.h"
 #include "core/geometry/body.h"
@@ -19,6 +20,9 @@ class BaseLink {
   virtual ~BaseLink() = default;
 
   virtual Time now() const = 0;
+
+  /// The wall-clock instant of time 0, since 1970; empty where time is not the world's.
+  virtual std::optional<std::int64_t> start_unix_ns() const { return std::nullopt; }
 
   /// Lets the link work until `done` says so of the client, or until `deadline`.
   virtual void wait(Time deadline, const std::function<bool(const PioneerClient&)>& done) = 0;
@@ -46,6 +50,7 @@ class PioneerBase final : public BaseLink {
   ~PioneerBase() override;  ///< stops the robot, switches its motors off and closes the session
 
   Time now() const override;
+  std::optional<std::int64_t> start_unix_ns() const override;
   void wait(Time deadline, const std::function<bool(const PioneerClient&)>& done) override;
   void with(const std::function<void(PioneerClient&)>& act) override;
 
