@@ -40,10 +40,10 @@ void draw_panel(Canvas& canvas, const GraphPicture& picture, const std::vector<P
       }
     }
   };
-  if (rejected) {
-    draw(true, false, kWrongColour, 0.5);
-  }
   draw(true, true, kLoopColour, 1);
+  if (rejected) {
+    draw(true, false, kWrongColour, 1.25);
+  }
   draw(false, true, kEstimateColour, 1.5);
   canvas.disc(to_px(0), 5, kInk);
   const double bar_m = round_step((high - low).maxCoeff() / 3, 2);

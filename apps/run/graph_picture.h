@@ -18,7 +18,7 @@ struct GraphPicture {
 };
 
 /// A pose graph before and after its relaxation, side by side, each as large as it fits: odometry
-/// and closures, before it also those that were rejected, in red. 8-bit BGR.
+/// and closures, before it also those that were rejected, in red over the others. 8-bit BGR.
 cv::Mat draw_graph(const GraphPicture& picture);
 
 }  // namespace panoptes
