@@ -18,6 +18,7 @@
 #include "core/base/error.h"
 #include "core/graph/robust_relax.h"
 #include "core/graph/tree_descent.h"
+#include "core/io/csv.h"
 #include "core/io/file.h"
 #include "core/io/g2o.h"
 #include "core/io/graph_file.h"
@@ -130,6 +131,29 @@ PoseGraph kept_of(PoseGraph graph, const std::vector<bool>& kept) {
   return graph;
 }
 
+// Names the closures that were left out: the first few here, all of them in a table.
+void name_rejected(const GraphFile& file, const std::vector<bool>& kept, const fs::path& path) {
+  constexpr int kNamed = 10;
+  CsvWriter table(path, {"from", "to"});
+  int count = 0;
+  for (std::size_t e = 0; e < kept.size(); ++e) {
+    if (kept[e]) {
+      continue;
+    }
+    const int from = file.ids[file.graph.edges[e].from];
+    const int to = file.ids[file.graph.edges[e].to];
+    table << from << to;
+    table.end_row();
+    if (++count <= kNamed) {
+      std::printf("rejected: %d -> %d\n", from, to);
+    }
+  }
+  table.finish();
+  if (count > kNamed) {
+    std::printf("rejected: %d more, in %s\n", count - kNamed, path.c_str());
+  }
+}
+
 // Relaxes a pose graph, and tells how well its edges agree before and after.
 int relax_file(const RelaxArguments& args) {
   if (args.robust && args.method == "toro") {
@@ -162,6 +186,9 @@ int relax_file(const RelaxArguments& args) {
   write_file(fs::path(out).replace_extension(".png"), png(draw_graph(picture)));
   write_file(fs::path(out).replace_extension(".metrics.json"), figures.dump(2) + "\n");
   std::printf("%s\n", picture.title.c_str());
+  if (args.robust) {
+    name_rejected(file, report.kept, fs::path(out).replace_extension(".rejected.csv"));
+  }
   if (figures["outcome"] == "failed") {
     std::fprintf(stderr, "%s: did not settle within %d steps%s\n", args.graph.c_str(),
                  report.relax.iterations,
@@ -181,7 +208,7 @@ void add_relax(CLI::App& app, Command& chosen) {
       ->type_name("FILE");
   sub->add_option("--out", args->out,
                   "the relaxed graph; figures and a picture lie beside it as .metrics.json and "
-                  ".png")
+                  ".png, with --robust what was rejected as .rejected.csv")
       ->required()
       ->type_name("FILE.g2o");
   sub->add_option("--start", args->start, "the file's poses, or dead reckoned ones (file)")

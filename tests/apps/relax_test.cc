@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
+#include "core/io/csv.h"
 #include "core/io/file.h"
 #include "core/io/g2o.h"
 #include "core/io/graph_file.h"
@@ -55,8 +56,22 @@ TEST_F(Relax, LeavesFalseClosuresOut) {
   const std::size_t edges = walk.graph.edges.size();
   add_false_closures(walk.graph, 20, 20, Rng(3));
   write_g2o(path("g.g2o"), walk.graph);
-  EXPECT_EQ(relax({path("g.g2o"), "--robust", "--out", path("out/r.g2o")}).status, 0);
+  const Said said = relax({path("g.g2o"), "--robust", "--out", path("out/r.g2o")});
+  EXPECT_EQ(said.status, 0);
   EXPECT_EQ(metrics()["edges_rejected"], 20);
+  const CsvTable rejected = read_csv(path("out/r.rejected.csv"));
+  EXPECT_EQ(rejected.columns, (std::vector<std::string>{"from", "to"}));
+  ASSERT_EQ(rejected.rows.size(), 20U);
+  for (std::size_t i = 0; i < rejected.rows.size(); ++i) {
+    const GraphEdge& added = walk.graph.edges[edges + i];
+    const std::string from = std::to_string(added.from);
+    const std::string to = std::to_string(added.to);
+    EXPECT_EQ(rejected.rows[i], (std::vector<std::string>{from, to}));
+    const std::string line = "rejected: " + from + " -> " + to + "\n";
+    EXPECT_THAT(said.out, i < 10 ? testing::Matcher<std::string>(HasSubstr(line))
+                                 : testing::Not(HasSubstr(line)));
+  }
+  EXPECT_THAT(said.out, HasSubstr("rejected: 10 more, in " + path("out/r.rejected.csv") + "\n"));
   EXPECT_EQ(read_graph(path("out/r.g2o")).graph.edges.size(), edges);
 }
 

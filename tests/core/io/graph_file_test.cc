@@ -126,8 +126,9 @@ TEST(ParseGraph, RemarksOnWhatIsOddButNoFault) {
   EXPECT_THAT(file.remarks,
               ElementsAre("g:4: EQUIV lines are left out: no two vertices are made one",
                           "g:5: edge 0 2 is a copy of that on line 3; both count"));
-  EXPECT_THAT(parse_graph("g", "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nFIX 1\nFIX 0\n").remarks,
-              ElementsAre("g:2: FIX lines are left out: relaxing holds the vertex of the least id"));
+  EXPECT_THAT(
+      parse_graph("g", "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nFIX 1\nFIX 0\n").remarks,
+      ElementsAre("g:2: FIX lines are left out: relaxing holds the vertex of the least id"));
 }
 
 TEST(ParseGraph, SaysWhichLineIsWrongAndWhy) {
