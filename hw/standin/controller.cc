@@ -87,7 +87,7 @@ void bind(Fields& f, StandInOptions& o) {
   f("class", o.class_name);
   f("subclass", o.subclass);
   f.require(find_model(o.subclass) != nullptr, "subclass",
-            "must be one of " + joined(known_models()) + ", got " + o.subclass);
+            "must be one of " + joined(known_models()));
   f("counter_bits", o.counter_bits);
   f.require(o.counter_bits == 12 || o.counter_bits == 15 || o.counter_bits == 16, "counter_bits",
             "must be 12, 15 or 16");
