@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -44,6 +45,10 @@ class RecordingRobot final : public Robot {
   Observation observe(Time deadline) override;
   void drive(const Twist2& command_body, Duration valid_for) override;
   void stop() override;
+  void emergency_stop() override { robot_->emergency_stop(); }
+  void acknowledge() override { robot_->acknowledge(); }
+  DeviceFigures devices() const override { return robot_->devices(); }
+  std::optional<std::int64_t> start_unix_ns() const override { return robot_->start_unix_ns(); }
   Time now() const override;
   std::optional<Truth> truth() const override;
 

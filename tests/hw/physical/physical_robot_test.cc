@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hw/physical/physical_robot.h"
+
+#include <deque>
+#include <map>
+#include <memory>
+
+#include <gmock/gmock.h>
+
+#include "core/base/error.h"
+#include "hw/standin/link.h"
+#include "tests/support/rolling_robot.h"
+
+namespace panoptes::hw {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr double kOdometry_m = 0.002;
+const double kOdometry_rad = deg_to_rad(0.1);
+constexpr Duration kValid = milliseconds(400);
+
+/// A stand-in's robot seen over the wire, and what the stand-in's own wheels said of each set.
+struct Wired {
+  explicit Wired(StandInLink::Wire wire = StandInLink::Wire::kPty, const Body& body = {}) {
+    auto rolling = std::make_unique<RollingRobot>(body);
+    behind = rolling.get();
+    auto made = std::make_unique<StandInLink>(std::move(rolling), body, StandInOptions(), body,
+                                              wire, [this](const Observation& seen) {
+                                                own[seen.stamp] = seen.odometry;
+                                                sets.push_back({seen.stamp, seen.pictures});
+                                              });
+    link = made.get();
+    connect(*link);
+    sets.clear();
+    robot = std::make_unique<PhysicalRobot>(std::move(made), [this]() -> std::optional<CameraSet> {
+      if (sets.empty()) {
+        return std::nullopt;
+      }
+      CameraSet set = sets.front();
+      sets.pop_front();
+      return set;
+    });
+  }
+
+  RollingRobot* behind = nullptr;
+  StandInLink* link = nullptr;
+  std::map<Time, Odometry> own;
+  std::deque<CameraSet> sets;
+  std::unique_ptr<PhysicalRobot> robot;
+};
+
+TEST(PhysicalRobot, KnowsItsOdometryAtThePicturesInstants) {
+  Wired wired;
+  const Twist2 steady{0.5, deg_to_rad(60)};
+  const auto command = [&] { wired.robot->drive(steady, kValid); };
+  std::optional<Pose2> T_own_odom;
+  int checked = 0;
+  int extrapolated = 0;
+  double worst_m = 0;
+  double worst_rad = 0;
+  while (wired.robot->now() < time_at(30)) {
+    command();
+    const Observation seen = wired.robot->observe(wired.robot->now() + std::chrono::seconds(1));
+    ASSERT_EQ(seen.pictures.size(), 1U);
+    const Odometry& own = wired.own.at(seen.stamp);
+    if (!T_own_odom) {
+      T_own_odom = own.T_odom_body * seen.odometry.T_odom_body.inverse();
+    }
+    const bool is_steady = std::abs(own.twist_body.v_mps - steady.v_mps) < 1e-9 &&
+                           std::abs(own.twist_body.w_radps - steady.w_radps) < 1e-9;
+    if (is_steady && seen.stamp > time_at(3)) {
+      const Pose2 error = own.T_odom_body.inverse() * (*T_own_odom * seen.odometry.T_odom_body);
+      worst_m = std::max(worst_m, error.position().norm());
+      worst_rad = std::max(worst_rad, std::abs(error.theta_rad));
+      ++checked;
+      extrapolated += seen.odometry.extrapolated ? 1 : 0;
+    }
+  }
+  EXPECT_GT(checked, 350);
+  EXPECT_GT(extrapolated, 100);
+  EXPECT_LT(worst_m, kOdometry_m);
+  EXPECT_LT(worst_rad, kOdometry_rad);
+  RecordProperty("worst_mm", std::to_string(1e3 * worst_m));
+  RecordProperty("worst_deg", std::to_string(rad_to_deg(worst_rad)));
+}
+
+TEST(PhysicalRobot, DeliversEverySetOnceAndMeetsItsDeadlines) {
+  Wired wired;
+  Time last{};
+  int sets = 0;
+  while (wired.robot->now() < time_at(5)) {
+    const Time deadline = wired.robot->now() + milliseconds(30);
+    const Observation seen = wired.robot->observe(deadline);
+    EXPECT_LE(wired.robot->now(), deadline + milliseconds(9));  // a tick of the simulated world
+    if (!seen.pictures.empty()) {
+      EXPECT_GT(seen.stamp, last);
+      last = seen.stamp;
+      ++sets;
+    }
+  }
+  EXPECT_GE(sets, 60);
+  EXPECT_EQ(wired.robot->devices().at("cameras").at("sets"), sets);
+}
+
+TEST(PhysicalRobot, HasNoTruthButThatOfARobotBehindIt) {
+  Wired wired;
+  EXPECT_FALSE(wired.robot->truth());
+  EXPECT_FALSE(wired.robot->start_unix_ns());
+}
+
+TEST(PhysicalRobot, EndsWhenTheBaseIsLost) {
+  Wired wired;
+  wired.robot->drive({0.3, 0}, kValid);
+  wired.robot->observe(wired.robot->now() + std::chrono::seconds(1));
+  wired.link->damage([](const Bytes&, bool) { return Bytes(); });
+  const Time cut = wired.robot->now();
+  EXPECT_THROW(
+      {
+        while (wired.robot->now() < cut + std::chrono::seconds(3)) {
+          wired.robot->observe(wired.robot->now() + milliseconds(100));
+        }
+      },
+      DeviceError);
+  EXPECT_LE(wired.robot->now() - cut, std::chrono::seconds(1));
+}
+
+TEST(PhysicalRobot, TellsWhatHoldsItAndGoesOnWhenItIsAcknowledged) {
+  Wired wired;
+  const auto drive_for = [&](double seconds) {
+    Observation seen;
+    for (const Time end = wired.robot->now() + from_seconds(seconds); wired.robot->now() < end;) {
+      wired.robot->drive({0.3, 0}, kValid);
+      seen = wired.robot->observe(wired.robot->now() + milliseconds(100));
+    }
+    return seen;
+  };
+  EXPECT_EQ(drive_for(1).health.held_by, "");
+  wired.behind->pressed_rad = {0.1};
+  const Observation held = drive_for(1);
+  EXPECT_TRUE(held.health.bumper_pressed);
+  EXPECT_THAT(held.health.held_by, testing::HasSubstr("front bumper"));
+  wired.behind->pressed_rad.clear();
+  wired.robot->acknowledge();
+  EXPECT_EQ(drive_for(1).health.held_by, "");
+  EXPECT_GT(wired.behind->twist.v_mps, 0.2);
+  wired.robot->emergency_stop();
+  EXPECT_EQ(drive_for(1).health.held_by, "emergency stop");
+  EXPECT_EQ(wired.behind->twist.v_mps, 0);
+  wired.robot->acknowledge();
+  drive_for(1);
+  EXPECT_GT(wired.behind->twist.v_mps, 0.2);
+}
+
+}  // namespace
+}  // namespace panoptes::hw
