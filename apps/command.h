@@ -23,6 +23,7 @@ void add_trials(CLI::App& app, Command& chosen);
 void add_loops(CLI::App& app, Command& chosen);
 void add_relax(CLI::App& app, Command& chosen);
 void add_render(CLI::App& app, Command& chosen);
+void add_serve(CLI::App& app, Command& chosen);
 void add_check(CLI::App& app, Command& chosen);
 void add_doctor(CLI::App& app, Command& chosen);
 

@@ -292,12 +292,16 @@ Surroundings bare_surroundings(const World& world, const Body& body) {
 
 namespace {
 
-void furnish(Surroundings& around, const World& world, const Body& body,
-             const RendererOptions& options) {
+void add_layers(Surroundings& around, const World& world, const Body& body) {
   const World lasting = without_people(world);
   const double cell_m = truth_cell_m(lasting);
   around.floor = occupancy(lasting, 0, kFloorLayerTop_m, cell_m);
   around.body = occupancy(lasting, kFloorLayerTop_m, body.height_m, cell_m);
+}
+
+void furnish(Surroundings& around, const World& world, const Body& body,
+             const RendererOptions& options) {
+  add_layers(around, world, body);
   const auto renderer = std::make_shared<Renderer>(world, options);
   around.draw = [renderer](const View& view, const Ask& ask, const Moment& moment) {
     return renderer->draw(view, ask, moment);
@@ -571,6 +575,18 @@ std::unique_ptr<SimulatedRobot> open_simulated(const SimulatedOptions& options, 
            rng.fork("survey"));
   furnish(around, world, body, renderer);
   return std::make_unique<SimulatedRobot>(ready, std::move(around), body, believed, rng);
+}
+
+std::unique_ptr<SimulatedRobot> open_blind(const SimulatedOptions& options, const Body& body,
+                                           const Rng& rng) {
+  const World world = make_world(options.world);
+  Surroundings around = bare_surroundings(world, body);
+  add_layers(around, world, body);
+  SimulatedOptions blind = options;  // without what speaks of cameras
+  blind.mounting_error = {};
+  blind.sensors.clear();
+  blind.trigger = {};
+  return std::make_unique<SimulatedRobot>(blind, std::move(around), body, Rig{}, rng);
 }
 
 }  // namespace panoptes::sim

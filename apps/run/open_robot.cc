@@ -157,6 +157,17 @@ OpenRobot open_robot(const ExploreMission& mission, const Rng& rng,
                     mission.platform);
 }
 
+std::unique_ptr<hw::Robot> open_blind_robot(const ExploreMission& mission, const Rng& rng) {
+  const auto* options = std::get_if<sim::SimulatedOptions>(&mission.platform);
+  if (options == nullptr) {
+    const std::string& mention = std::get<hw::RecordedOptions>(mission.platform).mention;
+    throw ConfigError(mention + (mention.empty() ? "" : ": ") +
+                      "platform: a recording cannot be driven; name a mission whose platform is "
+                      "simulated");
+  }
+  return sim::open_blind(*options, mission.robot, rng);
+}
+
 void check_platform(const ExploreMission& mission) {
   std::visit([&](const auto& options) { check(options, mission, platform_rng(mission)); },
              mission.platform);

@@ -34,6 +34,9 @@ struct OpenRobot {
 OpenRobot open_robot(const ExploreMission& mission, const Rng& rng,
                      const sim::RendererOptions& renderer = {});
 
+/// The same robot of a simulated platform, without cameras: nothing is drawn.
+std::unique_ptr<hw::Robot> open_blind_robot(const ExploreMission& mission, const Rng& rng);
+
 /// Whether the platform can be opened, without making its pictures.
 void check_platform(const ExploreMission& mission);
 

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/base/time.h"
+#include "hw/standin/controller.h"
+#include "hw/standin/endpoint.h"
+
+namespace panoptes {
+
+/// Keeps a stand-in controller in step with the wall clock and with whoever comes to its endpoints.
+/// Whatever kept it from running, the robot catches up; what was to be sent meanwhile is out of
+/// date and is not sent.
+class WireServer {
+ public:
+  /// `controller` outlives it; its time goes on from now.
+  WireServer(hw::StandInController& controller,
+             std::vector<std::unique_ptr<hw::Endpoint>> endpoints);
+
+  /// Waits for something to do, not for long, and does it. While the robot is caught up,
+  /// `each_second` of its time is given a chance to stop that.
+  void turn(const std::function<bool()>& each_second);
+
+  bool connected() const { return client_.has_value(); }
+
+ private:
+  struct Due {
+    Time at;
+    hw::Bytes bytes;
+  };
+
+  Time wall() const;
+  void wait() const;
+  hw::Bytes hear();
+  void collect();
+  void deliver();
+
+  hw::StandInController& controller_;
+  std::vector<std::unique_ptr<hw::Endpoint>> endpoints_;
+  std::optional<std::size_t> client_;  ///< the endpoint that has one; others are not heard
+  std::deque<Due> due_;
+  double started_s_;
+};
+
+}  // namespace panoptes
