@@ -158,12 +158,15 @@ OpenRobot open_robot(const ExploreMission& mission, const Rng& rng,
 }
 
 std::unique_ptr<hw::Robot> open_blind_robot(const ExploreMission& mission, const Rng& rng) {
+  if (const auto* wired = std::get_if<PioneerOptions>(&mission.platform);
+      wired != nullptr && wired->standin != nullptr) {
+    return open_blind_robot(*wired->standin, rng);
+  }
   const auto* options = std::get_if<sim::SimulatedOptions>(&mission.platform);
   if (options == nullptr) {
-    const std::string& mention = std::get<hw::RecordedOptions>(mission.platform).mention;
-    throw ConfigError(mention + (mention.empty() ? "" : ": ") +
-                      "platform: a recording cannot be driven; name a mission whose platform is "
-                      "simulated");
+    throw ConfigError(mission.name +
+                      ": platform: neither a recording nor a real robot can be served; name a "
+                      "mission whose platform is simulated");
   }
   return sim::open_blind(*options, mission.robot, rng);
 }
