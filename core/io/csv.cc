@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/io/csv.h"
 
+#include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 
 #include "core/base/check.h"
-#include "core/base/error.h"
 #include "core/io/digits.h"
 
 namespace panoptes {
 namespace {
 
-std::string quoted(std::string_view text) {
+std::string escaped(std::string_view text) {
   if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
     return std::string(text);
   }
@@ -60,7 +62,7 @@ CsvWriter& CsvWriter::operator<<(Time stamp) {
 
 CsvWriter& CsvWriter::operator<<(std::string_view text) {
   separate();
-  row_ += quoted(text);
+  row_ += escaped(text);
   return *this;
 }
 
@@ -91,15 +93,62 @@ std::size_t CsvTable::column(std::string_view name) const {
   throw IoError("a table has no column " + std::string(name));
 }
 
+IoError CsvTable::fault(std::size_t row, const std::string& what) const {
+  return IoError(file + ":" + std::to_string(lines.at(row)) + ": " + what);
+}
+
+double CsvTable::number(std::size_t row, std::size_t column) const {
+  const std::optional<double> value = parse_number(rows.at(row).at(column));
+  if (!value) {
+    throw fault(row, columns.at(column) + " must be a number, got '" + rows[row][column] + "'");
+  }
+  return *value;
+}
+
+int CsvTable::whole(std::size_t row, std::size_t column) const {
+  const double value = number(row, column);
+  if (value != std::floor(value) || std::abs(value) > std::numeric_limits<int>::max()) {
+    throw fault(row,
+                columns.at(column) + " must be a whole number, got '" + rows[row][column] + "'");
+  }
+  return static_cast<int>(value);
+}
+
+Time CsvTable::stamp(std::size_t row, std::size_t column) const {
+  const std::optional<Time> value = parse_seconds(rows.at(row).at(column));
+  if (!value) {
+    throw fault(row, columns.at(column) + " must be an instant in seconds, got '" +
+                         rows[row][column] + "'");
+  }
+  return *value;
+}
+
+std::string csv_row(const std::vector<std::string>& fields) {
+  std::string row;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    row += (i > 0 ? "," : "") + escaped(fields[i]);
+  }
+  return row + "\n";
+}
+
 CsvTable read_csv(const std::filesystem::path& path) {
-  const std::string text = read_file(path);
+  return parse_csv(path.string(), read_file(path));
+}
+
+CsvTable parse_csv(const std::string& name, std::string_view text) {
   std::vector<std::vector<std::string>> rows;
+  std::vector<int> lines;
+  int line = 1;
   std::vector<std::string> row;
   std::string field;
   bool inside_quotes = false;
   bool row_open = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
+    if (!row_open) {
+      lines.push_back(line);
+    }
+    line += c == '\n' ? 1 : 0;
     row_open = true;
     if (inside_quotes) {
       if (c != '"') {
@@ -123,21 +172,24 @@ CsvTable read_csv(const std::filesystem::path& path) {
     }
   }
   if (inside_quotes) {
-    throw IoError(path.string() + ": ends inside a quoted field");
+    throw IoError(name + ": ends inside a quoted field");
   }
   if (row_open) {
     row.push_back(field);
     rows.push_back(row);
   }
   if (rows.empty()) {
-    throw IoError(path.string() + ": has no header line");
+    throw IoError(name + ": has no header line");
   }
   CsvTable table;
+  table.file = name;
   table.columns = std::move(rows.front());
   rows.erase(rows.begin());
+  lines.erase(lines.begin());
+  table.lines = std::move(lines);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].size() != table.columns.size()) {
-      throw IoError(path.string() + ": row " + std::to_string(i + 1) + " has " +
+      throw IoError(name + ": row " + std::to_string(i + 1) + " has " +
                     std::to_string(rows[i].size()) + " fields, the header " +
                     std::to_string(table.columns.size()));
     }

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/base/time.h"
 #include "core/io/file.h"
 
@@ -38,11 +39,28 @@ class CsvWriter {
 struct CsvTable {
   std::vector<std::string> columns;
   std::vector<std::vector<std::string>> rows;
+  std::string file;        ///< for messages
+  std::vector<int> lines;  ///< on which each row begins, counted from 1
 
   /// The index of a column; throws IoError when there is none.
   std::size_t column(std::string_view name) const;
+
+  /// A field as a finite number, as a whole one and as an instant; throws IoError with the file and
+  /// line where it is none.
+  double number(std::size_t row, std::size_t column) const;
+  int whole(std::size_t row, std::size_t column) const;
+  Time stamp(std::size_t row, std::size_t column) const;
+
+  /// What is wrong with a row, with its place.
+  IoError fault(std::size_t row, const std::string& what) const;
 };
 
 CsvTable read_csv(const std::filesystem::path& path);
+
+/// The same from text; `name` stands for the file in what is said.
+CsvTable parse_csv(const std::string& name, std::string_view text);
+
+/// A row as CsvWriter writes it, for a table that grows otherwise; its end of line included.
+std::string csv_row(const std::vector<std::string>& fields);
 
 }  // namespace panoptes

@@ -12,33 +12,48 @@
 
 namespace panoptes {
 
+Pose2 floor_pose(const TumPose& pose) {
+  const Vec3& t = pose.T_frame_body.translation;
+  const Eigen::Quaterniond& q = pose.T_frame_body.rotation;
+  return {t.x(), t.y(),
+          std::atan2(2 * (q.w() * q.z() + q.x() * q.y()), 1 - 2 * (q.y() * q.y() + q.z() * q.z()))};
+}
+
+std::string tum_row(const TumPose& pose) {
+  const Vec3& t = pose.T_frame_body.translation;
+  const Eigen::Quaterniond& q = pose.T_frame_body.rotation;
+  std::string line = seconds(pose.stamp);
+  for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
+    line += ' ';
+    line += shortest(value);
+  }
+  return line + "\n";
+}
+
 void write_tum(const std::filesystem::path& path, const std::vector<TumPose>& poses) {
   AtomicFile file(path);
   for (const TumPose& pose : poses) {
-    const Vec3& t = pose.T_frame_body.translation;
-    const Eigen::Quaterniond& q = pose.T_frame_body.rotation;
-    std::string line = seconds(pose.stamp);
-    for (const double value : {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}) {
-      line += ' ';
-      line += shortest(value);
-    }
-    file.append(line + "\n");
+    file.append(tum_row(pose));
   }
   file.commit();
 }
 
 std::vector<TumPose> read_tum(const std::filesystem::path& path) {
-  std::istringstream text(read_file(path));
+  return parse_tum(path.string(), read_file(path));
+}
+
+std::vector<TumPose> parse_tum(const std::string& name, std::string_view text) {
+  std::istringstream lines{std::string(text)};
   std::vector<TumPose> poses;
   std::string line;
-  for (int number = 1; std::getline(text, line); ++number) {
+  for (int number = 1; std::getline(lines, line); ++number) {
     std::istringstream words(line);
     std::string word;
     if (!(words >> word) || word.front() == '#') {
       continue;
     }
     const auto fault = [&](const std::string& what) {
-      return IoError(path.string() + ":" + std::to_string(number) + ": " + what);
+      return IoError(name + ":" + std::to_string(number) + ": " + what);
     };
     const std::optional<Time> stamp = parse_seconds(word);
     std::array<double, 7> v{};
@@ -55,6 +70,9 @@ std::vector<TumPose> read_tum(const std::filesystem::path& path) {
     constexpr double kRounded = 1e-3;  // files with few digits; anything beyond is no rotation
     if (std::abs(rotation.norm() - 1) > kRounded) {
       throw fault("the quaternion has not length 1");
+    }
+    if (!poses.empty() && *stamp <= poses.back().stamp) {
+      throw fault("the stamp is not later than the one before, " + seconds(poses.back().stamp));
     }
     poses.push_back({*stamp, {rotation.normalized(), Vec3(v[0], v[1], v[2])}});
   }

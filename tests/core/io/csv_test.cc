@@ -46,6 +46,31 @@ TEST_F(Csv, RefusesARowOfTheWrongLength) {
   }
 }
 
+TEST_F(Csv, SaysWhichFieldIsNoNumber) {
+  const CsvTable table = parse_csv("t.csv", "stamp_s,n,what\n0.25,3,\"a\nb\"\nx,1e300,\n");
+  EXPECT_EQ(table.stamp(0, 0), time_at(0.25));
+  EXPECT_EQ(table.number(0, 0), 0.25);
+  EXPECT_EQ(table.whole(0, 1), 3);
+  const auto message = [](const auto& read) -> std::string {
+    try {
+      read();
+    } catch (const IoError& e) {
+      return e.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(message([&] { table.stamp(1, 0); }),
+            "t.csv:4: stamp_s must be an instant in seconds, got 'x'");
+  EXPECT_EQ(message([&] { table.number(1, 2); }), "t.csv:4: what must be a number, got ''");
+  EXPECT_EQ(message([&] { table.whole(1, 1); }), "t.csv:4: n must be a whole number, got '1e300'");
+  EXPECT_EQ(message([&] { table.whole(0, 0); }),
+            "t.csv:2: stamp_s must be a whole number, got '0.25'");
+}
+
+TEST_F(Csv, WritesARowForATableThatGrowsOtherwise) {
+  EXPECT_EQ(csv_row({"0.5", "a, \"b\"", ""}), "0.5,\"a, \"\"b\"\"\",\n");
+}
+
 TEST_F(Csv, TakesOtherPeoplesLineEndings) {
   write_file(folder_ / "t.csv", "a,b\r\n1,2");
   EXPECT_THAT(read_csv(folder_ / "t.csv").rows[0], ElementsAre("1", "2"));

@@ -28,6 +28,18 @@ TEST_F(Tum, ReadsBackWhatItWrote) {
   EXPECT_NEAR(poses[1].T_frame_body.rotation.z(), 1, kRoundoff);
 }
 
+TEST(TumPose, StandsOnTheFloor) {
+  constexpr double kRoundoff_rad = 1e-12;
+  for (const double theta_rad : {-3.1, -1.0, 0.0, 0.5, std::numbers::pi}) {
+    const Pose2 back = floor_pose({time_at(0), on_floor({1, -2, theta_rad})});
+    EXPECT_EQ(back.position(), Vec2(1, -2));
+    EXPECT_NEAR(wrap_angle(back.theta_rad - theta_rad), 0, kRoundoff_rad);
+  }
+  Pose3 nodding = on_floor({0, 0, 0.5});
+  nodding.rotation = nodding.rotation * Eigen::AngleAxisd(0.1, Vec3::UnitY());
+  EXPECT_NEAR(floor_pose({time_at(0), nodding}).theta_rad, 0.5, kRoundoff_rad);
+}
+
 TEST_F(Tum, SaysWhichLineIsNoPose) {
   const auto message = [&](const std::string& text) -> std::string {
     write_file(folder_ / "t.tum", text);
@@ -42,6 +54,8 @@ TEST_F(Tum, SaysWhichLineIsNoPose) {
             ":2: a pose is eight numbers, t x y z qx qy qz qw");
   EXPECT_EQ(message("1 2 3 4 0 0 0 1 9\n"), ":1: a pose is eight numbers, t x y z qx qy qz qw");
   EXPECT_EQ(message("1 2 3 4 0 0 0 0\n"), ":1: the quaternion has not length 1");
+  EXPECT_EQ(message("1.5 2 3 4 0 0 0 1\n#\n1.5 2 3 4 0 0 0 1\n"),
+            ":3: the stamp is not later than the one before, 1.5");
 }
 
 }  // namespace
