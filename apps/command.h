@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "apps/run/serial_ports.h"
+
 namespace CLI {
 class App;
 }
@@ -18,6 +20,7 @@ using Command = std::function<int()>;
 
 /// Each adds its subcommand and sets `chosen` when the user asks for it.
 void add_explore(CLI::App& app, Command& chosen);
+void add_teleop(CLI::App& app, Command& chosen);
 void add_record(CLI::App& app, Command& chosen);
 void add_trials(CLI::App& app, Command& chosen);
 void add_loops(CLI::App& app, Command& chosen);
@@ -25,7 +28,8 @@ void add_relax(CLI::App& app, Command& chosen);
 void add_render(CLI::App& app, Command& chosen);
 void add_serve(CLI::App& app, Command& chosen);
 void add_check(CLI::App& app, Command& chosen);
-void add_doctor(CLI::App& app, Command& chosen);
+/// Without somebody to ask at ports it only lists them.
+void add_doctor(CLI::App& app, Command& chosen, const ProbePort& probe = {});
 
 /// What subcommands that run a mission share.
 struct CommonArguments {

@@ -4,15 +4,20 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <system_error>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "apps/command.h"
+#include "apps/run/gamepads.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/config/data_files.h"
 #include "sim/render/renderer.h"
 
@@ -30,6 +35,7 @@ struct Finding {
   std::string found;
   std::string cure;    ///< empty when all is well
   bool needed = true;  ///< nothing runs without it
+  const char* unwell = "low";
 };
 
 // A floor under a camera that looks down on it.
@@ -120,18 +126,54 @@ Finding cache() {
           writable ? "" : "cannot be written: light is computed anew for every run", false};
 }
 
+// One line a port; a machine without any simulates all the same.
+std::vector<Finding> ports() {
+  std::vector<Finding> findings;
+  for (const ListedPort& port : serial_ports()) {
+    std::string found = port.node;
+    for (const std::string& name : port.by_id) {
+      found += " = " + name;
+    }
+    found += port.fault.empty() ? "" : " " + port.fault;
+    findings.push_back({"serial port", found, port.cure, false, "blocked"});
+  }
+  if (findings.empty()) {
+    findings.push_back({"serial port", "none", "", false});
+  }
+  return findings;
+}
+
+std::vector<Finding> gamepads() {
+  const Gamepads found;
+  std::vector<Finding> findings{
+      {"gamepads", found.names().empty() ? "none" : joined(found.names()), "", false}};
+  for (const std::string& name : found.unknown()) {
+    findings.push_back({"gamepads", name + " has buttons that nobody knows",
+                        "describe them in SDL_GAMECONTROLLERCONFIG", false, "blocked"});
+  }
+  return findings;
+}
+
 int doctor() {
+  std::vector<Finding> findings{renderer("renderer", sim::PainterKind::kSoftware, "panoptes"),
+                                renderer("osmesa", sim::PainterKind::kOsMesa, "libosmesa6"),
+                                renderer("egl", sim::PainterKind::kEgl, "libegl1"),
+                                processors(),
+                                memory(),
+                                disk(),
+                                data_files(),
+                                cache(),
+                                {"libraries", PANOPTES_LIBRARY_VERSIONS, ""}};
+  for (const std::vector<Finding>& more : {ports(), gamepads()}) {
+    findings.insert(findings.end(), more.begin(), more.end());
+  }
   int status = 0;
-  for (const Finding& finding :
-       {renderer("renderer", sim::PainterKind::kSoftware, "panoptes"),
-        renderer("osmesa", sim::PainterKind::kOsMesa, "libosmesa6"),
-        renderer("egl", sim::PainterKind::kEgl, "libegl1"), processors(), memory(), disk(),
-        data_files(), cache(), Finding{"libraries", PANOPTES_LIBRARY_VERSIONS, ""}}) {
+  for (const Finding& finding : findings) {
     const bool well = finding.cure.empty();
     std::printf("%-8s%-12s%s%s\n",
                 well             ? "ok"
                 : finding.needed ? "missing"
-                                 : "low",
+                                 : finding.unwell,
                 finding.what.c_str(), finding.found.c_str(),
                 well ? "" : ("; " + finding.cure).c_str());
     status = !well && finding.needed ? 3 : status;
@@ -141,10 +183,24 @@ int doctor() {
 
 }  // namespace
 
-void add_doctor(CLI::App& app, Command& chosen) {
+void add_doctor(CLI::App& app, Command& chosen, const ProbePort& probe) {
+  auto port = std::make_shared<std::string>();
   CLI::App* sub = app.add_subcommand("doctor", "What is here, and what is missing?");
-  sub->footer("Example: panoptes doctor");
-  sub->callback([&chosen] { chosen = [] { return doctor(); }; });
+  if (probe) {
+    sub->add_option("--port", *port, "who answers there: serial:/dev/ttyUSB0 or tcp:host:8101")
+        ->type_name("PORT");
+  }
+  sub->footer(std::string("Example: panoptes doctor") +
+              (probe ? " --port serial:/dev/ttyUSB0" : ""));
+  sub->callback([&chosen, port, probe] {
+    chosen = [port, probe] {
+      if (port->empty()) {
+        return doctor();
+      }
+      std::printf("%s: %s\n", port->c_str(), answer_line(probe(*port)).c_str());
+      return 0;
+    };
+  });
 }
 
 }  // namespace panoptes

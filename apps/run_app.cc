@@ -77,6 +77,7 @@ int run_app(int argc, const char* const* argv) {
   app.footer("Example: panoptes explore scenes/missions/explore-office.yaml --seed 1");
   Command chosen;
   add_explore(app, chosen);
+  add_teleop(app, chosen);
   add_record(app, chosen);
   add_trials(app, chosen);
   add_loops(app, chosen);

@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/command.h"
+#include "apps/run/loop.h"
 #include "apps/run/mission.h"
 #include "apps/run/recorder.h"
 #include "core/base/error.h"
@@ -44,6 +45,11 @@ int trials(const TrialsArguments& args) {
       "runs/trials-" + std::filesystem::path(args.missions.front()).stem().string());
   options.resolve = [&](const std::string& file, const std::vector<std::string>& set) {
     const auto mission = load_mission<ExploreMission>(file, set, Needs::kNavigator);
+    if (by_hand(mission)) {
+      throw ConfigError(file +
+                        ": drive: teleop cannot be tried many times; record it once and give the "
+                        "dataset");
+    }
     return ResolvedMission{mission.name, mission_text(options.version, write_settings(mission))};
   };
   return run_trials(options);

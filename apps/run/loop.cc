@@ -9,9 +9,31 @@
 #include <fmt/format.h>
 
 #include "apps/run/progress.h"
+#include "apps/run/teleop.h"
 #include "core/base/error.h"
 
 namespace panoptes {
+
+namespace {
+
+// A person who holds a key must be heard, whether pictures come or not.
+constexpr double kHandDeadline_s = 0.1;
+
+bool is_teleop(const ExploreMission& mission) {
+  return std::holds_alternative<DriveByTeleop>(mission.drive);
+}
+
+const char* who_drives(const DriveOptions& drive) {
+  return std::holds_alternative<DriveAlongRoute>(drive) ? "along the route"
+         : std::holds_alternative<DriveByTeleop>(drive) ? "by hand"
+                                                        : "nobody drives";
+}
+
+}  // namespace
+
+bool by_hand(const ExploreMission& mission) {
+  return is_teleop(mission) && !std::holds_alternative<hw::RecordedOptions>(mission.platform);
+}
 
 StageListener listener(StageClock& clock) {
   return [&clock](std::string_view stage, bool begins) {
@@ -21,7 +43,9 @@ StageListener listener(StageClock& clock) {
 
 Observation observe(hw::Robot& robot, const ExploreMission& mission, StageClock& clock) {
   const TimedStage stage(clock, "observe");
-  return robot.observe(robot.now() + from_seconds(mission.frame_deadline_s));
+  const double longest_s = by_hand(mission) ? std::min(mission.frame_deadline_s, kHandDeadline_s)
+                                            : mission.frame_deadline_s;
+  return robot.observe(robot.now() + from_seconds(longest_s));
 }
 
 NavStep navigate(std::optional<Navigator>& navigator, const Observation& seen,
@@ -32,9 +56,21 @@ NavStep navigate(std::optional<Navigator>& navigator, const Observation& seen,
     step.command_body = {};
     step.goal_map.reset();
     step.state = NavState::kStopped;
-    step.reason = std::holds_alternative<DriveNowhere>(drive) ? "nobody drives" : "along the route";
+    step.reason = who_drives(drive);
   }
   return step;
+}
+
+NavStep driven_by_hand(NavStep step, const Twist2& command_body) {
+  const bool stands = command_body.v_mps == 0 && command_body.w_radps == 0;
+  step.command_body = command_body;
+  step.state = stands ? NavState::kStopped : NavState::kDriving;
+  return step;
+}
+
+Duration command_valid_for(const ExploreMission& mission) {
+  const Duration valid_for = from_seconds(mission.command_valid_for_s);
+  return is_teleop(mission) ? std::min(valid_for, kKeyHeld) : valid_for;
 }
 
 void refuse_bad_start(const ExploreMission& mission, const std::optional<Navigator>& navigator) {

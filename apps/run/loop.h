@@ -17,6 +17,9 @@
 
 namespace panoptes {
 
+/// A person drives. On a recording nobody can: it is driven as it was then.
+bool by_hand(const ExploreMission& mission);
+
 /// The steps of the one loop, timed. Where the rig lacks what a navigator needs there is none:
 /// nothing is mapped, and somebody else drives.
 StageListener listener(StageClock& clock);
@@ -24,6 +27,11 @@ Observation observe(hw::Robot& robot, const ExploreMission& mission, StageClock&
 /// Where somebody else drives, the navigator maps along and has no say: no command, no goal.
 NavStep navigate(std::optional<Navigator>& navigator, const Observation& seen,
                  const DriveOptions& drive, StageClock& clock);
+
+/// The step with a person's command for the navigator's.
+NavStep driven_by_hand(NavStep step, const Twist2& command_body);
+/// How long a command may hold: no longer than a key that is not repeated, where a person drives.
+Duration command_valid_for(const ExploreMission& mission);
 
 /// Throws ConfigError, with the place where the user gave it, for a start that a robot which can
 /// still be kept from moving must not move from.

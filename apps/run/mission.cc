@@ -49,6 +49,16 @@ bool is_dataset(const std::filesystem::path& folder) {
   return true;
 }
 
+/// A rig that may have no cameras, told from one that could not be read.
+struct SaidRig {
+  Rig rig;
+  bool said = false;
+};
+void bind(Fields& f, SaidRig& o) {
+  bind(f, o.rig);
+  o.said = o.said || f.present("cameras");
+}
+
 std::string quoted(const std::string& text) {
   std::string all = "\"";
   for (const char c : text) {
@@ -70,6 +80,8 @@ void bind(Fields& f, DriveAlongRoute& o) {
   f.require(f.writing() || f.present("file"), "file", "missing; it must name a file of waypoints");
   f.file_or_inline("file", o.route);
 }
+
+void bind(Fields&, DriveByTeleop&) {}
 
 void bind(Fields&, DriveNowhere&) {}
 
@@ -126,7 +138,9 @@ void bind(Fields& f, ExploreMission& o) {
   f.require(f.writing() || f.present("rig") || !o.rig.cameras.empty() || blind, "rig",
             recorded == nullptr ? "missing; it must be given"
                                 : "missing; the dataset has no rig.yaml to take it from");
-  f.file_or_inline("rig", o.rig);
+  SaidRig rig{o.rig, !o.rig.cameras.empty()};
+  f.file_or_inline("rig", rig);
+  o.rig = rig.rig;
   f.file_or_inline("robot", o.robot);
   if (const auto* simulated = std::get_if<sim::SimulatedOptions>(&o.platform)) {
     for (const sim::KeyFault& fault : sim::rig_faults(*simulated, o.rig, o.robot)) {
@@ -147,7 +161,7 @@ void bind(Fields& f, ExploreMission& o) {
   const bool navigates =
       o.needs == Needs::kNavigator ||
       (o.needs == Needs::kDriver && std::holds_alternative<DriveByNavigator>(o.drive));
-  f.require(!navigates || o.rig.cameras.empty() || missing.empty(), "rig",
+  f.require(!navigates || !rig.said || missing.empty(), "rig",
             "has no camera with the role " + joined(missing, " or ") + "; the navigator of '" +
                 o.name + "' needs loop_front, loop_back and floor");
   f("require", o.require);
@@ -157,7 +171,7 @@ void bind(Fields& f, ExploreMission& o) {
   }
   f("navigator", o.navigator);
   f("places", o.places);
-  if (o.places && !o.rig.cameras.empty()) {
+  if (o.places && rig.said) {
     f.require(missing.empty(), "places",
               "must not be given with a rig that the navigator cannot use, for there are no "
               "keyframes then");

@@ -37,13 +37,18 @@ struct DriveAlongRoute {
   static constexpr std::string_view kShort = "file";
   sim::Route route;  ///< written inline: a replay needs no file but the dataset's
 };
+/// By hand, at a keyboard or a gamepad; on a recorded platform as it was driven then.
+struct DriveByTeleop {
+  static constexpr std::string_view kName = "teleop";
+};
 struct DriveNowhere {
   static constexpr std::string_view kName = "none";
 };
 void bind(Fields& f, DriveByNavigator& o);
 void bind(Fields& f, DriveAlongRoute& o);
+void bind(Fields& f, DriveByTeleop& o);
 void bind(Fields& f, DriveNowhere& o);
-using DriveOptions = std::variant<DriveByNavigator, DriveAlongRoute, DriveNowhere>;
+using DriveOptions = std::variant<DriveByNavigator, DriveAlongRoute, DriveByTeleop, DriveNowhere>;
 
 struct ExploreMission;
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "apps/run/cockpit.h"
 #include "apps/run/loop.h"
 #include "apps/run/out_dir.h"
 #include "apps/run/place_study.h"
@@ -31,11 +32,30 @@ std::vector<KeptKeyframe> kept_keyframes(const std::optional<Navigator>& navigat
   return kept;
 }
 
+// Empty where no person drives and none has driven.
+std::optional<Twist2> hand_command(const ExploreMission& mission, std::optional<Cockpit>& cockpit,
+                                   const OpenRobot& open, const Observation& seen,
+                                   const std::string& doing) {
+  if (cockpit) {
+    if (!open.paced) {
+      cockpit->keep_pace(open.robot->now());
+    }
+    return cockpit->command(seen, doing);
+  }
+  return std::holds_alternative<DriveByTeleop>(mission.drive)
+             ? open.recorded->recorded_command().value_or(Twist2{})
+             : std::optional<Twist2>();
+}
+
 }  // namespace
 
 int run_mission(const ExploreMission& mission, const MissionRun& run) {
   OutDir out(run.out_dir);
   Until until(mission.until);
+  std::optional<Cockpit> cockpit;
+  if (by_hand(mission)) {
+    cockpit.emplace(mission.robot, run.quiet);
+  }
   const Rng rng(mission.seed);
   RunInfo info = run_info(run.command, mission);
   info.judged = run.judged;
@@ -51,6 +71,9 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   }
   if (run.wrap) {
     run.wrap(open, run.out_dir);
+  }
+  if (cockpit) {
+    open.route_done = [&cockpit] { return cockpit->left(); };
   }
   hw::Robot& robot = *open.robot;
   StageClock clock;
@@ -73,24 +96,30 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
     while (!finished(mission.drive, navigator, open) &&
            !until.reached(robot.now(), keyframe_count(navigator))) {
       const Observation seen = observe(robot, mission, clock);
-      const NavStep step = navigate(navigator, seen, mission.drive, clock);
+      NavStep step = navigate(navigator, seen, mission.drive, clock);
       refuse_bad_start(mission, navigator);
+      if (const auto by_hand = hand_command(mission, cockpit, open, seen, doing(navigator, step))) {
+        step = driven_by_hand(step, *by_hand);
+      }
       if (places && step.keyframe_made) {
         places->add(seen);
       }
-      robot.drive(step.command_body, from_seconds(mission.command_valid_for_s));
+      robot.drive(step.command_body, command_valid_for(mission));
       recorder.add(seen, step);
       out.keep();
       if (navigator && recorder.snapshot_due(seen.stamp)) {
         recorder.add_snapshot(seen.stamp, navigator->planning_map());
       }
-      progress.show(seen.stamp, doing(navigator, step));
+      if (!cockpit) {
+        progress.show(seen.stamp, doing(navigator, step));
+      }
       clock.end_frame();
     }
     robot.stop();
   } catch (const DeviceError& error) {  // what was done until then is kept
     until.lose_device(error);
   }
+  cockpit.reset();  // the terminal is its owner's again
   out.keep();
   const RunReport report = recorder.write_report(
       robot.truth(), run_result(navigator), run_end(until, mission, navigator, open),

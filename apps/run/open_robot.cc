@@ -25,6 +25,7 @@ OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& missi
     out.true_pictures.things = robot->object_names();
   }
   out.look = [eye = robot.get()](const std::string& camera) { return eye->look(camera); };
+  out.paced = false;
   out.rig = robot->rig();
   out.route_done = [] { return false; };
   if (const auto* along = std::get_if<DriveAlongRoute>(&mission.drive)) {
@@ -46,6 +47,7 @@ OpenRobot open(const hw::RecordedOptions& options, const ExploreMission& mission
                                                    hw::RecordedTruth::read(options.dataset));
   out.length = robot->length();
   out.remarks = robot->remarks();
+  out.paced = false;
   out.recorded = robot.get();
   out.robot = std::move(robot);
   return out;

@@ -20,10 +20,11 @@ namespace panoptes {
 struct OpenRobot {
   std::unique_ptr<hw::Robot> robot;
   Rig rig;
-  std::function<bool()> route_done;             ///< the way that the mission prescribes is driven
-  hw::TruePictures true_pictures;               ///< empty where nobody knows them
-  Look look;                                    ///< empty where no camera can be asked
-  Duration length = Duration::max();            ///< of a recording
+  std::function<bool()> route_done;   ///< who drives in the navigator's place is done
+  hw::TruePictures true_pictures;     ///< empty where nobody knows them
+  Look look;                          ///< empty where no camera can be asked
+  Duration length = Duration::max();  ///< of a recording
+  bool paced = true;  ///< its time goes by as fast as the wall's, not as fast as it is observed
   std::vector<std::string> remarks;             ///< what the user ought to know before it runs
   const hw::RecordedRobot* recorded = nullptr;  ///< the robot, or what is inside of it
 };

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include "apps/run/stage_clock.h"
@@ -16,6 +17,13 @@ constexpr double kRedraw_s = 0.25;
 constexpr double kPlainLine_s = 30;
 // The first moments make what the rest uses; a pace judged by them is off by many times.
 constexpr double kSettled = 0.02;
+
+// What of a line fits on the terminal: a longer one could not be drawn over.
+std::string fitting(const std::string& text) {
+  winsize size{};
+  const bool known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+  return known ? text.substr(0, size.ws_col - 1U) : text;
+}
 
 std::string minutes(double seconds) {
   const long whole = std::lround(seconds);
@@ -60,7 +68,7 @@ bool ProgressLine::due() const {
 void ProgressLine::show(const std::string& text) {
   shown_s_ = steady_s();
   if (terminal_) {
-    std::fprintf(stderr, "\r\x1b[K%s", text.c_str());
+    std::fprintf(stderr, "\r\x1b[K%s", fitting(text).c_str());
     std::fflush(stderr);
     drawn_ = true;
   } else {

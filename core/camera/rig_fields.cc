@@ -202,7 +202,6 @@ void bind(Fields& f, RigCamera& o) {
 
 void bind(Fields& f, Rig& o) {
   f.needed("cameras", o.cameras);
-  f.require(!o.cameras.empty(), "cameras", "must hold at least one camera");
   f.require(std::all_of(o.cameras.begin(), o.cameras.end(),
                         [](const auto& camera) { return is_name(camera.first); }),
             "cameras", "must be named by letters, digits, _ and - (their names become file names)");

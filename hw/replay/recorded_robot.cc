@@ -191,6 +191,15 @@ void RecordedRobot::drive(const Twist2& command_body, Duration valid_for) {
   ++next_command_;
 }
 
+std::optional<Twist2> RecordedRobot::recorded_command() const {
+  const auto told =
+      std::find_if(dataset_.commands.begin() + static_cast<std::ptrdiff_t>(next_command_),
+                   dataset_.commands.end(),
+                   [this](const RecordedCommand& command) { return command.stamp >= now_; });
+  const bool now = told != dataset_.commands.end() && told->stamp == now_;
+  return now ? std::optional<Twist2>(told->command_body) : std::nullopt;
+}
+
 std::optional<Truth> RecordedRobot::truth() const {
   return truth_ ? std::optional<Truth>(truth_->after(next_)) : std::nullopt;
 }

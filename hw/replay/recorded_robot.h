@@ -50,6 +50,10 @@ class RecordedRobot final : public Robot {
   Time now() const override { return now_; }
   std::optional<Truth> truth() const override;
 
+  /// What the robot was told in the recording after what has just been observed; empty where it
+  /// was told nothing.
+  std::optional<Twist2> recorded_command() const;
+
   /// Everything that was recorded has been observed.
   bool ended() const { return next_ == dataset_.observations.size(); }
   Duration length() const;

@@ -70,6 +70,15 @@ TEST(Mission, WhoDoesNotNavigateNeedsNoSuchCamera) {
   EXPECT_EQ(faults(parked, Needs::kNavigator).size(), 1U);
 }
 
+TEST(Mission, ARigMayBeWithoutCamerasWhereNobodyNavigates) {
+  EXPECT_THAT(faults({"rig={cameras: {}}", "drive=teleop"}), testing::IsEmpty());
+  EXPECT_THAT(faults({"rig={cameras: {}}"}),
+              testing::ElementsAre(testing::HasSubstr(
+                  "rig: has no camera with the role loop_front or loop_back or floor; ")));
+  EXPECT_THAT(faults({"rig={}"}),
+              testing::ElementsAre(testing::HasSubstr("rig.cameras: missing; it must be given")));
+}
+
 TEST(Mission, RefusesSettingsOfCamerasThatTheRigHasNot) {
   EXPECT_THAT(faults({"platform.trigger.groups.usb.cameras=[front, flor]"}),
               testing::ElementsAre(testing::EndsWith(
@@ -97,11 +106,11 @@ TEST(Mission, RefusesRequirementsThatNobodyCanCheck) {
 
 TEST(Mission, RefusesWhatIsOutOfRange) {
   EXPECT_THAT(
-      faults({"until.duration_s=-1", "seed=1.5", "drive=teleop", "platform.kind=pioneer"}),
+      faults({"until.duration_s=-1", "seed=1.5", "drive=wheel", "platform.kind=pioneer"}),
       testing::UnorderedElementsAre(
           "--set until.duration_s: must be from 0.001 to 1e+08, got -1",
           "--set seed: must be a whole number, got 1.5",
-          "--set drive: must be one of navigator, route, none, got teleop",
+          "--set drive: must be one of navigator, route, teleop, none, got wheel",
           "--set platform.kind: platform: must be one of simulated, recorded, got pioneer"));
 }
 

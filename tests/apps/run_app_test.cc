@@ -5,9 +5,11 @@
 #include <fstream>
 #include <string>
 
+#include <CLI/CLI.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/command.h"
 #include "tests/support/run_here.h"
 #include "tests/support/scratch.h"
 
@@ -34,8 +36,8 @@ std::string mission_with(const std::string& world) {
 class RunApp : public ScratchTest {};
 
 TEST_F(RunApp, EverySubcommandHasHelpWithAnExample) {
-  for (const char* subcommand :
-       {"explore", "record", "trials", "loops", "relax", "render", "check", "doctor"}) {
+  for (const char* subcommand : {"explore", "teleop", "serve", "record", "trials", "loops", "relax",
+                                 "render", "check", "doctor"}) {
     const Said said = run_here({subcommand, "--help"});
     EXPECT_EQ(said.status, 0);
     EXPECT_THAT(said.out, HasSubstr(std::string("Example: panoptes ") + subcommand));
@@ -144,10 +146,34 @@ TEST_F(RunApp, CheckKnowsEveryKindOfFile) {
                 "or tour:, a map image: and occupied_thresh:\n");
 }
 
+TEST_F(RunApp, TrialsTakeNoPerson) {
+  const Said said = run_here({"trials", kOffice, "--set", "drive=teleop", "--out", folder_ / "t"});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_EQ(said.err, kOffice +
+                          ": drive: teleop cannot be tried many times; record it once and give "
+                          "the dataset\n");
+}
+
+TEST_F(RunApp, DoctorAsksAtAPortWhereSomebodyCan) {
+  CLI::App app;
+  Command chosen;
+  add_doctor(app, chosen, [](const std::string& address) {
+    EXPECT_EQ(address, "tcp:robot:8101");
+    return PortAnswer{"one", "Pioneer", "p3dx", "2.9", 12.5, 0};
+  });
+  app.parse("doctor --port tcp:robot:8101");
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(chosen(), 0);
+  EXPECT_EQ(testing::internal::GetCapturedStdout(),
+            "tcp:robot:8101: Pioneer p3dx \"one\", firmware 2.9, battery 12.5 V\n");
+}
+
 TEST_F(RunApp, DoctorFindsWhatTheTestsNeed) {
   const Said said = run_here({"doctor"});
   EXPECT_EQ(said.status, 0) << said.out;
   EXPECT_THAT(said.out, StartsWith("ok      renderer"));
+  EXPECT_THAT(said.out, HasSubstr("serial port"));
+  EXPECT_THAT(said.out, HasSubstr("gamepads"));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/ioctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -21,6 +22,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// In the child: as a shell in a new window would be.
+bool before_terminal(int terminal) {
+  return ::setsid() >= 0 && ::ioctl(terminal, TIOCSCTTY, 0) == 0 &&
+         ::dup2(terminal, STDIN_FILENO) >= 0 && ::dup2(terminal, STDERR_FILENO) >= 0;
+}
+
 // In the child: does not return.
 [[noreturn]] void become(const std::vector<std::string>& words, const fs::path& folder,
                          const Fate& fate) {
@@ -30,7 +37,9 @@ namespace {
   };
   const bool ready = ::chdir((folder / "work").c_str()) == 0 &&
                      onto(folder / "stdout", STDOUT_FILENO) &&
-                     onto(folder / "stderr", STDERR_FILENO);
+                     (fate.terminal >= 0 ? before_terminal(fate.terminal)
+                                         : onto(folder / "stderr", STDERR_FILENO) &&
+                                               ::dup2(::open("/dev/null", O_RDONLY), 0) == 0);
   if (fate.largest_file_bytes) {
     const struct rlimit limit = {*fate.largest_file_bytes, *fate.largest_file_bytes};
     ::setrlimit(RLIMIT_FSIZE, &limit);
@@ -71,7 +80,7 @@ Said run(std::vector<std::string> words, const fs::path& folder, const Fate& fat
   Said said;
   said.status = WIFEXITED(ended) ? WEXITSTATUS(ended) : -1;
   said.out = read_file(folder / "stdout");
-  said.err = read_file(folder / "stderr");
+  said.err = fate.terminal >= 0 ? "" : read_file(folder / "stderr");
   return said;
 }
 

@@ -21,6 +21,7 @@ struct Fate {
   std::optional<std::uint64_t> largest_file_bytes;  ///< as a full disk
   int signal = 0;                                   ///< sent as soon as
   std::filesystem::path signal_when;                ///< is there
+  int terminal = -1;                                ///< its stdin and stderr; else stdin is empty
 };
 
 /// A test of the program in a folder of its own, which is the program's working directory. The

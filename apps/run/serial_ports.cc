@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/run/serial_ports.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <system_error>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <grp.h>
+#include <pwd.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace panoptes {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A ttyS is there for every port that a board could have; type 0 has no chip.
+bool has_device(const fs::path& tty) {
+  std::error_code error;
+  if (!fs::exists(tty / "device", error)) {
+    return false;
+  }
+  int type = 1;
+  std::ifstream(tty / "type") >> type;
+  return type != 0;
+}
+
+// The entries of a folder that may not be there, in order.
+std::vector<fs::path> entries(const fs::path& folder) {
+  std::vector<fs::path> out;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    out.push_back(entry->path());
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+// Another process that has it open, as `name (pid 123)`; empty when none is seen.
+std::string holder(const fs::path& root, const std::string& node) {
+  const std::string self = std::to_string(::getpid());
+  for (const fs::path& process : entries(root / "proc")) {
+    const std::string pid = process.filename();
+    if (pid == self || pid.find_first_not_of("0123456789") != std::string::npos) {
+      continue;
+    }
+    for (const fs::path& descriptor : entries(process / "fd")) {
+      std::error_code error;
+      if (fs::read_symlink(descriptor, error) == node) {
+        std::string name;
+        std::getline(std::ifstream(process / "comm"), name);
+        return fmt::format("{} (pid {})", name.empty() ? "a process" : name, pid);
+      }
+    }
+  }
+  return {};
+}
+
+std::string user_name() {
+  const passwd* user = ::getpwuid(::geteuid());
+  return user == nullptr ? std::to_string(::geteuid()) : user->pw_name;
+}
+
+PortAccess access_of(const std::string& node, const struct stat& status) {
+  const group* owner = ::getgrgid(status.st_gid);
+  PortAccess access{node, owner == nullptr ? "" : owner->gr_name,
+                    (status.st_mode & S_IRGRP) != 0 && (status.st_mode & S_IWGRP) != 0, user_name(),
+                    false};
+  for (char** member = owner == nullptr ? nullptr : owner->gr_mem;
+       member != nullptr && *member != nullptr; ++member) {
+    access.member = access.member || access.user == *member;
+  }
+  return access;
+}
+
+void judge(const fs::path& root, ListedPort& port) {
+  const std::string file = root / fs::path(port.node).relative_path();
+  const int opened = ::open(file.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  const int error = errno;
+  struct stat status = {};
+  if (opened < 0 && ::stat(file.c_str(), &status) != 0) {
+    port.fault = "has no node in /dev";
+    port.cure = "into a container it must be passed: --device " + port.node;
+    return;
+  }
+  if (opened < 0 && error == EACCES) {
+    const PortAccess access = access_of(port.node, status);
+    port.fault = "no permission: it belongs to the group " +
+                 (access.group.empty() ? std::to_string(status.st_gid) : access.group);
+    port.cure = access_cure(access);
+    return;
+  }
+  if (opened < 0 && error != EBUSY) {
+    port.fault = std::generic_category().message(error);
+    port.cure = "is its adapter plugged in? try another socket, and dmesg for what the kernel says";
+    return;
+  }
+  int exclusive = 0;
+  const bool busy = opened < 0 || ::flock(opened, LOCK_EX | LOCK_NB) != 0 ||
+                    (::ioctl(opened, TIOCGEXCL, &exclusive) == 0 && exclusive != 0);
+  if (opened >= 0) {
+    ::close(opened);
+  }
+  if (const std::string by = holder(root, port.node); busy || !by.empty()) {
+    port.fault = "busy: " + (by.empty() ? "another process has it" : by + " has it open");
+    port.cure = by.empty() ? "end that: sudo fuser -v " + port.node : "end that";
+  }
+}
+
+}  // namespace
+
+std::vector<ListedPort> serial_ports(const fs::path& root) {
+  std::vector<ListedPort> ports;
+  for (const fs::path& tty : entries(root / "sys/class/tty")) {
+    if (!has_device(tty)) {
+      continue;
+    }
+    ListedPort port;
+    port.node = "/dev/" + tty.filename().string();
+    for (const fs::path& name : entries(root / "dev/serial/by-id")) {
+      std::error_code error;
+      if (fs::read_symlink(name, error).filename() == tty.filename()) {
+        port.by_id.push_back("/dev/serial/by-id/" + name.filename().string());
+      }
+    }
+    judge(root, port);
+    ports.push_back(std::move(port));
+  }
+  return ports;
+}
+
+std::string answer_line(const PortAnswer& answer) {
+  return fmt::format("{} {} \"{}\"{}, battery {:.1f} V{}", answer.class_name, answer.subclass,
+                     answer.name, answer.firmware.empty() ? "" : ", firmware " + answer.firmware,
+                     answer.battery_v,
+                     answer.baud > 0 ? fmt::format(", {} baud", answer.baud) : "");
+}
+
+std::string access_cure(const PortAccess& access) {
+  if (access.member) {
+    return access.user + " is in the group " + access.group +
+           " already: log out and in again (or newgrp " + access.group + ")";
+  }
+  if (access.group_may && !access.group.empty() && access.group != "root") {
+    return fmt::format("sudo usermod -aG {} {}, then log out and in again", access.group,
+                       access.user);
+  }
+  const std::string name = fs::path(access.node).filename();
+  const std::string kind = name.substr(0, name.find_last_not_of("0123456789") + 1);
+  return fmt::format(
+      R"(a udev rule gives it to a group that may: echo 'SUBSYSTEM=="tty", KERNEL=="{}[0-9]*", )"
+      R"(GROUP="dialout", MODE="0660"' | sudo tee /etc/udev/rules.d/60-panoptes.rules; )"
+      "sudo udevadm control --reload; sudo udevadm trigger; sudo usermod -aG dialout {}, then log "
+      "out and in again",
+      kind, access.user);
+}
+
+}  // namespace panoptes

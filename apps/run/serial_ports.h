@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace panoptes {
+
+/// A serial port of this machine.
+struct ListedPort {
+  std::string node;                ///< /dev/ttyUSB0
+  std::vector<std::string> by_id;  ///< its lasting names in /dev/serial/by-id
+  std::string fault;               ///< why it cannot be used; empty when it can
+  std::string cure;                ///< what to do then
+};
+
+/// The serial ports with a device behind them, by name; whether each can be opened and is free.
+/// Looks into `root`/sys, /dev and /proc, which are a test's own where it gives another root.
+std::vector<ListedPort> serial_ports(const std::filesystem::path& root = "/");
+
+/// Who may use a node, and who asks.
+struct PortAccess {
+  std::string node;        ///< /dev/ttyUSB0
+  std::string group;       ///< that owns it; empty: one without a name
+  bool group_may = false;  ///< read and write
+  std::string user;
+  bool member = false;  ///< the user is of the group, but not yet in this session
+};
+
+/// The command that lets the user open it: joining its group, or a udev rule where that would give
+/// more than the port (root's) or nothing at all.
+std::string access_cure(const PortAccess& access);
+
+/// Who answered at a port.
+struct PortAnswer {
+  std::string name;
+  std::string class_name;
+  std::string subclass;
+  std::string firmware;  ///< empty: it does not tell
+  double battery_v = 0;
+  int baud = 0;  ///< 0: the link has none
+};
+/// Asks at `serial:/dev/ttyUSB0` or `tcp:host:8101`; throws DeviceError where nobody answers.
+using ProbePort = std::function<PortAnswer(const std::string& address)>;
+
+/// `Pioneer p3dx-sh "Carrera_0123", firmware 2.9, battery 12.6 V, 9600 baud`
+std::string answer_line(const PortAnswer& answer);
+
+}  // namespace panoptes
