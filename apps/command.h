@@ -29,7 +29,7 @@ void add_render(CLI::App& app, Command& chosen);
 void add_serve(CLI::App& app, Command& chosen);
 void add_check(CLI::App& app, Command& chosen);
 /// Without somebody to ask at ports it only lists them.
-void add_doctor(CLI::App& app, Command& chosen, const ProbePort& probe = {});
+void add_doctor(CLI::App& app, Command& chosen, const ProbePort& probe = hw::probe_pioneer);
 
 /// What subcommands that run a mission share.
 struct CommonArguments {

@@ -29,6 +29,13 @@ class Cockpit {
   /// What the person wants now, and shows it; the first time what the keys do as well.
   Twist2 command(const Observation& seen, const std::string& doing);
 
+  /// The person has said stop since this was asked last.
+  bool take_stop() { return teleop_.take_stop(); }
+
+  /// With what was commanded last the person has seen that something holds the robot: the keys were
+  /// let go, and now one is pressed anew.
+  bool acknowledges() const { return acknowledges_; }
+
   /// The person ended it, or the terminal is gone.
   bool left() const;
 
@@ -38,6 +45,8 @@ class Cockpit {
   Teleop teleop_;
   bool told_;  // what the keys do
   ProgressLine line_;
+  bool let_go_ = false;  // while something held the robot
+  bool acknowledges_ = false;
   std::optional<Time> last_;
   WallTime due_;
 };

@@ -74,7 +74,10 @@ Duration command_valid_for(const ExploreMission& mission) {
 }
 
 void refuse_bad_start(const ExploreMission& mission, const std::optional<Navigator>& navigator) {
-  const auto* simulated = std::get_if<sim::SimulatedOptions>(&mission.platform);
+  const auto* wired = std::get_if<PioneerOptions>(&mission.platform);
+  const auto* simulated = std::get_if<sim::SimulatedOptions>(
+      wired != nullptr && wired->standin != nullptr ? &wired->standin->platform
+                                                    : &mission.platform);
   if (simulated == nullptr || !navigator || navigator->start_fault().empty()) {
     return;
   }
@@ -151,10 +154,13 @@ RunEnd run_end(const Until& until, const ExploreMission& mission,
   const std::optional<Time> diverged =
       replayed ? open.recorded->commands_diverged_at() : std::nullopt;
   const auto end = [&](const char* outcome, const std::string& reason) {
-    return RunEnd{outcome, reason, diverged};
+    return RunEnd{outcome, reason, diverged, open.robot->devices()};
   };
   if (!until.device_fault().empty()) {
     return end("device_lost", until.device_fault());
+  }
+  if (!until.held_by().empty()) {
+    return end(until.held_outcome(), "the robot is held: " + until.held_by());
   }
   if (until.interrupted()) {
     return end("interrupted", "");

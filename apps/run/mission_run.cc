@@ -47,6 +47,17 @@ std::optional<Twist2> hand_command(const ExploreMission& mission, std::optional<
              : std::optional<Twist2>();
 }
 
+// A person sees to what holds the robot; without one the run ends.
+void heed(const Health& health, std::optional<Cockpit>& cockpit, hw::Robot& robot, Until& until) {
+  if (cockpit && cockpit->take_stop()) {
+    robot.emergency_stop();
+  } else if (cockpit && cockpit->acknowledges()) {
+    robot.acknowledge();
+  } else if (!cockpit && !health.held_by.empty()) {
+    until.hold(health);
+  }
+}
+
 }  // namespace
 
 int run_mission(const ExploreMission& mission, const MissionRun& run) {
@@ -76,6 +87,8 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
     open.route_done = [&cockpit] { return cockpit->left(); };
   }
   hw::Robot& robot = *open.robot;
+  info.blind = open.rig.cameras.empty();
+  info.start_unix_ns = robot.start_unix_ns();
   StageClock clock;
   std::optional<Navigator> navigator;
   if (can_navigate(open.rig)) {
@@ -104,6 +117,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
       if (places && step.keyframe_made) {
         places->add(seen);
       }
+      heed(seen.health, cockpit, robot, until);
       robot.drive(step.command_body, command_valid_for(mission));
       recorder.add(seen, step);
       out.keep();

@@ -98,6 +98,7 @@ OpenRobot open_standin(const PioneerOptions& options, const ExploreMission& miss
   auto robot = sim::open_simulated(std::get<sim::SimulatedOptions>(served.platform), served.robot,
                                    sees ? served.rig : Rig(), rng, renderer);
   OpenRobot out;
+  out.paced = false;
   out.route_done = [] { return false; };
   out.rig = sees ? believed_of(mission.rig, robot->rig()) : Rig();
   const hw::Robot* behind = robot.get();

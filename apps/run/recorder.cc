@@ -87,7 +87,7 @@ void Recorder::add(const Observation& seen, const NavStep& step) {
     kept.contour_recent = {};
     run_.closures.emplace_back(seen.stamp, std::move(kept));
   }
-  if (seen.pictures.empty()) {
+  if (seen.pictures.empty() && !run_.info.blind) {
     return;
   }
   run_.frames.push_back({seen.stamp, seen.odometry.T_odom_body, step.goal_map.has_value()});

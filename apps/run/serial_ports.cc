@@ -136,7 +136,7 @@ std::vector<ListedPort> serial_ports(const fs::path& root) {
   return ports;
 }
 
-std::string answer_line(const PortAnswer& answer) {
+std::string answer_line(const hw::PioneerIdentity& answer) {
   return fmt::format("{} {} \"{}\"{}, battery {:.1f} V{}", answer.class_name, answer.subclass,
                      answer.name, answer.firmware.empty() ? "" : ", firmware " + answer.firmware,
                      answer.battery_v,

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "hw/pioneer/probe.h"
+
 namespace panoptes {
 
 /// A serial port of this machine.
@@ -33,19 +35,10 @@ struct PortAccess {
 /// more than the port (root's) or nothing at all.
 std::string access_cure(const PortAccess& access);
 
-/// Who answered at a port.
-struct PortAnswer {
-  std::string name;
-  std::string class_name;
-  std::string subclass;
-  std::string firmware;  ///< empty: it does not tell
-  double battery_v = 0;
-  int baud = 0;  ///< 0: the link has none
-};
 /// Asks at `serial:/dev/ttyUSB0` or `tcp:host:8101`; throws DeviceError where nobody answers.
-using ProbePort = std::function<PortAnswer(const std::string& address)>;
+using ProbePort = std::function<hw::PioneerIdentity(const std::string& address)>;
 
 /// `Pioneer p3dx-sh "Carrera_0123", firmware 2.9, battery 12.6 V, 9600 baud`
-std::string answer_line(const PortAnswer& answer);
+std::string answer_line(const hw::PioneerIdentity& answer);
 
 }  // namespace panoptes

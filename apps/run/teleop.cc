@@ -47,6 +47,7 @@ void Teleop::press(TeleopKey key, WallTime at) {
       ahead_ = {};
       aside_ = {};
       hold_ = Hold::kAll;
+      stop_pressed_ = true;
       break;
     case TeleopKey::kQuit:
       quit_ = true;
@@ -185,6 +186,9 @@ std::string teleop_line(const Teleop& teleop, const Observation& seen, const Twi
   }
   if (seen.health.bumper_pressed) {
     line += ", BUMPER";
+  }
+  if (!seen.health.held_by.empty()) {
+    line += ", HELD by " + seen.health.held_by + ": let go, then drive on";
   }
   if (!teleop.held_back().empty()) {
     line += ", " + teleop.held_back() + " held";

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/base/time.h"
@@ -57,6 +58,8 @@ class Teleop {
   /// The speed that a key asks for.
   Twist2 top() const;
   bool quit() const { return quit_; }
+  /// Whether a stop was pressed since this was asked last.
+  bool take_stop() { return std::exchange(stop_pressed_, false); }
 
   /// What the bumper or a stop keeps from moving: "forward", "backward", "all"; empty: nothing.
   std::string held_back() const;
@@ -77,6 +80,7 @@ class Teleop {
   bool bumper_was_ = false;
   bool backward_last_ = false;  // the last motion asked for
   bool quit_ = false;
+  bool stop_pressed_ = false;
 };
 
 /// Keys out of the bytes that a terminal sends: arrows and WASD, + and -, space, q. Any other key

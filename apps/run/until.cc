@@ -28,8 +28,14 @@ Until::~Until() {
 
 bool Until::interrupted() const { return g_interrupted != 0; }
 
+void Until::hold(const Health& health) {
+  held_by_ = health.held_by;
+  bumped_ = health.bumper_pressed;
+}
+
 bool Until::reached(Time now, std::size_t keyframes) const {
-  return interrupted() || !device_fault_.empty() || !end_reason(now, keyframes).empty();
+  return interrupted() || !device_fault_.empty() || !held_by_.empty() ||
+         !end_reason(now, keyframes).empty();
 }
 
 std::string Until::end_reason(Time now, std::size_t keyframes) const {

@@ -6,6 +6,7 @@
 #include "apps/run/mission.h"
 #include "core/base/error.h"
 #include "core/base/time.h"
+#include "core/camera/observation.h"
 
 namespace panoptes {
 
@@ -25,11 +26,19 @@ class Until {
   void lose_device(const DeviceError& error) { device_fault_ = error.what(); }
   const std::string& device_fault() const { return device_fault_; }  ///< empty: none is lost
 
+  /// Something holds the robot, and nobody is there to see to it: `outcome` of a run that ends so,
+  /// and what it was.
+  void hold(const Health& health);
+  const std::string& held_by() const { return held_by_; }  ///< empty: nothing
+  const char* held_outcome() const { return bumped_ ? "collision" : "failed"; }
+
   std::string end_reason(Time now, std::size_t keyframes) const;  ///< "duration" or "keyframes"
 
  private:
   UntilOptions options_;
   std::string device_fault_;
+  std::string held_by_;
+  bool bumped_ = false;
 };
 
 }  // namespace panoptes

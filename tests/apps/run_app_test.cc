@@ -159,7 +159,7 @@ TEST_F(RunApp, DoctorAsksAtAPortWhereSomebodyCan) {
   Command chosen;
   add_doctor(app, chosen, [](const std::string& address) {
     EXPECT_EQ(address, "tcp:robot:8101");
-    return PortAnswer{"one", "Pioneer", "p3dx", "2.9", 12.5, 0};
+    return hw::PioneerIdentity{"one", "Pioneer", "p3dx", "2.9", 12.5, 0};
   });
   app.parse("doctor --port tcp:robot:8101");
   testing::internal::CaptureStdout();
