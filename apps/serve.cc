@@ -83,6 +83,7 @@ int serve(const ServeArguments& args) {
     }
   }
   robot->stop();
+  std::printf("%s\n", doing(server, run.known(), controller.now()).c_str());
   run.write_metrics(until.interrupted() ? "interrupted" : "completed", controller.now());
   return until.interrupted() ? kInterrupted : 0;
 }

@@ -106,6 +106,24 @@ TEST_F(RunApp, AFolderThatIsNotEmptyIsRefusedBeforeAnythingRuns) {
   EXPECT_THAT(said.err, HasSubstr("is not empty"));
 }
 
+TEST_F(RunApp, ServingWhereItCannotIsToldBeforeAnythingRuns) {
+  const auto serve = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{"serve", kOffice, "--quiet", "--out", (folder_ / "s").string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words);
+  };
+  Said said = serve({"--host", "192.0.2.1"});
+  EXPECT_EQ(said.status, 3);
+  EXPECT_EQ(said.err,
+            "tcp:192.0.2.1:8101: Cannot assign requested address; give --host an address of this "
+            "machine\n");
+  said = serve({"--link", folder_.string()});
+  EXPECT_EQ(said.status, 3);
+  EXPECT_THAT(said.err, HasSubstr("; name another path by --link\n"));
+  EXPECT_EQ(serve({"--port", "65536"}).status, 2);
+  EXPECT_FALSE(fs::exists(folder_ / "s"));
+}
+
 TEST_F(RunApp, AFolderThatCannotBeWrittenIsStatus2) {
   const Said said = run_here({"explore", kOffice, "--out", "/proc/nowhere"});
   EXPECT_EQ(said.status, 2);

@@ -410,6 +410,30 @@ TEST(SimulatedRobot, TellsABadStartBeforeAnythingIsDrawn) {
             "out to have one drawn from the seed");
 }
 
+TEST(SimulatedRobot, WithoutItsCamerasIsTheSame) {
+  SimulatedOptions options;
+  BoxSettings floor;
+  floor.name = "floor";
+  floor.size_m = Vec3(4, 4, 0.1);
+  floor.z_m = -0.1;
+  options.world.boxes = {floor};
+  options.sensors["front"] = {};
+  options.trigger.latency_s = 0.02;
+  const auto seeing = open_simulated(options, Body{}, two_cameras(), Rng(1));
+  const auto blind = open_blind(options, Body{}, Rng(1));
+  for (const auto& robot : {seeing.get(), blind.get()}) {
+    robot->drive({0.3, 0.2}, std::chrono::seconds(5));
+  }
+  EXPECT_EQ(last_until(1, *seeing).pictures.size(), 2U);
+  EXPECT_THAT(last_until(1, *blind).pictures, IsEmpty());
+  EXPECT_TRUE(seeing->observe(seeing->now()).odometry.T_odom_body ==
+              blind->observe(blind->now()).odometry.T_odom_body);
+  const Truth known = *blind->truth();
+  EXPECT_THAT(known.poses, SizeIs(16));  // 15 a second, and the first
+  EXPECT_TRUE(known.poses[3].T_scene_body == seeing->truth()->poses[3].T_scene_body);
+  EXPECT_TRUE(known.body.cells == seeing->truth()->body.cells);
+}
+
 TEST(SimulatedRobot, RefusesAWorldWithoutRoomForAStart) {
   Surroundings cell = room();
   cell.outlines = walls(1.2);

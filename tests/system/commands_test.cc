@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The other subcommands, each once for real.
 #include <algorithm>
+#include <csignal>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/io/csv.h"
 #include "core/io/file.h"
+#include "core/io/tum.h"
 #include "tests/system/program.h"
 
 namespace panoptes {
@@ -133,6 +135,31 @@ TEST_F(Commands, TrialsCompareWaysToTellPlacesApartOnOneDrive) {
   const auto run = nlohmann::json::parse(read_file(out / "explore-office" / "1" / "metrics.json"));
   EXPECT_EQ(run["places"]["grey"].size(), 2U);
   EXPECT_EQ(run["places"]["two_dimensional"]["emd"].size(), 3U);
+}
+
+TEST_F(Commands, ServeKeepsTheTruthUntilItIsStopped) {
+  const std::vector<std::string> words{"serve",      kOffice, "--quiet", "--port", "0",
+                                       "--duration", "1",     "--out",   "timed"};
+  Said said = panoptes(words);
+  EXPECT_EQ(said.status, 0) << said.err;
+  EXPECT_THAT(said.out, StartsWith("a Pioneer (p3dx-sh) is at tcp:127.0.0.1:"));
+  EXPECT_EQ(metrics("timed")["command"], "serve");
+  EXPECT_EQ(metrics("timed")["outcome"], "completed");
+  EXPECT_EQ(metrics("timed")["collisions"], 0);
+  EXPECT_GT(metrics("timed")["start_unix_ns"], std::int64_t{1'600'000'000} * 1'000'000'000);
+  const double run_s = metrics("timed")["run_s"];
+  EXPECT_GE(run_s, 1);
+  const std::vector<TumPose> poses = read_tum(folder_ / "work/timed/ground_truth.tum");
+  EXPECT_GE(poses.size(), 15U);
+  EXPECT_LE(run_s - to_seconds(poses.back().stamp), 1.0 / 15);
+
+  const fs::path link = folder_ / "work/pioneer";
+  said = panoptes({"serve", kOffice, "--quiet", "--link", link.string(), "--out", "stopped"},
+                  {{}, {}, SIGINT, "stopped/ground_truth.tum"});
+  EXPECT_EQ(said.status, 130);
+  EXPECT_THAT(said.out, StartsWith("a Pioneer (p3dx-sh) is at serial:" + link.string()));
+  EXPECT_EQ(metrics("stopped")["outcome"], "interrupted");
+  EXPECT_FALSE(fs::exists(fs::symlink_status(link)));
 }
 
 TEST_F(Commands, DoctorFindsWhatIsNeeded) {
