@@ -110,7 +110,7 @@ TEST_F(RunApp, ServingWhereItCannotIsToldBeforeAnythingRuns) {
   const auto serve = [&](const std::vector<std::string>& more) {
     std::vector<std::string> words{"serve", kOffice, "--quiet", "--out", (folder_ / "s").string()};
     words.insert(words.end(), more.begin(), more.end());
-    return run(words);
+    return run_here(words);
   };
   Said said = serve({"--host", "192.0.2.1"});
   EXPECT_EQ(said.status, 3);

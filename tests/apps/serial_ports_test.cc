@@ -127,7 +127,7 @@ TEST(AccessCure, IsARuleWhereTheGroupIsRootsOrMayNot) {
   }
 }
 
-TEST(hw::PioneerIdentity, TellsWhoAnswered) {
+TEST(PioneerIdentity, TellsWhoAnswered) {
   EXPECT_EQ(answer_line({"Carrera_0123", "Pioneer", "p3dx-sh", "2.9", 12.64, 9600}),
             "Pioneer p3dx-sh \"Carrera_0123\", firmware 2.9, battery 12.6 V, 9600 baud");
   EXPECT_EQ(answer_line({"sim", "Pioneer", "p3dx", "", 12, 0}),
