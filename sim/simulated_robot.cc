@@ -15,6 +15,7 @@
 #include "core/config/geometry_fields.h"
 #include "sim/tour.h"
 #include "sim/world/layers.h"
+#include "sim/world/truth_layers.h"
 
 namespace panoptes::sim {
 namespace {
@@ -138,12 +139,6 @@ double readout_ms(const SensorOptions& options, const Intrinsics& lens) {
 Duration reach_of(const SensorOptions& options, const Intrinsics& lens) {
   const double exposed_ms = options.motion_blur ? longest_exposure_ms(options) : 0;
   return from_seconds(1e-3 * (exposed_ms + readout_ms(options, lens)) / 2);
-}
-
-World without_people(World world) {
-  std::erase_if(world.objects,
-                [](const Object& object) { return object.kind == Object::Kind::kPerson; });
-  return world;
 }
 
 World without_things(World world) {
@@ -293,10 +288,9 @@ Surroundings bare_surroundings(const World& world, const Body& body) {
 namespace {
 
 void add_layers(Surroundings& around, const World& world, const Body& body) {
-  const World lasting = without_people(world);
-  const double cell_m = truth_cell_m(lasting);
-  around.floor = occupancy(lasting, 0, kFloorLayerTop_m, cell_m);
-  around.body = occupancy(lasting, kFloorLayerTop_m, body.height_m, cell_m);
+  TruthLayers layers = truth_layers(world, body.height_m);
+  around.floor = std::move(layers.floor);
+  around.body = std::move(layers.body);
 }
 
 void furnish(Surroundings& around, const World& world, const Body& body,
