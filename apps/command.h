@@ -25,6 +25,7 @@ void add_record(CLI::App& app, Command& chosen);
 void add_trials(CLI::App& app, Command& chosen);
 void add_loops(CLI::App& app, Command& chosen);
 void add_relax(CLI::App& app, Command& chosen);
+void add_evaluate(CLI::App& app, Command& chosen);
 void add_render(CLI::App& app, Command& chosen);
 void add_serve(CLI::App& app, Command& chosen);
 void add_check(CLI::App& app, Command& chosen);

@@ -82,6 +82,7 @@ int run_app(int argc, const char* const* argv) {
   add_trials(app, chosen);
   add_loops(app, chosen);
   add_relax(app, chosen);
+  add_evaluate(app, chosen);
   add_render(app, chosen);
   add_serve(app, chosen);
   add_check(app, chosen);
