@@ -66,9 +66,9 @@ int serve(const ServeArguments& args) {
   const auto robot = open_blind_robot(mission, Rng(mission.seed).fork("robot"));
   const hw::StandInOptions standin;
   hw::StandInController controller(*robot, mission.robot, standin);
-  ServedRun run(out.path(), mission, robot->truth().value_or(Truth()));
-  out.keep();
   WireServer server(controller, std::move(endpoints));
+  ServedRun run(out.path(), mission, server.start_unix_ns(), robot->truth().value_or(Truth()));
+  out.keep();
   std::printf("a Pioneer (%s) is at%s\n", standin.subclass.c_str(), names.c_str());
   std::fflush(stdout);
   ProgressLine line(args.common.quiet);

@@ -1,60 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/run/served_run.h"
 
-#include <chrono>
-#include <cmath>
-
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "apps/run/loop.h"
+#include "apps/run/recorder.h"
 #include "apps/run/stage_clock.h"
 #include "core/eval/drive.h"
-#include "core/io/digits.h"
 #include "core/io/file.h"
 
 namespace panoptes {
 
-TruthFiles::TruthFiles(const std::filesystem::path& folder, const Truth& first)
-    : poses_(folder / "ground_truth.tum"),
-      contacts_(folder / "contacts.csv"),
-      clearance_(folder / "clearance.csv") {
-  contacts_.append("stamp_s,x_m,y_m,moving,object\n");
-  clearance_.append("stamp_s,clearance_m\n");
-  add(first);
-}
-
-void TruthFiles::add(const Truth& news) {
-  std::string poses;
-  std::string clearance;
-  std::string contacts;
-  for (const TruePose& pose : news.poses) {
-    const Pose2& T = pose.T_scene_body;
-    poses +=
-        fmt::format("{} {} {} 0 0 0 {} {}\n", seconds(pose.stamp), shortest(T.x_m), shortest(T.y_m),
-                    shortest(std::sin(T.theta_rad / 2)), shortest(std::cos(T.theta_rad / 2)));
-    clearance += fmt::format("{},{}\n", seconds(pose.stamp), shortest(pose.clearance_m));
-  }
-  for (const TrueContact& contact : news.contacts) {
-    contacts +=
-        fmt::format("{},{},{},{},\"{}\"\n", seconds(contact.stamp), shortest(contact.p_scene.x()),
-                    shortest(contact.p_scene.y()), contact.while_moving ? 1 : 0, contact.object);
-  }
-  if (!poses.empty()) {
-    poses_.append(poses);
-    clearance_.append(clearance);
-  }
-  if (!contacts.empty()) {
-    contacts_.append(contacts);
-  }
-}
-
 ServedRun::ServedRun(const std::filesystem::path& folder, const ExploreMission& mission,
-                     const Truth& first)
-    : folder_(folder), info_(run_info("serve", mission)), files_(folder, first) {
-  info_.start_unix_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
-                            std::chrono::system_clock::now().time_since_epoch())
-                            .count();
+                     std::int64_t start_unix_ns, const Truth& first)
+    : folder_(folder), info_(run_info("serve", mission)), files_(folder, start_unix_ns, first) {
+  info_.start_unix_ns = start_unix_ns;
+  known_.poses = first.poses;
+  known_.contacts = first.contacts;
   write_file(folder_ / "mission.yaml", mission_text(info_.version, info_.mission_yaml));
   write_metrics("interrupted", Time());
 }

@@ -2,6 +2,7 @@
 #include "apps/run/wire_server.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include <poll.h>
@@ -22,7 +23,11 @@ WireServer::WireServer(hw::StandInController& controller,
                        std::vector<std::unique_ptr<hw::Endpoint>> endpoints)
     : controller_(controller),
       endpoints_(std::move(endpoints)),
-      started_s_(steady_s() - to_seconds(controller.now())) {}
+      started_s_(steady_s() - to_seconds(controller.now())),
+      start_unix_ns_(
+          std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch() -
+                                               controller.now().time_since_epoch())
+              .count()) {}
 
 Time WireServer::wall() const { return time_at(steady_s() - started_s_); }
 

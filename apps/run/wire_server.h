@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <memory>
@@ -27,6 +28,7 @@ class WireServer {
   /// `each_second` of its time is given a chance to stop that.
   void turn(const std::function<bool()>& each_second);
 
+  std::int64_t start_unix_ns() const { return start_unix_ns_; }  ///< of the controller's time 0
   bool connected() const { return client_.has_value(); }
 
  private:
@@ -46,6 +48,7 @@ class WireServer {
   std::optional<std::size_t> client_;  ///< the endpoint that has one; others are not heard
   std::deque<Due> due_;
   double started_s_;
+  std::int64_t start_unix_ns_;
 };
 
 }  // namespace panoptes
