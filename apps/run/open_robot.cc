@@ -73,6 +73,8 @@ Rig believed_of(const Rig& believed, const Rig& served) {
   return rig;
 }
 
+hw::BaseRamp ramp_of(const Body& body) { return {body.max_accel_mps2, body.max_turn_accel_radps2}; }
+
 /// Pictures that travel in memory, in order.
 class PicturesInMemory {
  public:
@@ -112,7 +114,7 @@ OpenRobot open_standin(const PioneerOptions& options, const ExploreMission& miss
   out.robot = std::make_unique<hw::PhysicalRobot>(
       std::move(link),
       sees ? hw::NextCameraSet([pictures] { return pictures->next(); }) : hw::NextCameraSet(),
-      behind);
+      ramp_of(mission.robot), behind);
   return out;
 }
 
@@ -126,7 +128,8 @@ OpenRobot open(const PioneerOptions& options, const ExploreMission& mission, con
   auto base = std::make_unique<hw::PioneerBase>(options.base, mission.robot);
   hw::connect(*base);
   base->with([&](hw::PioneerClient& client) { out.remarks = client.take_remarks(); });
-  out.robot = std::make_unique<hw::PhysicalRobot>(std::move(base), hw::NextCameraSet());
+  out.robot = std::make_unique<hw::PhysicalRobot>(std::move(base), hw::NextCameraSet(),
+                                                  ramp_of(mission.robot));
   return out;
 }
 

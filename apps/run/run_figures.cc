@@ -340,7 +340,7 @@ std::vector<std::string> summary_of(const FinishedRun& run, const RunFindings& f
   if (!judged.unjudged.empty()) {
     s.push_back("not judged: " + joined(judged.unjudged) +
                 (run.info.judged ? " (figures that driving decides)"
-                                 : " (a recording is done when it is recorded)"));
+                                 : " (it is not for what this command does)"));
   }
   for (std::size_t i = 0; i < run.info.require.size(); ++i) {
     const Json& line = judged.lines[i];

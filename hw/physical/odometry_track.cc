@@ -9,6 +9,7 @@ namespace panoptes::hw {
 namespace {
 
 constexpr Duration kKept = std::chrono::seconds(3);
+constexpr Duration kStep = std::chrono::milliseconds(5);  // 0.6 m/s2 in half of it is 8 um
 
 /// The constant twist that leads from one pose to the other in `dt_s`. Where the way is no arc (the
 /// counters' rounding) its chord is kept.
@@ -50,6 +51,39 @@ void OdometryTrack::add(const WheelPose& pose) {
   }
 }
 
+void OdometryTrack::told(const ToldTwist& told) {
+  told_.push_back(told);
+  while (told_.size() > 1 && told_[1].at < told.at - kKept) {
+    told_.pop_front();
+  }
+}
+
+// The last report is up to a period old, in which a turn that begins or ends comes to a degree.
+Odometry OdometryTrack::beyond(const WheelPose& last, Time t) const {
+  Odometry at{last.T_odom_body, last.twist_body, true};
+  auto told = told_.begin();
+  for (Time now = last.stamp; now < t;) {
+    while (told != told_.end() && told + 1 != told_.end() && (told + 1)->at <= now) {
+      ++told;
+    }
+    const Time next = std::min(t, now + kStep);
+    const double dt_s = to_seconds(next - now);
+    const Twist2 before = at.twist_body;
+    if (told != told_.end() && told->at <= now) {
+      const auto towards = [dt_s](double is, double wanted, double accel) {
+        return is + std::clamp(wanted - is, -accel * dt_s, accel * dt_s);
+      };
+      at.twist_body = {towards(before.v_mps, told->twist_body.v_mps, ramp_.accel_mps2),
+                       towards(before.w_radps, told->twist_body.w_radps, ramp_.turn_accel_radps2)};
+    }
+    at.T_odom_body = at.T_odom_body * exp_twist({(before.v_mps + at.twist_body.v_mps) / 2,
+                                                 (before.w_radps + at.twist_body.w_radps) / 2},
+                                                dt_s);
+    now = next;
+  }
+  return at;
+}
+
 std::optional<Time> OdometryTrack::last() const {
   return poses_.empty() ? std::nullopt : std::optional(poses_.back().stamp);
 }
@@ -62,9 +96,7 @@ std::optional<Odometry> OdometryTrack::at(Time t) const {
     if (poses_.empty() || t > poses_.back().stamp + period_) {
       return std::nullopt;
     }
-    const WheelPose& last = poses_.back();
-    return Odometry{last.T_odom_body * exp_twist(last.twist_body, to_seconds(t - last.stamp)),
-                    last.twist_body, true};
+    return beyond(poses_.back(), t);
   }
   if (after->stamp == t) {
     return Odometry{after->T_odom_body, after->twist_body, false};

@@ -10,25 +10,41 @@
 
 namespace panoptes::hw {
 
+/// How fast a base goes to a velocity that it is told.
+struct BaseRamp {
+  double accel_mps2 = 0;
+  double turn_accel_radps2 = 0;
+};
+
 /// The wheels' way between and a little beyond the instants of a base's reports, which come at
 /// 10 Hz where pictures come at 15. Between two reports the body drives the arc of a circle that
 /// joins them.
 class OdometryTrack {
  public:
+  explicit OdometryTrack(const BaseRamp& ramp = {}) : ramp_(ramp) {}
+
   /// In order of time; what is older than a few seconds is forgotten.
   void add(const WheelPose& pose);
 
   std::optional<Time> last() const;  ///< the last report's instant
 
+  /// In order of time: what the base goes towards from then on.
+  void told(const ToldTwist& told);
+
   /// How long a report is good for beyond its instant: the usual time to the next.
   Duration period() const { return period_; }
 
-  /// At an instant between two reports, or up to one period after the last by its twist (then it is
-  /// marked as extrapolated). Empty before the first, and later than that.
+  /// At an instant between two reports, or up to one period after the last, by its twist and
+  /// what the base was told (then it is marked as extrapolated). Empty before the first, and later
+  /// than that.
   std::optional<Odometry> at(Time t) const;
 
  private:
+  Odometry beyond(const WheelPose& last, Time t) const;
+
+  BaseRamp ramp_;
   std::deque<WheelPose> poses_;
+  std::deque<ToldTwist> told_;
   Duration period_ = std::chrono::milliseconds(100);
 };
 

@@ -11,8 +11,8 @@
 namespace panoptes::hw {
 
 PhysicalRobot::PhysicalRobot(std::unique_ptr<BaseLink> link, NextCameraSet next_set,
-                             const Robot* behind)
-    : link_(std::move(link)), next_set_(std::move(next_set)), behind_(behind) {
+                             const BaseRamp& ramp, const Robot* behind)
+    : link_(std::move(link)), next_set_(std::move(next_set)), behind_(behind), track_(ramp) {
   link_->with([&](PioneerClient& client) {
     client.take_poses();  // from before there was anybody to see them
     track_.add(*client.pose());
@@ -35,6 +35,9 @@ void PhysicalRobot::take_reports() {
             to_seconds(pose.stamp)));
       }
       track_.add(pose);
+    }
+    for (const ToldTwist& told : client.take_told()) {
+      track_.told(told);
     }
     if (client.state() == PioneerClient::State::kRefused) {
       throw DeviceError(client.fault());

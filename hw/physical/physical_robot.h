@@ -30,9 +30,10 @@ using NextCameraSet = std::function<std::optional<CameraSet>()>;
 /// cameras there is an observation a report. Motors are enabled by the first command.
 class PhysicalRobot final : public Robot {
  public:
-  /// `link` is connected. `behind` is the simulated robot that a link in its own process ends at:
-  /// it alone knows the truth; null where nobody does.
-  PhysicalRobot(std::unique_ptr<BaseLink> link, NextCameraSet next_set,
+  /// `link` is connected; `ramp` is how the base goes to what it is told. `behind` is the simulated
+  /// robot that a link in its own process ends at: it alone knows the truth; null where nobody
+  /// does.
+  PhysicalRobot(std::unique_ptr<BaseLink> link, NextCameraSet next_set, const BaseRamp& ramp = {},
                 const Robot* behind = nullptr);
   ~PhysicalRobot() override;
 

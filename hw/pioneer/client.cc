@@ -465,6 +465,7 @@ std::vector<PioneerClient::Transmission> PioneerClient::poll(Time now) {
       send(command_frame(Command::kTurnVelocity, wanted_.w_degps));
       said_ = wanted_;
       said_at_ = now;
+      told_.push_back({now, {1e-3 * wanted_.v_mmps, deg_to_rad(wanted_.w_degps)}});
       most_.v_mps = std::max(most_.v_mps, 1e-3 * std::abs(wanted_.v_mmps));
       most_.w_radps = std::max(most_.w_radps, deg_to_rad(std::abs(wanted_.w_degps)));
     }
@@ -514,6 +515,8 @@ Time PioneerClient::next_poll() const {
   }
   return next;
 }
+
+std::vector<ToldTwist> PioneerClient::take_told() { return std::exchange(told_, {}); }
 
 std::vector<WheelPose> PioneerClient::take_poses() { return std::exchange(poses_, {}); }
 

@@ -27,6 +27,12 @@ struct WheelPose {
   int epoch = 0;  ///< grows when it is not known how the robot came here
 };
 
+/// A velocity that the controller was told, and when. It goes there at the body's accelerations.
+struct ToldTwist {
+  Time at;
+  Twist2 twist_body;
+};
+
 /// How the link is doing, for the health figures.
 struct LinkCounts {
   std::size_t reports = 0;               ///< right and believed
@@ -97,6 +103,7 @@ class PioneerClient {
   // What the robot says
   const std::optional<WheelPose>& pose() const { return pose_; }  ///< of the last believed report
   std::vector<WheelPose> take_poses();                            ///< since it was asked last
+  std::vector<ToldTwist> take_told();                             ///< since it was asked last
   const std::optional<Sip>& report() const { return report_; }
   const ControllerNames& names() const { return names_; }
   const std::optional<ControllerConfig>& config() const { return config_; }
@@ -174,6 +181,7 @@ class PioneerClient {
   std::optional<Time> expires_;
   bool refresh_ = false;  // the command is fresh, and may be said again
   Time said_at_;
+  std::vector<ToldTwist> told_;
   Twist2 most_;  // told since the last believed report
 };
 

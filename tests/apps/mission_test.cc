@@ -106,12 +106,48 @@ TEST(Mission, RefusesRequirementsThatNobodyCanCheck) {
 
 TEST(Mission, RefusesWhatIsOutOfRange) {
   EXPECT_THAT(
-      faults({"until.duration_s=-1", "seed=1.5", "drive=wheel", "platform.kind=pioneer"}),
+      faults({"until.duration_s=-1", "seed=1.5", "drive=wheel", "platform.kind=p3dx"}),
       testing::UnorderedElementsAre(
           "--set until.duration_s: must be from 0.001 to 1e+08, got -1",
           "--set seed: must be a whole number, got 1.5",
           "--set drive: must be one of navigator, route, teleop, none, got wheel",
-          "--set platform.kind: platform: must be one of simulated, recorded, got pioneer"));
+          "--set platform.kind: platform: must be one of simulated, recorded, pioneer, got p3dx"));
+}
+
+TEST(Mission, TellsWhatAPioneerLacks) {
+  const auto told = [](const std::string& platform) {
+    try {
+      read_settings_text<ExploreMission>("platform: " + platform + "\ndrive: none\n", "m.yaml");
+    } catch (const ConfigError& error) {
+      return error.lines();
+    }
+    return std::vector<std::string>();
+  };
+  EXPECT_THAT(told("{kind: pioneer}"),
+              testing::ElementsAre("m.yaml:1:11: platform.base: missing; it must be serial:PORT, "
+                                   "tcp:HOST:PORT, standin:pty or standin:tcp"));
+  EXPECT_THAT(told("{kind: pioneer, base: ttyUSB0}"),
+              testing::ElementsAre("m.yaml:1:33: platform.base: must be serial:PORT, "
+                                   "tcp:HOST:PORT, standin:pty or standin:tcp, got ttyUSB0"));
+  EXPECT_THAT(told("{kind: pioneer, base: 'tcp:robot:0'}"),
+              testing::ElementsAre("m.yaml:1:33: platform.base: the port of tcp:robot:0 must be a "
+                                   "number between 1 and 65535, got \"tcp:robot:0\""));
+  EXPECT_THAT(told("{kind: pioneer, base: 'standin:pty'}"),
+              testing::ElementsAre("m.yaml:1:11: platform.standin: missing; it must name the "
+                                   "mission whose simulated robot stands in"));
+  EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0', cameras: standin}"),
+              testing::Contains(testing::HasSubstr("must be none with this base")));
+  EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0'}"), testing::IsEmpty());
+}
+
+TEST(Mission, TakesRigAndRobotOfAStandIn) {
+  const auto mission = load_mission<ExploreMission>(std::string(PANOPTES_SOURCE_DIR) +
+                                                    "/scenes/missions/wire-office.yaml");
+  const auto& wired = std::get<PioneerOptions>(mission.platform);
+  ASSERT_NE(wired.standin, nullptr);
+  EXPECT_EQ(mission.rig.cameras.size(), wired.standin->rig.cameras.size());
+  const auto again = read_settings_text<ExploreMission>(write_settings(mission), "again.yaml");
+  EXPECT_EQ(write_settings(again), write_settings(mission));
 }
 
 TEST(Mission, DrivesAlongARouteGivenInline) {

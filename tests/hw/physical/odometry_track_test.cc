@@ -50,6 +50,19 @@ TEST(OdometryTrack, GoesOnePeriodBeyondTheLastReportAndSaysSo) {
   EXPECT_FALSE(track.at(time_at(-0.01)));
 }
 
+TEST(OdometryTrack, GoesOnTowardsWhatTheBaseWasTold) {
+  OdometryTrack track({0.6, 3.0});
+  track.add({time_at(1), {}, {0.1, 0}, 0});
+  track.told({time_at(0.9), {0.1, 0}});
+  track.told({time_at(1.02), {0.5, -0.3}});  // reached in turning after 0.1 s
+  const auto beyond = track.at(time_at(1.1));
+  ASSERT_TRUE(beyond);
+  EXPECT_NEAR(beyond->twist_body.v_mps, 0.1 + 0.6 * 0.08, kRoundoff);
+  EXPECT_NEAR(beyond->twist_body.w_radps, -3 * 0.08, kRoundoff);
+  EXPECT_NEAR(beyond->T_odom_body.x_m, 0.1 * 0.1 + 0.3 * 0.08 * 0.08, 1e-5);  // chord for arc
+  EXPECT_NEAR(beyond->T_odom_body.theta_rad, -1.5 * 0.08 * 0.08, kRoundoff);
+}
+
 TEST(OdometryTrack, LearnsThePeriodDespiteLostReports) {
   OdometryTrack track;
   for (int k = 0; k <= 40; ++k) {
