@@ -9,6 +9,8 @@ namespace panoptes::hw {
 namespace {
 
 constexpr Duration kKept = std::chrono::seconds(3);
+// Of counters rounded to 1 mm and 0.09 degrees one period alone would tell 1 cm/s and 1 deg/s.
+constexpr double kLearn = 0.2;
 constexpr Duration kStep = std::chrono::milliseconds(5);  // 0.6 m/s2 in half of it is 8 um
 
 /// The constant twist that leads from one pose to the other in `dt_s`. Where the way is no arc (the
@@ -35,6 +37,18 @@ void OdometryTrack::add(const WheelPose& pose) {
     poses_.back() = pose;
     return;
   }
+  if (poses_.empty()) {
+    commanded_ = pose.twist_body;
+  } else {
+    const WheelPose& before = poses_.back();
+    const double dt_s = to_seconds(pose.stamp - before.stamp);
+    const Way way = by_commands(before.stamp, pose.stamp, commanded_, {});
+    const Pose2 moved = before.T_odom_body.inverse() * pose.T_odom_body;
+    const auto learn = [](double& value, double seen) { value += kLearn * (seen - value); };
+    learn(besides_.v_mps, (moved.x_m - way.T_from_to.x_m) / dt_s);
+    learn(besides_.w_radps, wrap_angle(moved.theta_rad - way.T_from_to.theta_rad) / dt_s);
+    commanded_ = way.twist_body;
+  }
   poses_.push_back(pose);
   while (poses_.front().stamp < pose.stamp - kKept) {
     poses_.pop_front();
@@ -59,29 +73,31 @@ void OdometryTrack::told(const ToldTwist& told) {
 }
 
 // The last report is up to a period old, in which a turn that begins or ends comes to a degree.
-Odometry OdometryTrack::beyond(const WheelPose& last, Time t) const {
-  Odometry at{last.T_odom_body, last.twist_body, true};
+OdometryTrack::Way OdometryTrack::by_commands(Time from, Time to, const Twist2& twist_body,
+                                              const Twist2& besides) const {
+  Way way{{}, twist_body};
   auto told = told_.begin();
-  for (Time now = last.stamp; now < t;) {
+  for (Time now = from; now < to;) {
     while (told != told_.end() && told + 1 != told_.end() && (told + 1)->at <= now) {
       ++told;
     }
-    const Time next = std::min(t, now + kStep);
+    const Time next = std::min(to, now + kStep);
     const double dt_s = to_seconds(next - now);
-    const Twist2 before = at.twist_body;
+    const Twist2 before = way.twist_body;
     if (told != told_.end() && told->at <= now) {
       const auto towards = [dt_s](double is, double wanted, double accel) {
         return is + std::clamp(wanted - is, -accel * dt_s, accel * dt_s);
       };
-      at.twist_body = {towards(before.v_mps, told->twist_body.v_mps, ramp_.accel_mps2),
-                       towards(before.w_radps, told->twist_body.w_radps, ramp_.turn_accel_radps2)};
+      way.twist_body = {towards(before.v_mps, told->twist_body.v_mps, ramp_.accel_mps2),
+                        towards(before.w_radps, told->twist_body.w_radps, ramp_.turn_accel_radps2)};
     }
-    at.T_odom_body = at.T_odom_body * exp_twist({(before.v_mps + at.twist_body.v_mps) / 2,
-                                                 (before.w_radps + at.twist_body.w_radps) / 2},
-                                                dt_s);
+    way.T_from_to =
+        way.T_from_to * exp_twist({(before.v_mps + way.twist_body.v_mps) / 2 + besides.v_mps,
+                                   (before.w_radps + way.twist_body.w_radps) / 2 + besides.w_radps},
+                                  dt_s);
     now = next;
   }
-  return at;
+  return way;
 }
 
 std::optional<Time> OdometryTrack::last() const {
@@ -96,7 +112,12 @@ std::optional<Odometry> OdometryTrack::at(Time t) const {
     if (poses_.empty() || t > poses_.back().stamp + period_) {
       return std::nullopt;
     }
-    return beyond(poses_.back(), t);
+    const WheelPose& last = poses_.back();
+    const Way way = by_commands(last.stamp, t, commanded_, besides_);
+    return Odometry{
+        last.T_odom_body * way.T_from_to,
+        {way.twist_body.v_mps + besides_.v_mps, way.twist_body.w_radps + besides_.w_radps},
+        true};
   }
   if (after->stamp == t) {
     return Odometry{after->T_odom_body, after->twist_body, false};

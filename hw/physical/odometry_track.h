@@ -34,17 +34,25 @@ class OdometryTrack {
   /// How long a report is good for beyond its instant: the usual time to the next.
   Duration period() const { return period_; }
 
-  /// At an instant between two reports, or up to one period after the last, by its twist and
-  /// what the base was told (then it is marked as extrapolated). Empty before the first, and later
-  /// than that.
+  /// At an instant between two reports, or up to one period after the last (then it is marked as
+  /// extrapolated): by what the base was told, and by how its counters have followed that so far.
+  /// The velocity that a controller reports is not used for it, for it is a mean of the time
+  /// before. Empty before the first report, and later than a period after the last.
   std::optional<Odometry> at(Time t) const;
 
  private:
-  Odometry beyond(const WheelPose& last, Time t) const;
+  /// A way by the commands alone.
+  struct Way {
+    Pose2 T_from_to;
+    Twist2 twist_body;  // at its end
+  };
+  Way by_commands(Time from, Time to, const Twist2& twist_body, const Twist2& besides) const;
 
   BaseRamp ramp_;
   std::deque<WheelPose> poses_;
   std::deque<ToldTwist> told_;
+  Twist2 commanded_;  // how fast the base goes at the last report, by the commands alone,
+  Twist2 besides_;    // and how much faster it is by its counters
   Duration period_ = std::chrono::milliseconds(100);
 };
 

@@ -41,7 +41,8 @@ constexpr Duration kZeroAfter = milliseconds(500);  // without a report
 constexpr Duration kLostAfter = milliseconds(950);  // said within 1 s
 constexpr Duration kMotorsWithin = milliseconds(500);
 
-constexpr double kBitsPerByte = 10;  // with start and stop
+constexpr std::size_t kVelocities_bytes = 18;  // forward and turning
+constexpr double kBitsPerByte = 10;            // with start and stop
 
 int whole(double value, double most) {
   return static_cast<int>(std::lround(std::clamp(value, -most, most)));
@@ -195,9 +196,9 @@ void PioneerClient::in_session(Time now) {
   last_report_ = now;
 }
 
-Time PioneerClient::stamp(Time arrival, std::size_t bytes) const {
-  return baud_ == 0 ? arrival
-                    : arrival - from_seconds(static_cast<double>(bytes) * kBitsPerByte / baud_);
+Duration PioneerClient::on_line(std::size_t bytes) const {
+  return baud_ == 0 ? Duration::zero()
+                    : from_seconds(static_cast<double>(bytes) * kBitsPerByte / baud_);
 }
 
 void PioneerClient::receive(Time now, std::span<const std::uint8_t> bytes) {
@@ -205,7 +206,7 @@ void PioneerClient::receive(Time now, std::span<const std::uint8_t> bytes) {
   for (const PacketReader::Packet& packet : reader_.read(bytes)) {
     constexpr std::size_t kFrame_bytes = 5;  // around a payload
     const std::size_t begin = packet.end - packet.payload.size() - kFrame_bytes;
-    on_packet(now, stamp(now, reader_.bytes() - begin), packet.payload);
+    on_packet(now, now - on_line(reader_.bytes() - begin), packet.payload);
   }
 }
 
@@ -465,7 +466,9 @@ std::vector<PioneerClient::Transmission> PioneerClient::poll(Time now) {
       send(command_frame(Command::kTurnVelocity, wanted_.w_degps));
       said_ = wanted_;
       said_at_ = now;
-      told_.push_back({now, {1e-3 * wanted_.v_mmps, deg_to_rad(wanted_.w_degps)}});
+      // It goes there when the second of the two frames is there.
+      const Duration under_way = kPace + on_line(kVelocities_bytes);
+      told_.push_back({now + under_way, {1e-3 * wanted_.v_mmps, deg_to_rad(wanted_.w_degps)}});
       most_.v_mps = std::max(most_.v_mps, 1e-3 * std::abs(wanted_.v_mmps));
       most_.w_radps = std::max(most_.w_radps, deg_to_rad(std::abs(wanted_.w_degps)));
     }
@@ -484,9 +487,7 @@ std::vector<PioneerClient::Transmission> PioneerClient::poll(Time now) {
     } else {
       next.baud.reset();
     }
-    const double on_line_s =
-        baud_ == 0 ? 0 : static_cast<double>(next.bytes.size()) * kBitsPerByte / baud_;
-    next_send_ = now + std::max(kPace, from_seconds(on_line_s));
+    next_send_ = now + std::max(kPace, on_line(next.bytes.size()));
     last_sent_ = now;
     ++counts_.commands;
     out.push_back(std::move(next));

@@ -135,7 +135,7 @@ class PioneerClient {
   void hold(const std::string& by);
   void send(Bytes frame);
   void say_zero();
-  Time stamp(Time arrival, std::size_t bytes) const;
+  Duration on_line(std::size_t bytes) const;  ///< none where the line has no baud
 
   std::string device_;
   bool serial_;

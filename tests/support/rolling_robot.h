@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -26,7 +27,7 @@ class RollingRobot final : public Robot {
     }
     Observation seen;
     seen.stamp = now_;
-    seen.odometry = {pose, twist};
+    seen.odometry = {pose, reported()};
     seen.health.bumper_bearings_rad = pressed_rad;
     seen.health.bumper_pressed = !pressed_rad.empty();
     if (until == set) {
@@ -45,10 +46,24 @@ class RollingRobot final : public Robot {
 
   Pose2 pose;
   Twist2 twist;
+  bool reports_mean = false;        ///< of the velocities of the last 100 ms, as wheels' ticks tell
   std::vector<double> pressed_rad;  ///< bearings of bumpers
 
  private:
   static constexpr double kSets_hz = 15;
+
+  Twist2 reported() const {
+    if (!reports_mean || recent_.empty()) {
+      return twist;
+    }
+    Twist2 sum;
+    for (const Twist2& one : recent_) {
+      sum.v_mps += one.v_mps;
+      sum.w_radps += one.w_radps;
+    }
+    const auto count = static_cast<double>(recent_.size());
+    return {sum.v_mps / count, sum.w_radps / count};
+  }
 
   void roll(Time to) {
     const double dt_s = to_seconds(to - now_);
@@ -58,11 +73,16 @@ class RollingRobot final : public Robot {
     };
     twist = {towards(twist.v_mps, wanted.v_mps, body_.max_accel_mps2),
              towards(twist.w_radps, wanted.w_radps, body_.max_turn_accel_radps2)};
+    recent_.push_back(twist);
+    if (recent_.size() > 100) {
+      recent_.pop_front();
+    }
     pose = pose * exp_twist(twist, dt_s);
     now_ = to;
   }
 
   Body body_;
+  std::deque<Twist2> recent_;
   Twist2 command_;
   Time expires_;
   Time now_;

@@ -53,7 +53,7 @@ TEST(OdometryTrack, GoesOnePeriodBeyondTheLastReportAndSaysSo) {
 TEST(OdometryTrack, GoesOnTowardsWhatTheBaseWasTold) {
   OdometryTrack track({0.6, 3.0});
   track.add({time_at(1), {}, {0.1, 0}, 0});
-  track.told({time_at(0.9), {0.1, 0}});
+  track.told({time_at(0.5), {0.1, 0}});
   track.told({time_at(1.02), {0.5, -0.3}});  // reached in turning after 0.1 s
   const auto beyond = track.at(time_at(1.1));
   ASSERT_TRUE(beyond);

@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 
 #include "core/base/error.h"
+#include "core/base/rng.h"
 #include "hw/standin/link.h"
 #include "tests/support/rolling_robot.h"
 
@@ -33,14 +34,16 @@ struct Wired {
     link = made.get();
     connect(*link);
     sets.clear();
-    robot = std::make_unique<PhysicalRobot>(std::move(made), [this]() -> std::optional<CameraSet> {
+    const auto next = [this]() -> std::optional<CameraSet> {
       if (sets.empty()) {
         return std::nullopt;
       }
       CameraSet set = sets.front();
       sets.pop_front();
       return set;
-    });
+    };
+    robot = std::make_unique<PhysicalRobot>(
+        std::move(made), next, BaseRamp{body.max_accel_mps2, body.max_turn_accel_radps2});
   }
 
   RollingRobot* behind = nullptr;
@@ -81,6 +84,47 @@ TEST(PhysicalRobot, KnowsItsOdometryAtThePicturesInstants) {
   EXPECT_GT(extrapolated, 100);
   EXPECT_LT(worst_m, kOdometry_m);
   EXPECT_LT(worst_rad, kOdometry_rad);
+  RecordProperty("worst_mm", std::to_string(1e3 * worst_m));
+  RecordProperty("worst_deg", std::to_string(rad_to_deg(worst_rad)));
+}
+
+// As a navigator drives: a new command with every set of pictures, and wheels whose velocity is
+// known as the mean of the last 100 ms.
+TEST(PhysicalRobot, KnowsItsOdometryWhileItSpeedsUpAndTurns) {
+  Wired wired;
+  wired.behind->reports_mean = true;
+  Rng rng(4);
+  Twist2 command;
+  std::optional<Pose2> T_own_odom;
+  double sum_m2 = 0;
+  double sum_rad2 = 0;
+  double worst_m = 0;
+  double worst_rad = 0;
+  int count = 0;
+  while (wired.robot->now() < time_at(120)) {
+    if (rng.uniform(0, 1) < 0.15) {
+      command = {rng.uniform(0, 0.6), rng.uniform(-1.5, 1.5)};
+    }
+    wired.robot->drive(command, kValid);
+    const Observation seen = wired.robot->observe(wired.robot->now() + std::chrono::seconds(1));
+    const Odometry& own = wired.own.at(seen.stamp);
+    if (!T_own_odom) {
+      T_own_odom = own.T_odom_body * seen.odometry.T_odom_body.inverse();
+    }
+    const Pose2 error = own.T_odom_body.inverse() * (*T_own_odom * seen.odometry.T_odom_body);
+    if (seen.odometry.extrapolated) {
+      sum_m2 += error.position().squaredNorm();
+      sum_rad2 += error.theta_rad * error.theta_rad;
+      worst_m = std::max(worst_m, error.position().norm());
+      worst_rad = std::max(worst_rad, std::abs(error.theta_rad));
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 600);
+  EXPECT_LT(std::sqrt(sum_m2 / count), 0.002);
+  EXPECT_LT(std::sqrt(sum_rad2 / count), deg_to_rad(0.15));
+  RecordProperty("rms_mm", std::to_string(1e3 * std::sqrt(sum_m2 / count)));
+  RecordProperty("rms_deg", std::to_string(rad_to_deg(std::sqrt(sum_rad2 / count))));
   RecordProperty("worst_mm", std::to_string(1e3 * worst_m));
   RecordProperty("worst_deg", std::to_string(rad_to_deg(worst_rad)));
 }
