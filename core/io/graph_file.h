@@ -24,10 +24,11 @@ struct GraphFile {
 /// neighbours is odometry, every other one a closure.
 ///
 /// Throws ConfigError with `file:line: what is wrong` for every fault: lines that are not whole,
-/// numbers that are not finite, a file that ends within a line, vertices given twice, edges to vertices that are not there or back
-/// to their own start, information that is not positive definite, odometry repeated word for word,
-/// parts that no edge joins. A closure repeated word for word counts twice, as it does in graphs
-/// that are in use, and is a remark. So are FIX and EQUIV lines, which are left out.
+/// numbers that are not finite, a file that ends within a line, vertices given twice, edges to
+/// vertices that are not there or back to their own start, information that is not positive
+/// definite, odometry repeated word for word, parts that no edge joins. A closure repeated word for
+/// word counts twice, as it does in graphs that are in use, and is a remark. So are FIX and EQUIV
+/// lines, which are left out.
 GraphFile read_graph(const std::filesystem::path& path);
 
 /// The same from text; `name` stands for the file in what is said.
