@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -41,6 +42,7 @@ constexpr Duration kZeroAfter = milliseconds(500);  // without a report
 constexpr Duration kLostAfter = milliseconds(950);  // said within 1 s
 constexpr Duration kMotorsWithin = milliseconds(500);
 
+constexpr int kNothingHeard = 5000;            // as the controller says it
 constexpr std::size_t kVelocities_bytes = 18;  // forward and turning
 constexpr double kBitsPerByte = 10;            // with start and stop
 
@@ -75,6 +77,7 @@ void PioneerClient::connect(Time now) {
   names_ = {};
   config_.reset();
   report_.reset();
+  sonar_.clear();
   enabled_ = false;
   held_by_.clear();
   wanted_ = {};
@@ -303,6 +306,11 @@ void PioneerClient::on_report(Time now, Time stamp, const Sip& sip) {
   most_ = {1e-3 * std::abs(told.v_mmps), deg_to_rad(std::abs(told.w_degps))};
   pose_ = {stamp, odometer_->T_odom_body(), odometer_->twist_body(), odometer_->epoch()};
   poses_.push_back(*pose_);
+  for (const SonarReading& reading : sip.sonar) {
+    sonar_[reading.index] = {stamp, reading.range >= kNothingHeard
+                                        ? std::numeric_limits<double>::infinity()
+                                        : model_->range_m * reading.range};
+  }
   const Sip before = report_.value_or(Sip{});
   report_ = sip;
   if (step_ == Step::kSession) {
@@ -408,6 +416,14 @@ void PioneerClient::drive(Time now, const Twist2& command_body, Duration valid_f
              whole(rad_to_deg(command_body.w_radps), rad_to_deg(body_.max_turn_radps))};
   expires_ = now + std::min(valid_for, kLongestValid);
   refresh_ = true;
+}
+
+void PioneerClient::switch_sonar(bool on) {
+  if (state_ != State::kReady) {
+    throw DeviceError(fault_.empty() ? device_ + ": not connected yet" : fault_);
+  }
+  send(command_frame(Command::kSonar, on ? 1 : 0));
+  sonar_.clear();
 }
 
 void PioneerClient::stop(Time) { say_zero(); }

@@ -33,6 +33,12 @@ struct ToldTwist {
   Twist2 twist_body;
 };
 
+/// What one of the ring's sonars has heard last.
+struct SonarRange {
+  Time stamp;          ///< of the report
+  double range_m = 0;  ///< infinite where nothing came back
+};
+
 /// How the link is doing, for the health figures.
 struct LinkCounts {
   std::size_t reports = 0;               ///< right and believed
@@ -89,6 +95,7 @@ class PioneerClient {
   void enable(Time now);
   void disable(Time now);
   void drive(Time now, const Twist2& command_body, Duration valid_for);
+  void switch_sonar(bool on);
   void stop(Time now);            ///< decelerates
   void emergency_stop(Time now);  ///< regardless of deceleration; nothing moves until enable()
   void close(Time now);           ///< ends the session; the last that is sent
@@ -104,6 +111,7 @@ class PioneerClient {
   const std::optional<WheelPose>& pose() const { return pose_; }  ///< of the last believed report
   std::vector<WheelPose> take_poses();                            ///< since it was asked last
   std::vector<ToldTwist> take_told();                             ///< since it was asked last
+  const std::map<int, SonarRange>& sonar() const { return sonar_; }  ///< by the sonar's number
   const std::optional<Sip>& report() const { return report_; }
   const ControllerNames& names() const { return names_; }
   const std::optional<ControllerConfig>& config() const { return config_; }
@@ -165,6 +173,7 @@ class PioneerClient {
   std::optional<WheelPose> pose_;
   std::vector<WheelPose> poses_;
   std::optional<Sip> report_;
+  std::map<int, SonarRange> sonar_;
   Time last_report_;
   LinkCounts counts_;
   std::vector<std::string> remarks_;

@@ -17,6 +17,7 @@ struct PioneerModel {
   double speed_mps = 1e-3;              ///< a count of wheel velocity
   double turn_rad_per_m = 5.6;          ///< (right - left) / 2 times this is the turn
   double angle_rad = 0.00153398078789;  ///< a count of heading, 2 pi / 4096
+  double range_m = 1e-3;                ///< a count of a sonar's range
   double wheel_speed_mps = 0.02;        ///< a count of kWheelVelocities
 };
 

@@ -457,6 +457,25 @@ TEST(Holds, AnEmergencyStopLastsUntilTheMotorsAreEnabledAgain) {
   EXPECT_GT(ends.robot->twist.v_mps, 0.3);
 }
 
+TEST(Sonar, IsKeptByItsNumber) {
+  Ends ends;
+  connect(*ends.link);
+  EXPECT_TRUE(ends.ask([](const PioneerClient& client) { return client.sonar(); }).empty());
+  ends.link->with([&](PioneerClient& client) {
+    client.switch_sonar(true);
+    Sip sip = *client.report();
+    sip.sonar = {{0, 1234}, {7, 5000}};
+    client.receive(ends.link->now() + milliseconds(50), arcos_frame(sip_payload(sip)));
+    sip.sonar = {{0, 900}};
+    client.receive(ends.link->now() + milliseconds(60), arcos_frame(sip_payload(sip)));
+  });
+  const auto heard = ends.ask([](const PioneerClient& client) { return client.sonar(); });
+  ASSERT_EQ(heard.size(), 2U);
+  EXPECT_DOUBLE_EQ(heard.at(0).range_m, 0.9);
+  EXPECT_TRUE(std::isinf(heard.at(7).range_m));
+  EXPECT_LT(heard.at(7).stamp, heard.at(0).stamp);
+}
+
 TEST(Limits, AreTheBodysAndTheControllersWhicheverIsLower) {
   Body slow = quick();
   slow.max_speed_mps = 0.3;
