@@ -98,6 +98,10 @@ Observation PhysicalRobot::observe(Time deadline) {
 
 void PhysicalRobot::drive(const Twist2& command_body, Duration valid_for) {
   link_->with([&](PioneerClient& client) {
+    const bool stands = command_body.v_mps == 0 && command_body.w_radps == 0;
+    if (!enabled_ && stands && client.state() == PioneerClient::State::kReady) {
+      return;  // whoever only watches does not switch the motors on
+    }
     if (!enabled_) {
       client.enable(link_->now());
       enabled_ = true;

@@ -27,7 +27,8 @@ using NextCameraSet = std::function<std::optional<CameraSet>()>;
 
 /// A base and cameras as one robot: every set of pictures with the odometry of its instant, the
 /// base's reports being interpolated (extrapolated by one at most, which is marked). Without
-/// cameras there is an observation a report. Motors are enabled by the first command.
+/// cameras there is an observation a report. Motors are enabled by the first command
+/// to move.
 class PhysicalRobot final : public Robot {
  public:
   /// `link` is connected; `ramp` is how the base goes to what it is told. `behind` is the simulated

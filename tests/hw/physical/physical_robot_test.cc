@@ -147,6 +147,21 @@ TEST(PhysicalRobot, DeliversEverySetOnceAndMeetsItsDeadlines) {
   EXPECT_EQ(wired.robot->devices().at("cameras").at("sets"), sets);
 }
 
+TEST(PhysicalRobot, SwitchesItsMotorsOnWhenItIsToldToMove) {
+  Wired wired;
+  const auto watch = [&](const Twist2& command) {
+    Observation seen;
+    for (const Time end = wired.robot->now() + std::chrono::seconds(1); wired.robot->now() < end;) {
+      wired.robot->drive(command, kValid);
+      seen = wired.robot->observe(wired.robot->now() + milliseconds(100));
+    }
+    return seen.health.motors_enabled;
+  };
+  EXPECT_FALSE(watch({}));
+  EXPECT_TRUE(watch({0.1, 0}));
+  EXPECT_TRUE(watch({}));
+}
+
 TEST(PhysicalRobot, HasNoTruthButThatOfARobotBehindIt) {
   Wired wired;
   EXPECT_FALSE(wired.robot->truth());
