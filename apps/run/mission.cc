@@ -107,8 +107,8 @@ void bind(Fields& f, PioneerOptions& o) {
   if (f.writing() ? o.standin != nullptr : f.present("standin")) {
     ExploreMission served = o.standin == nullptr ? ExploreMission() : *o.standin;
     served.needs = Needs::kNothing;
-    f.file_or_inline("standin", served);
     f.require(stands_in, "standin", "must not be given: this base is no stand-in");
+    f.file_or_inline("standin", served);
     f.require(std::holds_alternative<sim::SimulatedOptions>(served.platform), "standin",
               "must be a mission whose platform is simulated");
     o.standin = std::make_shared<ExploreMission>(std::move(served));

@@ -131,6 +131,8 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
     }
     robot.stop();
   } catch (const DeviceError& error) {  // what was done until then is kept
+    cockpit.reset();
+    std::fprintf(stderr, "%s\n", error.what());  // at once: writing what is there takes a while
     until.lose_device(error);
   }
   cockpit.reset();  // the terminal is its owner's again

@@ -15,6 +15,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "hw/pioneer/report.h"
+
 namespace panoptes {
 namespace {
 
@@ -137,10 +139,11 @@ std::vector<ListedPort> serial_ports(const fs::path& root) {
 }
 
 std::string answer_line(const hw::PioneerIdentity& answer) {
-  return fmt::format("{} {} \"{}\"{}, battery {:.1f} V{}", answer.class_name, answer.subclass,
-                     answer.name, answer.firmware.empty() ? "" : ", firmware " + answer.firmware,
-                     answer.battery_v,
-                     answer.baud > 0 ? fmt::format(", {} baud", answer.baud) : "");
+  return fmt::format(
+      "{} {} \"{}\"{}, battery {:.1f} V{}{}", answer.class_name, answer.subclass, answer.name,
+      answer.firmware.empty() ? "" : ", firmware " + answer.firmware, answer.battery_v,
+      answer.battery_v < hw::kLowBattery_v ? " (low: charge it before it drives)" : "",
+      answer.baud > 0 ? fmt::format(", {} baud", answer.baud) : "");
 }
 
 std::string access_cure(const PortAccess& access) {

@@ -22,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 constexpr Duration kConnectWithin = std::chrono::seconds(10);
 constexpr Duration kTcpWithin = std::chrono::seconds(3);
 constexpr Duration kAtLeastEvery = std::chrono::milliseconds(100);
-constexpr Duration kFarewell = std::chrono::milliseconds(60);  // three frames at 9600 baud
+constexpr Duration kFarewell = std::chrono::milliseconds(200);  // four frames, and another baud
 
 }  // namespace
 

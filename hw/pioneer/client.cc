@@ -31,7 +31,7 @@ constexpr Duration kDrainFor = milliseconds(250);  // a cycle and the longest re
 constexpr Duration kConfigWithin = milliseconds(400);
 constexpr Duration kSwitchAfter = milliseconds(60);  // HOSTBAUD is sent and heard by then
 constexpr Duration kRightWithin = milliseconds(900);
-constexpr Duration kConnectWithin = std::chrono::seconds(9);
+constexpr Duration kConnectWithin = std::chrono::seconds(8);
 
 constexpr Duration kPace = milliseconds(5);  // closer together some commands are lost
 constexpr Duration kKeepAlive = milliseconds(400);
@@ -39,7 +39,9 @@ constexpr Duration kOwnSilence = milliseconds(800);  // of ours, well within the
 constexpr Duration kRefresh = milliseconds(200);
 constexpr Duration kLongestValid = milliseconds(500);
 constexpr Duration kZeroAfter = milliseconds(500);  // without a report
-constexpr Duration kLostAfter = milliseconds(950);  // said within 1 s
+constexpr Duration kLostAfter = milliseconds(850);  // without a byte: said within 1 s
+// Bytes come, but no right report: of long ones on a bad cable some 30 in a row may be damaged.
+constexpr Duration kUselessAfter = std::chrono::seconds(3);
 constexpr Duration kMotorsWithin = milliseconds(500);
 
 constexpr int kNothingHeard = 5000;            // as the controller says it
@@ -197,6 +199,7 @@ void PioneerClient::in_session(Time now) {
   step_ = Step::kSession;
   deadline_ = Time::max();
   last_report_ = now;
+  last_bytes_ = now;
 }
 
 Duration PioneerClient::on_line(std::size_t bytes) const {
@@ -206,6 +209,7 @@ Duration PioneerClient::on_line(std::size_t bytes) const {
 
 void PioneerClient::receive(Time now, std::span<const std::uint8_t> bytes) {
   bytes_heard_ += bytes.size();
+  last_bytes_ = bytes.empty() ? last_bytes_ : now;
   for (const PacketReader::Packet& packet : reader_.read(bytes)) {
     constexpr std::size_t kFrame_bytes = 5;  // around a payload
     const std::size_t begin = packet.end - packet.payload.size() - kFrame_bytes;
@@ -313,8 +317,14 @@ void PioneerClient::on_report(Time now, Time stamp, const Sip& sip) {
   }
   const Sip before = report_.value_or(Sip{});
   report_ = sip;
-  if (step_ == Step::kSession) {
+  if (step_ == Step::kSession && state_ != State::kReady) {
     state_ = State::kReady;
+    if (sip.battery_v() < kLowBattery_v) {
+      remarks_.push_back(
+          fmt::format("{}: the battery is at {:.1f} V: below {} V the controller misbehaves; "
+                      "charge it before it drives",
+                      device_, sip.battery_v(), kLowBattery_v));
+    }
   }
 
   const auto segments = [](unsigned bits) {
@@ -395,7 +405,12 @@ void PioneerClient::disable(Time) {
 }
 
 void PioneerClient::close(Time) {
-  send(command_frame(Command::kClose, 1));
+  if (serial_ && baud_ != kRates.front()) {
+    send(command_frame(Command::kHostBaud, 0));
+    outbox_.push_back({kRates.front(), command_frame(Command::kClose, 1)});
+  } else {
+    send(command_frame(Command::kClose, 1));
+  }
   state_ = State::kRefused;
   fault_ = device_ + ": closed";
   enabled_ = false;
@@ -452,13 +467,19 @@ std::vector<PioneerClient::Transmission> PioneerClient::poll(Time now) {
     on_deadline(now);
   }
   const bool in_session = state_ == State::kReady;
-  if (in_session && now - last_report_ >= kLostAfter) {
+  const Duration unheard = now - last_report_;
+  if (in_session && unheard >= kLostAfter && now - last_bytes_ >= kLostAfter) {
     refuse(
         fmt::format("{}: no report from the robot for {:.2f} s: it is switched off or its cable "
                     "is out; it was told to stop, and its own watchdog stops it",
-                    device_, to_seconds(now - last_report_)));
-  } else if (in_session && now - last_report_ >= kZeroAfter &&
-             (wanted_.v_mmps != 0 || wanted_.w_degps != 0)) {
+                    device_, to_seconds(unheard)));
+  } else if (in_session && unheard >= kUselessAfter) {
+    refuse(
+        fmt::format("{}: bytes come, but no right report among them for {:.1f} s: a bad cable, "
+                    "or somebody has set the robot to another baud; it was told to stop, and "
+                    "its own watchdog stops it",
+                    device_, to_seconds(unheard)));
+  } else if (in_session && unheard >= kZeroAfter && (wanted_.v_mmps != 0 || wanted_.w_degps != 0)) {
     say_zero();
   }
   if (in_session && last_sent_ && now - *last_sent_ >= kOwnSilence) {
@@ -475,6 +496,9 @@ std::vector<PioneerClient::Transmission> PioneerClient::poll(Time now) {
     }
   }
   if (in_session && enabled_ && outbox_.empty()) {
+    // One frame may be lost: zero is said until the wheels stand.
+    const bool stands = wanted_.v_mmps == 0 && wanted_.w_degps == 0;
+    refresh_ = refresh_ || (stands && moves());
     const bool news =
         !said_ || said_->v_mmps != wanted_.v_mmps || said_->w_degps != wanted_.w_degps;
     if (news || (refresh_ && now - said_at_ >= kRefresh)) {
@@ -503,7 +527,8 @@ std::vector<PioneerClient::Transmission> PioneerClient::poll(Time now) {
     } else {
       next.baud.reset();
     }
-    next_send_ = now + std::max(kPace, on_line(next.bytes.size()));
+    const bool switches = next.bytes[3] == static_cast<std::uint8_t>(Command::kHostBaud);
+    next_send_ = now + (switches ? kSwitchAfter : std::max(kPace, on_line(next.bytes.size())));
     last_sent_ = now;
     ++counts_.commands;
     out.push_back(std::move(next));
@@ -520,7 +545,11 @@ Time PioneerClient::next_poll() const {
   if (state_ == State::kConnecting) {
     return std::min(next, begun_ + kConnectWithin);
   }
-  next = std::min(next, last_report_ + kLostAfter);
+  next = std::min(next, std::max(last_bytes_, last_report_) + kLostAfter);
+  next = std::min(next, last_report_ + kUselessAfter);
+  if (enabled_ && moves() && wanted_.v_mmps == 0 && wanted_.w_degps == 0) {
+    next = std::min(next, said_at_ + kRefresh);
+  }
   if (wanted_.v_mmps != 0 || wanted_.w_degps != 0) {
     next = std::min(next, last_report_ + kZeroAfter);
   }
@@ -531,6 +560,11 @@ Time PioneerClient::next_poll() const {
     next = std::min(next, *expires_);
   }
   return next;
+}
+
+bool PioneerClient::moves() const {
+  constexpr int kRest_mmps = 2;  // of a wheel that stands, by its rounding
+  return report_ && (std::abs(report_->left) > kRest_mmps || std::abs(report_->right) > kRest_mmps);
 }
 
 std::vector<ToldTwist> PioneerClient::take_told() { return std::exchange(told_, {}); }

@@ -143,6 +143,7 @@ class PioneerClient {
   void hold(const std::string& by);
   void send(Bytes frame);
   void say_zero();
+  bool moves() const;                         // by the last report
   Duration on_line(std::size_t bytes) const;  ///< none where the line has no baud
 
   std::string device_;
@@ -175,6 +176,7 @@ class PioneerClient {
   std::optional<Sip> report_;
   std::map<int, SonarRange> sonar_;
   Time last_report_;
+  Time last_bytes_;
   LinkCounts counts_;
   std::vector<std::string> remarks_;
 

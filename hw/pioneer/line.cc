@@ -70,7 +70,8 @@ int open_serial(const std::string& address, const std::string& path) {
     throw DeviceError(address + ": no permission to open it; " +
                       (owners == "root"
                            ? "give it a group by a udev rule: SUBSYSTEM==\"tty\", "
-                             "KERNEL==\"ttyUSB*\", GROUP=\"dialout\""
+                             "KERNEL==\"" +
+                                 path.substr(path.rfind('/') + 1) + "\", GROUP=\"dialout\""
                            : "run 'sudo usermod -aG " + owners + " $USER' and log in again"));
   }
   if (fd < 0 && error == EBUSY) {
@@ -162,7 +163,7 @@ std::string LineAddress::fault(const std::string& address) {
   const bool digits = port.find_first_not_of("0123456789") == std::string::npos;
   return digits && port.size() <= 5 && std::stoi(port) >= 1 && std::stoi(port) <= 65535
              ? ""
-             : "the port of " + address + " must be a number between 1 and 65535";
+             : "its port must be a number between 1 and 65535";
 }
 
 LineAddress LineAddress::parse(const std::string& address) {

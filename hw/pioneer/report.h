@@ -23,6 +23,8 @@ constexpr std::uint16_t kFlagSonar = 0xF << 1;
 constexpr std::uint16_t kFlagStopButton = 1 << 5;
 constexpr std::uint16_t kFlagEmergencyStall = 1 << 6;
 
+constexpr double kLowBattery_v = 11.5;  ///< below it a controller misbehaves
+
 struct SonarReading {
   int index = 0;
   int range = 0;  ///< in the controller's units

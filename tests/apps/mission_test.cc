@@ -130,7 +130,7 @@ TEST(Mission, TellsWhatAPioneerLacks) {
               testing::ElementsAre("m.yaml:1:33: platform.base: must be serial:PORT, "
                                    "tcp:HOST:PORT, standin:pty or standin:tcp, got ttyUSB0"));
   EXPECT_THAT(told("{kind: pioneer, base: 'tcp:robot:0'}"),
-              testing::ElementsAre("m.yaml:1:33: platform.base: the port of tcp:robot:0 must be a "
+              testing::ElementsAre("m.yaml:1:33: platform.base: its port must be a "
                                    "number between 1 and 65535, got \"tcp:robot:0\""));
   EXPECT_THAT(told("{kind: pioneer, base: 'standin:pty'}"),
               testing::ElementsAre("m.yaml:1:11: platform.standin: missing; it must name the "

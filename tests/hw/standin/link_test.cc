@@ -326,6 +326,44 @@ TEST(Corruption, NeverMovesThePoseFurtherThanTheGateAndIsMendedByTheNextReport) 
   }
 }
 
+// Long reports on a bad cable: most are damaged, and the link lives.
+TEST(Corruption, OfMostReportsDoesNotEndTheSession) {
+  Ends ends;
+  connect(*ends.link);
+  ends.enable();
+  Rng rng(8);
+  ends.link->damage([&](Bytes bytes, bool) {
+    for (std::uint8_t& byte : bytes) {
+      byte = rng.uniform(0, 1) < 0.024 ? static_cast<std::uint8_t>(byte ^ 0x10) : byte;
+    }
+    return bytes;
+  });
+  const Time end = ends.link->now() + std::chrono::seconds(600);
+  while (ends.link->now() < end && ends.state() == State::kReady) {
+    ends.drive(wander(to_seconds(ends.link->now())));
+    ends.pass(kNavigator);
+  }
+  EXPECT_EQ(ends.state(), State::kReady) << ends.fault();
+  EXPECT_LT(ends.counts().reports, 3500U);
+}
+
+// The frames that say zero are lost: it is said again until the wheels stand.
+TEST(Commander, IsStoppedThoughFramesAreLost) {
+  Ends ends;
+  connect(*ends.link);
+  ends.enable();
+  ends.drive({0.5, 0}, std::chrono::seconds(3));
+  int lost = 0;
+  ends.link->damage([&](Bytes bytes, bool to_robot) {
+    const bool is_zero = to_robot && (bytes == command_frame(Command::kVelocity, 0) ||
+                                      bytes == command_frame(Command::kTurnVelocity, 0));
+    return is_zero && ++lost <= 4 ? Bytes() : bytes;
+  });
+  ends.pass(std::chrono::seconds(2));
+  EXPECT_GT(lost, 4);
+  EXPECT_EQ(ends.robot->twist.v_mps, 0);
+}
+
 TEST(Cable, PulledIsSaidWithinASecondAndTheRobotStops) {
   Ends ends;
   connect(*ends.link);
@@ -374,13 +412,14 @@ TEST(Commander, HungIsFollowedByZeroOnTheWireWithinHalfASecond) {
         packet.command == Command::kVelocity || packet.command == Command::kTurnVelocity;
     if (velocity) {
       EXPECT_EQ(std::get<int>(packet.argument), 0);
-      EXPECT_LE(to_seconds(at - hung), 0.5);
+      EXPECT_TRUE(to_seconds(at - hung) <= 0.5 || !zeros.empty());
       zeros.push_back(packet.command);
     } else {
       EXPECT_EQ(packet.command, Command::kPulse);  // the link lives on, the command does not
     }
   }
-  EXPECT_THAT(zeros, testing::ElementsAre(Command::kVelocity, Command::kTurnVelocity));
+  EXPECT_GE(zeros.size(), 4U);  // again while it still rolls: one frame may be lost
+  EXPECT_LE(zeros.size(), 12U);
   EXPECT_EQ(ends.robot->twist.v_mps, 0);
   EXPECT_EQ(ends.counts().expired, 1U);
 }
