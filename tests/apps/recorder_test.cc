@@ -306,8 +306,8 @@ TEST_F(RecorderTest, ARecordingIsNotJudgedByWhatTheWholeMissionRequires) {
   const json lines = metrics(folder_ / "run")["requirements"];
   EXPECT_TRUE(lines[0].at("pass").is_null());
   EXPECT_TRUE(lines[0].contains("value"));
-  EXPECT_THAT(report.summary, testing::Contains("not judged: map.coverage >= 2 (a recording is "
-                                                "done when it is recorded)"));
+  EXPECT_THAT(report.summary, testing::Contains("not judged: map.coverage >= 2 (it is not for "
+                                                "what this command does)"));
 }
 
 TEST_F(RecorderTest, CallsACollisionACollision) {
