@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -19,6 +20,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/config/data_files.h"
+#include "hw/pioneer/line.h"
 #include "sim/render/renderer.h"
 
 namespace panoptes {
@@ -184,7 +186,7 @@ int doctor() {
 }  // namespace
 
 void add_doctor(CLI::App& app, Command& chosen, const ProbePort& probe) {
-  auto port = std::make_shared<std::string>();
+  auto port = std::make_shared<std::optional<std::string>>();
   CLI::App* sub = app.add_subcommand("doctor", "What is here, and what is missing?");
   if (probe) {
     sub->add_option("--port", *port, "who answers there: serial:/dev/ttyUSB0 or tcp:host:8101")
@@ -194,10 +196,14 @@ void add_doctor(CLI::App& app, Command& chosen, const ProbePort& probe) {
               (probe ? " --port serial:/dev/ttyUSB0" : ""));
   sub->callback([&chosen, port, probe] {
     chosen = [port, probe] {
-      if (port->empty()) {
+      if (!*port) {
         return doctor();
       }
-      std::printf("%s: %s\n", port->c_str(), answer_line(probe(*port)).c_str());
+      const std::string& address = **port;
+      if (const std::string fault = hw::LineAddress::fault(address); !fault.empty()) {
+        throw ConfigError("--port '" + address + "': " + fault);
+      }
+      std::printf("%s: %s\n", address.c_str(), answer_line(probe(address)).c_str());
       return 0;
     };
   });

@@ -186,6 +186,14 @@ TEST_F(RunApp, DoctorAsksAtAPortWhereSomebodyCan) {
             "tcp:robot:8101: Pioneer p3dx \"one\", firmware 2.9, battery 12.5 V\n");
 }
 
+TEST_F(RunApp, DoctorRefusesWhatIsNoAddress) {
+  for (const char* port : {"", "/dev/ttyUSB0", "tcp:127.0.0.1", "tcp:127.0.0.1:99999"}) {
+    const Said said = run_here({"doctor", "--port", port});
+    EXPECT_EQ(said.status, 2);
+    EXPECT_THAT(said.err, HasSubstr(std::string("--port '") + port + "': "));
+  }
+}
+
 TEST_F(RunApp, DoctorFindsWhatTheTestsNeed) {
   const Said said = run_here({"doctor"});
   EXPECT_EQ(said.status, 0) << said.out;
