@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -16,7 +17,7 @@
 #include "apps/run/progress.h"
 #include "apps/run/served_run.h"
 #include "apps/run/until.h"
-#include "apps/run/wire_server.h"
+#include "hw/standin/wire_server.h"
 
 namespace panoptes {
 namespace {
@@ -45,7 +46,7 @@ std::vector<std::unique_ptr<hw::Endpoint>> open_endpoints(const ServeArguments& 
   return endpoints;
 }
 
-std::string doing(const WireServer& server, const Truth& known, Time now) {
+std::string doing(const hw::WireServer& server, const Truth& known, Time now) {
   const double speed_mps = known.poses.empty() ? 0 : known.poses.back().twist_body.v_mps;
   return fmt::format("{:.0f} s; {}, {:.2f} m/s, {:.1f} m driven, {} contacts", to_seconds(now),
                      server.connected() ? "a client is there" : "nobody is there", speed_mps,
@@ -64,9 +65,10 @@ int serve(const ServeArguments& args) {
     names += " " + endpoint->name();
   }
   const auto robot = open_blind_robot(mission, Rng(mission.seed).fork("robot"));
-  const hw::StandInOptions standin;
+  const auto* wired = std::get_if<PioneerOptions>(&mission.platform);
+  const hw::StandInOptions standin = wired != nullptr ? wired->controller : hw::StandInOptions();
   hw::StandInController controller(*robot, mission.robot, standin);
-  WireServer server(controller, std::move(endpoints));
+  hw::WireServer server(controller, std::move(endpoints));
   ServedRun run(out.path(), mission, server.start_unix_ns(), robot->truth().value_or(Truth()));
   out.keep();
   std::printf("a Pioneer (%s) is at%s\n", standin.subclass.c_str(), names.c_str());
@@ -104,7 +106,7 @@ void add_serve(CLI::App& app, Command& chosen) {
   add_common(*sub, args->common);
   sub->footer(
       "Example: panoptes serve scenes/missions/explore-office.yaml --out runs/served\n"
-      "or:      panoptes serve scenes/missions/explore-office.yaml --link /tmp/pioneer\n"
+      "or:      panoptes serve scenes/missions/explore-office.yaml --link pioneer\n"
       "It serves until Ctrl-C, or so long as --duration says.");
   sub->callback([args, &chosen] { chosen = [args] { return serve(*args); }; });
 }

@@ -113,6 +113,9 @@ void bind(Fields& f, PioneerOptions& o) {
               "must be a mission whose platform is simulated");
     o.standin = std::make_shared<ExploreMission>(std::move(served));
   }
+  if (stands_in) {
+    f("controller", o.controller);
+  }
   f.require(!stands_in || o.standin != nullptr, "standin",
             "missing; it must name the mission whose simulated robot stands in");
 }

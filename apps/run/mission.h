@@ -16,6 +16,7 @@
 #include "core/geometry/body.h"
 #include "core/nav/navigator.h"
 #include "hw/replay/recorded_robot.h"
+#include "hw/standin/controller.h"
 #include "sim/route.h"
 #include "sim/simulated_robot.h"
 
@@ -65,6 +66,7 @@ struct PioneerOptions {
   std::string base;  ///< serial:/dev/ttyUSB0, tcp:host:8101, standin:pty or standin:tcp
   Cameras cameras = Cameras::kNone;
   std::shared_ptr<ExploreMission> standin;  ///< whose simulated platform is served
+  hw::StandInOptions controller;            ///< of the stand-in
 };
 void bind(Fields& f, PioneerOptions& o);
 

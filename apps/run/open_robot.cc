@@ -106,7 +106,7 @@ OpenRobot open_standin(const PioneerOptions& options, const ExploreMission& miss
   const hw::Robot* behind = robot.get();
   const auto pictures = std::make_shared<PicturesInMemory>();
   auto link = std::make_unique<hw::StandInLink>(
-      std::move(robot), served.robot, hw::StandInOptions(), mission.robot,
+      std::move(robot), served.robot, options.controller, mission.robot,
       options.base == kStandInTcp ? hw::StandInLink::Wire::kTcp : hw::StandInLink::Wire::kPty,
       [pictures](const Observation& seen) { pictures->add(seen); });
   hw::connect(*link);

@@ -8,13 +8,12 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <grp.h>
-#include <pwd.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "hw/pioneer/port_access.h"
 #include "hw/pioneer/report.h"
 
 namespace panoptes {
@@ -65,23 +64,6 @@ std::string holder(const fs::path& root, const std::string& node) {
   return {};
 }
 
-std::string user_name() {
-  const passwd* user = ::getpwuid(::geteuid());
-  return user == nullptr ? std::to_string(::geteuid()) : user->pw_name;
-}
-
-PortAccess access_of(const std::string& node, const struct stat& status) {
-  const group* owner = ::getgrgid(status.st_gid);
-  PortAccess access{node, owner == nullptr ? "" : owner->gr_name,
-                    (status.st_mode & S_IRGRP) != 0 && (status.st_mode & S_IWGRP) != 0, user_name(),
-                    false};
-  for (char** member = owner == nullptr ? nullptr : owner->gr_mem;
-       member != nullptr && *member != nullptr; ++member) {
-    access.member = access.member || access.user == *member;
-  }
-  return access;
-}
-
 void judge(const fs::path& root, ListedPort& port) {
   const std::string file = root / fs::path(port.node).relative_path();
   const int opened = ::open(file.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
@@ -93,10 +75,10 @@ void judge(const fs::path& root, ListedPort& port) {
     return;
   }
   if (opened < 0 && error == EACCES) {
-    const PortAccess access = access_of(port.node, status);
+    const hw::PortAccess access = hw::access_of(port.node, file);
     port.fault = "no permission: it belongs to the group " +
                  (access.group.empty() ? std::to_string(status.st_gid) : access.group);
-    port.cure = access_cure(access);
+    port.cure = hw::access_cure(access);
     return;
   }
   if (opened < 0 && error != EBUSY) {
@@ -144,25 +126,6 @@ std::string answer_line(const hw::PioneerIdentity& answer) {
       answer.firmware.empty() ? "" : ", firmware " + answer.firmware, answer.battery_v,
       answer.battery_v < hw::kLowBattery_v ? " (low: charge it before it drives)" : "",
       answer.baud > 0 ? fmt::format(", {} baud", answer.baud) : "");
-}
-
-std::string access_cure(const PortAccess& access) {
-  if (access.member) {
-    return access.user + " is in the group " + access.group +
-           " already: log out and in again (or newgrp " + access.group + ")";
-  }
-  if (access.group_may && !access.group.empty() && access.group != "root") {
-    return fmt::format("sudo usermod -aG {} {}, then log out and in again", access.group,
-                       access.user);
-  }
-  const std::string name = fs::path(access.node).filename();
-  const std::string kind = name.substr(0, name.find_last_not_of("0123456789") + 1);
-  return fmt::format(
-      R"(a udev rule gives it to a group that may: echo 'SUBSYSTEM=="tty", KERNEL=="{}[0-9]*", )"
-      R"(GROUP="dialout", MODE="0660"' | sudo tee /etc/udev/rules.d/60-panoptes.rules; )"
-      "sudo udevadm control --reload; sudo udevadm trigger; sudo usermod -aG dialout {}, then log "
-      "out and in again",
-      kind, access.user);
 }
 
 }  // namespace panoptes

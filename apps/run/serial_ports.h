@@ -22,19 +22,6 @@ struct ListedPort {
 /// Looks into `root`/sys, /dev and /proc, which are a test's own where it gives another root.
 std::vector<ListedPort> serial_ports(const std::filesystem::path& root = "/");
 
-/// Who may use a node, and who asks.
-struct PortAccess {
-  std::string node;        ///< /dev/ttyUSB0
-  std::string group;       ///< that owns it; empty: one without a name
-  bool group_may = false;  ///< read and write
-  std::string user;
-  bool member = false;  ///< the user is of the group, but not yet in this session
-};
-
-/// The command that lets the user open it: joining its group, or a udev rule where that would give
-/// more than the port (root's) or nothing at all.
-std::string access_cure(const PortAccess& access);
-
 /// Asks at `serial:/dev/ttyUSB0` or `tcp:host:8101`; throws DeviceError where nobody answers.
 using ProbePort = std::function<hw::PioneerIdentity(const std::string& address)>;
 

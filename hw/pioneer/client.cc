@@ -44,7 +44,8 @@ constexpr Duration kLostAfter = milliseconds(850);  // without a byte: said with
 constexpr Duration kUselessAfter = std::chrono::seconds(3);
 constexpr Duration kMotorsWithin = milliseconds(500);
 
-constexpr int kNothingHeard = 5000;            // as the controller says it
+constexpr double kHalfCount = 0.01;  // limits are told in whole counts, of 50 deg/s and more
+constexpr int kNothingHeard = 5000;  // as the controller says it
 constexpr std::size_t kVelocities_bytes = 18;  // forward and turning
 constexpr double kBitsPerByte = 10;            // with start and stop
 
@@ -171,7 +172,7 @@ void PioneerClient::on_deadline(Time now) {
 void PioneerClient::opened(Time now) {
   if (config_) {
     const auto limit = [&](double& most, double told, const char* what, const char* unit) {
-      if (told > 0 && told < most) {
+      if (told > 0 && told < (1 - kHalfCount) * most) {
         remarks_.push_back(
             fmt::format("{}: the robot's own limit of {} is {:.3g} {}, below the "
                         "{:.3g} of the mission's robot; it is kept",
@@ -255,7 +256,7 @@ void PioneerClient::on_packet(Time now, Time stamp, const Bytes& payload) {
           return;
         }
         if (odometer_) {
-          odometer_->restart();
+          odometer_->restart(*model_);
         } else {
           odometer_.emplace(*model_);
         }

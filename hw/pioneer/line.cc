@@ -9,7 +9,6 @@
 #include <vector>
 
 #include <fcntl.h>
-#include <grp.h>
 #include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -17,12 +16,12 @@
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <termios.h>
 #include <unistd.h>
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "hw/pioneer/port_access.h"
 
 namespace panoptes::hw {
 namespace {
@@ -48,15 +47,6 @@ speed_t speed_of(int baud) {
   }
 }
 
-std::string group_of(const std::string& path) {
-  struct stat file = {};
-  if (stat(path.c_str(), &file) != 0) {
-    return "dialout";
-  }
-  const group* owner = getgrgid(file.st_gid);
-  return owner == nullptr ? "dialout" : owner->gr_name;
-}
-
 int open_serial(const std::string& address, const std::string& path) {
   const int fd = open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   const int error = errno;
@@ -66,13 +56,8 @@ int open_serial(const std::string& address, const std::string& path) {
                       "the ports that are here");
   }
   if (fd < 0 && (error == EACCES || error == EPERM)) {
-    const std::string owners = group_of(path);
     throw DeviceError(address + ": no permission to open it; " +
-                      (owners == "root"
-                           ? "give it a group by a udev rule: SUBSYSTEM==\"tty\", "
-                             "KERNEL==\"" +
-                                 path.substr(path.rfind('/') + 1) + "\", GROUP=\"dialout\""
-                           : "run 'sudo usermod -aG " + owners + " $USER' and log in again"));
+                      access_cure(access_of(path, path)));
   }
   if (fd < 0 && error == EBUSY) {
     throw DeviceError(address + ": in use by another program; close that one");

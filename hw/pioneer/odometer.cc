@@ -63,7 +63,8 @@ void PioneerOdometer::take(const Candidate& report) {
   agreeing_ = 0;
 }
 
-void PioneerOdometer::restart() {
+void PioneerOdometer::restart(const PioneerModel& model) {
+  model_ = model;
   epoch_ += last_ ? 1 : 0;
   last_.reset();
   twist_body_ = {};

@@ -32,9 +32,9 @@ class PioneerOdometer {
   /// with each other but not with that begin a new epoch: the controller counts from elsewhere.
   Verdict add(Time stamp, const Sip& sip, const Twist2& most);
 
-  /// The next report sets the origin again, and the pose stays: after SETO, a reset or a new
-  /// connection.
-  void restart();
+  /// The next report sets the origin again, and the pose stays: after a new connection, maybe to
+  /// another robot.
+  void restart(const PioneerModel& model);
 
   const Pose2& T_odom_body() const { return T_odom_body_; }
   const Twist2& twist_body() const { return twist_body_; }

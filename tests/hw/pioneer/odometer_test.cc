@@ -160,7 +160,7 @@ TEST(PioneerOdometer, RestartsWhereItIs) {
   drive.odometer.add(drive.now, report({}, {}), {});
   drive.go({0.3, 0.2}, 30);
   const Pose2 before = drive.odometer.T_odom_body();
-  drive.odometer.restart();
+  drive.odometer.restart(model());
   EXPECT_EQ(drive.odometer.epoch(), 1);
   EXPECT_FALSE(drive.odometer.last());
   EXPECT_EQ(drive.odometer.add(drive.now, report({}, {}), {}), Verdict::kAccepted);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/run/wire_server.h"
+#include "hw/standin/wire_server.h"
 
 #include <chrono>
 #include <cmath>
@@ -14,16 +14,13 @@
 
 #include "hw/pioneer/report.h"
 
-namespace panoptes {
+namespace panoptes::hw {
 namespace {
 
-using hw::Bytes;
-using hw::Command;
-using hw::command_frame;
 using std::chrono::milliseconds;
 
 /// Stands, and its time goes on.
-class StillRobot final : public hw::Robot {
+class StillRobot final : public Robot {
  public:
   Observation observe(Time deadline) override {
     Observation seen;
@@ -44,17 +41,17 @@ struct Wire {
   bool there = true;
   std::optional<int> baud;
   Bytes to_robot;
-  hw::PacketReader from_robot;
+  PacketReader from_robot;
   std::vector<Bytes> heard;
 };
 
-class WireEnd final : public hw::Endpoint {
+class WireEnd final : public Endpoint {
  public:
   explicit WireEnd(Wire& wire) : wire_(wire) {}
   const std::string& name() const override { return name_; }
   Bytes read() override { return std::exchange(wire_.to_robot, {}); }
   void write(std::span<const std::uint8_t> bytes) override {
-    for (const hw::PacketReader::Packet& packet : wire_.from_robot.read(bytes)) {
+    for (const PacketReader::Packet& packet : wire_.from_robot.read(bytes)) {
       wire_.heard.push_back(packet.payload);
     }
   }
@@ -70,7 +67,7 @@ class WireEnd final : public hw::Endpoint {
 class WireServerTest : public testing::Test {
  protected:
   void serve(Wire& first, Wire* second = nullptr) {
-    std::vector<std::unique_ptr<hw::Endpoint>> ends;
+    std::vector<std::unique_ptr<Endpoint>> ends;
     ends.push_back(std::make_unique<WireEnd>(first));
     if (second != nullptr) {
       ends.push_back(std::make_unique<WireEnd>(*second));
@@ -98,7 +95,7 @@ class WireServerTest : public testing::Test {
   }
 
   StillRobot robot_;
-  hw::StandInController controller_{robot_, Body{}, {}};
+  StandInController controller_{robot_, Body{}, {}};
   std::optional<WireServer> server_;
   int seconds_caught_up_ = 0;
 };
@@ -165,4 +162,4 @@ TEST_F(WireServerTest, AfterAPauseItCatchesUpWithoutWhatIsOutOfDate) {
 }
 
 }  // namespace
-}  // namespace panoptes
+}  // namespace panoptes::hw

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/run/wire_server.h"
+#include "hw/standin/wire_server.h"
 
 #include <algorithm>
 #include <chrono>
@@ -7,9 +7,7 @@
 
 #include <poll.h>
 
-#include "apps/run/stage_clock.h"
-
-namespace panoptes {
+namespace panoptes::hw {
 namespace {
 
 constexpr Duration kLongestWait = std::chrono::milliseconds(100);  // to see who has come or gone
@@ -19,17 +17,17 @@ constexpr int kBitsOfByte = 10;
 
 }  // namespace
 
-WireServer::WireServer(hw::StandInController& controller,
-                       std::vector<std::unique_ptr<hw::Endpoint>> endpoints)
+WireServer::WireServer(StandInController& controller,
+                       std::vector<std::unique_ptr<Endpoint>> endpoints)
     : controller_(controller),
       endpoints_(std::move(endpoints)),
-      started_s_(steady_s() - to_seconds(controller.now())),
+      started_(std::chrono::steady_clock::now() - controller.now().time_since_epoch()),
       start_unix_ns_(
           std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch() -
                                                controller.now().time_since_epoch())
               .count()) {}
 
-Time WireServer::wall() const { return time_at(steady_s() - started_s_); }
+Time WireServer::wall() const { return Time(std::chrono::steady_clock::now() - started_); }
 
 void WireServer::wait() const {
   const Time now = wall();
@@ -44,21 +42,21 @@ void WireServer::wait() const {
   ::ppoll(waited.data(), waited.size(), &longest, nullptr);
 }
 
-hw::Bytes WireServer::hear() {
+Bytes WireServer::hear() {
   if (client_ && !endpoints_[*client_]->connected()) {
     client_.reset();
   }
-  hw::Bytes heard;
+  Bytes heard;
   for (std::size_t i = 0; i < endpoints_.size(); ++i) {
-    hw::Endpoint& endpoint = *endpoints_[i];
-    hw::Bytes bytes = endpoint.read();
+    Endpoint& endpoint = *endpoints_[i];
+    Bytes bytes = endpoint.read();
     if (!client_ && (endpoint.connected() || !bytes.empty())) {
       client_ = i;
     }
     if (client_ == i) {
       heard = std::move(bytes);
       if (const std::optional<int> baud = endpoint.client_baud()) {
-        heard = hw::misread(heard, *baud, controller_.baud());
+        heard = misread(heard, *baud, controller_.baud());
       }
     }
   }
@@ -68,7 +66,7 @@ hw::Bytes WireServer::hear() {
 // A serial line holds a packet back until its last bit is through.
 void WireServer::collect() {
   const bool serial = client_ && endpoints_[*client_]->client_baud();
-  for (hw::Sent& sent : controller_.take_sent()) {
+  for (Sent& sent : controller_.take_sent()) {
     const Duration through = std::chrono::nanoseconds(std::chrono::seconds(1)) *
                              static_cast<std::int64_t>(kBitsOfByte * sent.bytes.size()) /
                              controller_.baud();
@@ -82,15 +80,15 @@ void WireServer::deliver() {
     if (!client_ || due_.front().at + kOutOfDate < now) {
       continue;
     }
-    hw::Endpoint& endpoint = *endpoints_[*client_];
+    Endpoint& endpoint = *endpoints_[*client_];
     const int baud = endpoint.client_baud().value_or(controller_.baud());
-    endpoint.write(hw::misread(due_.front().bytes, controller_.baud(), baud));
+    endpoint.write(misread(due_.front().bytes, controller_.baud(), baud));
   }
 }
 
 void WireServer::turn(const std::function<bool()>& each_second) {
   wait();
-  const hw::Bytes heard = hear();
+  const Bytes heard = hear();
   const Time now = wall();
   while (controller_.now() + kCatchUp < now) {
     controller_.advance(controller_.now() + kCatchUp);
@@ -104,4 +102,4 @@ void WireServer::turn(const std::function<bool()>& each_second) {
   deliver();
 }
 
-}  // namespace panoptes
+}  // namespace panoptes::hw

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -13,7 +14,7 @@
 #include "hw/standin/controller.h"
 #include "hw/standin/endpoint.h"
 
-namespace panoptes {
+namespace panoptes::hw {
 
 /// Keeps a stand-in controller in step with the wall clock and with whoever comes to its endpoints.
 /// Whatever kept it from running, the robot catches up; what was to be sent meanwhile is out of
@@ -21,8 +22,7 @@ namespace panoptes {
 class WireServer {
  public:
   /// `controller` outlives it; its time goes on from now.
-  WireServer(hw::StandInController& controller,
-             std::vector<std::unique_ptr<hw::Endpoint>> endpoints);
+  WireServer(StandInController& controller, std::vector<std::unique_ptr<Endpoint>> endpoints);
 
   /// Waits for something to do, not for long, and does it. While the robot is caught up,
   /// `each_second` of its time is given a chance to stop that.
@@ -34,21 +34,21 @@ class WireServer {
  private:
   struct Due {
     Time at;
-    hw::Bytes bytes;
+    Bytes bytes;
   };
 
   Time wall() const;
   void wait() const;
-  hw::Bytes hear();
+  Bytes hear();
   void collect();
   void deliver();
 
-  hw::StandInController& controller_;
-  std::vector<std::unique_ptr<hw::Endpoint>> endpoints_;
+  StandInController& controller_;
+  std::vector<std::unique_ptr<Endpoint>> endpoints_;
   std::optional<std::size_t> client_;  ///< the endpoint that has one; others are not heard
   std::deque<Due> due_;
-  double started_s_;
+  std::chrono::steady_clock::time_point started_;
   std::int64_t start_unix_ns_;
 };
 
-}  // namespace panoptes
+}  // namespace panoptes::hw
