@@ -58,6 +58,42 @@ void check_layer(const TruthLayer& layer) {
                  "a layer has a value for every cell");
 }
 
+/// Where the layer has floor, with a border of so many cells where there is none. Its outermost
+/// cells lie around the world.
+TruthLayer floor_within(const TruthLayer& layer, int border) {
+  constexpr int kAround = 2;
+  TruthLayer grown{layer.cell_m,
+                   layer.origin_scene - Vec2::Constant(border * layer.cell_m),
+                   layer.columns + 2 * border,
+                   layer.rows + 2 * border,
+                   {}};
+  grown = empty_like(grown);
+  for (int row = kAround; row < layer.rows - kAround; ++row) {
+    for (int column = kAround; column < layer.columns - kAround; ++column) {
+      grown.cells[index(grown, column + border, row + border)] =
+          layer.cells[index(layer, column, row)] == 0 ? 1 : 0;
+    }
+  }
+  return grown;
+}
+
+/// The centres of the map's free cells of so many squares a side.
+std::vector<Vec2> free_centres(const OccupancyMap& map, int side) {
+  std::vector<Vec2> centres;
+  for (int row = 0; row < map.rows; row += side) {
+    for (int column = 0; column < map.columns; column += side) {
+      int free = 0;
+      for (int i = 0; i < side * side; ++i) {
+        free += map.at(column + i % side, row + i / side) == Cell::kFree ? 1 : 0;
+      }
+      if (2 * free > side * side) {
+        centres.push_back(map.origin + map.cell_m * Vec2(column + side / 2.0, row + side / 2.0));
+      }
+    }
+  }
+  return centres;
+}
+
 constexpr std::array<std::pair<int, int>, 4> kBeside = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
 
 }  // namespace
@@ -215,6 +251,36 @@ MapQuality map_quality(const Truth& truth, const OccupancyMap& map, const Pose2&
   quality.free_precision = share(both, mapped_free);
   quality.obstacle_recall = share(found, boundary);
   return quality;
+}
+
+std::optional<Leak> leak(const TruthLayer& floor, const OccupancyMap& map,
+                         const Pose2& T_scene_map) {
+  check_layer(floor);
+  if (floor.cells.empty()) {
+    return std::nullopt;
+  }
+  constexpr double kNear_m = 0.10;
+  const double near_cells = kNear_m / floor.cell_m + 1e-6;  // of centres on one grid: roundoff
+  const TruthLayer grown = floor_within(floor, static_cast<int>(std::ceil(near_cells)));
+  const cv::Mat to_floor = distance_to_set(grown);
+  const auto is_leaked = [&](const Vec2& p_map) {
+    const Vec2 at = (T_scene_map * p_map - grown.origin_scene) / grown.cell_m;
+    const int column = static_cast<int>(std::floor(at.x()));
+    const int row = static_cast<int>(std::floor(at.y()));
+    return !contains(grown, column, row) ||
+           static_cast<double>(to_floor.at<float>(row, column)) > near_cells;
+  };
+  constexpr double kCell_m = 0.05;
+  const int side = std::max(1, static_cast<int>(std::lround(kCell_m / map.cell_m)));
+  const double side_m = side * map.cell_m;
+  const std::vector<Vec2> free = free_centres(map, side);
+  Leak found;
+  found.area_m2 =
+      static_cast<double>(std::count_if(free.begin(), free.end(), is_leaked)) * side_m * side_m;
+  if (const double free_m2 = map.free_m2(); free_m2 > 0) {
+    found.share = found.area_m2 / free_m2;
+  }
+  return found;
 }
 
 std::optional<double> time_of_coverage_s(const std::vector<CoverageSample>& samples, double share) {

@@ -37,6 +37,18 @@ struct MapQuality {
 /// of one.
 MapQuality map_quality(const Truth& truth, const OccupancyMap& map, const Pose2& T_scene_map);
 
+/// What of the map's free floor is none.
+struct Leak {
+  double area_m2 = 0;
+  std::optional<double> share;  ///< of all that the map calls free; empty when nothing is
+};
+
+/// The map's free cells of 5 cm (free where more than half of their squares are) whose centre is
+/// farther than 10 cm from the centre of every true floor cell: clear ones of the floor layer.
+/// Beyond the world there is no floor. Empty without a layer.
+std::optional<Leak> leak(const TruthLayer& floor, const OccupancyMap& map,
+                         const Pose2& T_scene_map);
+
 struct CoverageSample {
   Time stamp;
   double mapped_m2 = 0;

@@ -152,6 +152,71 @@ TEST(MapQuality, FindsABoundaryWithinFiveCentimetres) {
   EXPECT_LT(recall(0.08), 1.0);
 }
 
+/// A map that is free where the function, of places in the room's frame, says.
+OccupancyMap map_free_where(const std::function<bool(double, double)>& is_free) {
+  OccupancyMap map = perfect_map(layer(0.01, walls), kFounded);
+  for (int row = 0; row < map.rows; ++row) {
+    for (int column = 0; column < map.columns; ++column) {
+      const Vec2 p = kFounded * map.centre(column, row) - Vec2(1, 2);
+      map.cells[static_cast<std::size_t>(row) * 1200 + static_cast<std::size_t>(column)] =
+          is_free(p.x(), p.y()) ? Cell::kFree : Cell::kUnknown;
+    }
+  }
+  return map;
+}
+
+TEST(Leak, OfAPerfectMapIsNone) {
+  const Truth truth = desk_room();
+  const auto none = leak(truth.floor, perfect_map(truth.floor, kFounded), kFounded);
+  EXPECT_EQ(none->area_m2, 0);
+  EXPECT_EQ(none->share, 0);
+}
+
+TEST(Leak, IsNoneWhereTheFloorIsNear) {
+  const Truth truth = desk_room();
+  const OccupancyMap map = perfect_map(truth.floor, kFounded);
+  const Pose2 aside{kFounded.x_m + 0.05, kFounded.y_m - 0.05, kFounded.theta_rad};
+  EXPECT_EQ(leak(truth.floor, map, aside)->area_m2, 0);
+}
+
+TEST(Leak, IsWhatLiesUnderADeskBeyondTenCentimetres) {
+  const Truth truth = desk_room();
+  const auto under = leak(truth.floor, perfect_map(layer(0.01, walls), kFounded), kFounded);
+  EXPECT_NEAR(under->area_m2, 0.8 * 0.8, kRoundoff);
+  EXPECT_NEAR(*under->share, 0.8 * 0.8 / (3.8 * 2.8), kRoundoff);
+}
+
+TEST(Leak, IsAllThatLiesBeyondTheWorld) {
+  const Truth truth = desk_room();
+  const auto patch = [](double x, double y) { return x > 5 && x < 6 && y > 0 && y < 0.5; };
+  const auto beyond = leak(truth.floor, map_free_where(patch), kFounded);
+  EXPECT_NEAR(beyond->area_m2, 0.5, kRoundoff);
+  EXPECT_EQ(beyond->share, 1.0);
+}
+
+TEST(Leak, TakesTheRimAroundAWorldForNoFloor) {
+  TruthLayer floor = layer(0.01, walls);
+  for (int row = 0; row < floor.rows; ++row) {  // as worlds are given: clear beyond their walls
+    for (int column = 0; column < floor.columns; ++column) {
+      if (column < 2 || row < 2 || column > floor.columns - 3 || row > floor.rows - 3) {
+        floor.cells[static_cast<std::size_t>(row) * 400 + static_cast<std::size_t>(column)] = 0;
+      }
+    }
+  }
+  const auto fan = [](double x, double y) { return x > 3.9 && x < 4.5 && y > 1 && y < 2; };
+  const auto beyond = leak(floor, map_free_where(fan), kFounded);
+  EXPECT_NEAR(beyond->area_m2, 0.5, kRoundoff);  // but for the wall's own 10 cm
+}
+
+TEST(Leak, HasNoShareOfAnEmptyMapAndNothingToSayWithoutALayer) {
+  const Truth truth = desk_room();
+  const auto nothing =
+      leak(truth.floor, map_free_where([](double, double) { return false; }), kFounded);
+  EXPECT_EQ(nothing->area_m2, 0);
+  EXPECT_EQ(nothing->share, std::nullopt);
+  EXPECT_FALSE(leak({}, perfect_map(truth.floor, kFounded), kFounded));
+}
+
 TEST(TimeOfCoverage, IsBetweenSamples) {
   const std::vector<CoverageSample> samples = {
       {time_at(0), 0, 0.1}, {time_at(10), 1, 0.4}, {time_at(20), 2, 0.6}, {time_at(30), 3, 0.5}};
