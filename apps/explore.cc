@@ -6,22 +6,33 @@
 #include "apps/command.h"
 #include "apps/run/mission.h"
 #include "apps/run/mission_run.h"
+#include "core/config/inputs.h"
+#include "core/io/file.h"
 
 namespace panoptes {
 namespace {
 
 struct ExploreArguments {
   std::string mission;
+  std::string inputs;
   CommonArguments common;
 };
 
 // Explores an unknown world until nothing is left to explore, and reports how well it went.
 int explore(const ExploreArguments& args) {
+  if (!args.inputs.empty()) {
+    keep_inputs();
+    note_input("/proc/self/exe");
+  }
   const auto mission =
       load_mission<ExploreMission>(args.mission, args.common.overrides(), Needs::kNavigator);
-  return run_mission(
+  const int status = run_mission(
       mission,
       {"explore", args.common.out_dir.value_or(default_out_dir(mission)), args.common.quiet, {}});
+  if (!args.inputs.empty()) {
+    write_file(args.inputs, inputs_text(inputs()));
+  }
+  return status;
 }
 
 }  // namespace
@@ -32,6 +43,10 @@ void add_explore(CLI::App& app, Command& chosen) {
       app.add_subcommand("explore", "Map a world that nobody has described to the robot");
   sub->add_option("MISSION", args->mission, "the mission file, or a dataset to be mapped again")
       ->required()
+      ->type_name("FILE");
+  sub->add_option("--inputs", args->inputs,
+                  "keep what the run was made of: every file that was read, and the program, with "
+                  "its SHA-256, as sha256sum -c reads it")
       ->type_name("FILE");
   add_common(*sub, args->common);
   sub->footer(

@@ -13,6 +13,7 @@
 #include "apps/run/mission.h"
 #include "apps/run/recorder.h"
 #include "core/base/error.h"
+#include "core/config/inputs.h"
 
 namespace panoptes {
 namespace {
@@ -44,13 +45,15 @@ int trials(const TrialsArguments& args) {
   options.out_dir = args.common.out_dir.value_or(
       "runs/trials-" + std::filesystem::path(args.missions.front()).stem().string());
   options.resolve = [&](const std::string& file, const std::vector<std::string>& set) {
+    keep_inputs();
     const auto mission = load_mission<ExploreMission>(file, set, Needs::kNavigator);
     if (by_hand(mission)) {
       throw ConfigError(file +
                         ": drive: teleop cannot be tried many times; record it once and give the "
                         "dataset");
     }
-    return ResolvedMission{mission.name, mission_text(options.version, write_settings(mission))};
+    return ResolvedMission{mission.name, mission_text(options.version, write_settings(mission)),
+                           inputs()};
   };
   return run_trials(options);
 }
@@ -76,9 +79,9 @@ void add_trials(CLI::App& app, Command& chosen) {
         return file.empty() ? "must name a file" : std::string();
       });
   add_common(*sub, args->common);
-  sub->footer(
-      "Example: panoptes trials scenes/missions/explore-office.yaml --seeds 1-5 --jobs 2 "
-      "--out runs/trials");
+  sub->footer(table_legend() +
+              "\nExample: panoptes trials scenes/missions/explore-office.yaml --seeds 1-5 --jobs 2 "
+              "--out runs/trials");
   sub->callback([args, &chosen] { chosen = [args] { return trials(*args); }; });
 }
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "core/base/time.h"
 
@@ -44,6 +47,16 @@ class Progress {
 
 /// `1:05 of 10:00 (11 %), 2:10 left`: `wall_s` since the start. No estimate before there is one.
 std::string progress_line(double now_s, double length_s, double wall_s);
+
+/// How long it takes until runs that are like others are done, `jobs` at once: `took_s` of those
+/// that are done, how long others have been running, how many wait. Empty before one is done, and
+/// where only such are left as have run longer than any that is done.
+std::optional<double> time_left_s(const std::vector<double>& took_s,
+                                  const std::vector<double>& running_s, std::size_t waiting,
+                                  int jobs);
+
+/// `1:05`
+std::string minutes_text(double seconds);
 
 /// `light and shadow: 40 %, 0:12 left`
 std::string share_line(const std::string& what, double done, double wall_s);

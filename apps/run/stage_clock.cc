@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <ctime>
 #include <fstream>
-#include <iterator>
-#include <sstream>
+#include <string>
 
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include "core/base/check.h"
 #include "core/eval/statistics.h"
@@ -22,21 +20,36 @@ std::int64_t read_ns(clockid_t clock) {
   return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
 }
 
-/// When this process was started, on the clock that counts from the machine's start.
-double started_s() {
-  std::ifstream file("/proc/self/stat");
-  std::string text{std::istreambuf_iterator<char>(file), {}};
-  const auto name_end = text.rfind(')');  // the name may hold blanks
-  if (name_end == std::string::npos) {
-    return static_cast<double>(read_ns(CLOCK_BOOTTIME)) * 1e-9;
-  }
-  std::istringstream words(text.substr(name_end + 1));
+struct Spent {
+  double wall_s = 0;
+  double cpu_s = 0;
+};
+
+Spent spent() {
+  rusage use{};
+  getrusage(RUSAGE_SELF, &use);
+  const auto seconds_of = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_usec) * 1e-6;
+  };
+  return {steady_s(), seconds_of(use.ru_utime) + seconds_of(use.ru_stime)};
+}
+
+/// When the program began: a script that becomes it by exec has spent time before, in the same
+/// process.
+const Spent kAtStart = spent();
+
+/// The program's own: getrusage counts what ran in this process before it.
+double peak_memory_mb() {
+  std::ifstream status("/proc/self/status");
   std::string word;
-  constexpr int kStartTime = 20;  // field 22 of proc(5), counted after the name
-  for (int i = 0; i < kStartTime; ++i) {
-    words >> word;
+  while (status >> word) {
+    if (double kib = 0; word == "VmHWM:" && status >> kib) {
+      return kib / 1024;
+    }
   }
-  return std::stod(word) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  rusage use{};
+  getrusage(RUSAGE_SELF, &use);
+  return static_cast<double>(use.ru_maxrss) / 1024;
 }
 
 }  // namespace
@@ -84,15 +97,8 @@ std::map<std::string, StageFigures> StageClock::figures() const {
 }
 
 ProcessUse process_use() {
-  static const double kStarted_s = started_s();
-  rusage use{};
-  getrusage(RUSAGE_SELF, &use);
-  const auto seconds_of = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_usec) * 1e-6;
-  };
-  return {std::max(0.0, static_cast<double>(read_ns(CLOCK_BOOTTIME)) * 1e-9 - kStarted_s),
-          seconds_of(use.ru_utime) + seconds_of(use.ru_stime),
-          static_cast<double>(use.ru_maxrss) / 1024};
+  const Spent now = spent();
+  return {now.wall_s - kAtStart.wall_s, now.cpu_s - kAtStart.cpu_s, peak_memory_mb()};
 }
 
 double steady_s() { return static_cast<double>(read_ns(CLOCK_MONOTONIC)) * 1e-9; }

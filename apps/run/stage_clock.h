@@ -55,7 +55,7 @@ class TimedStage {
   std::string_view stage_;
 };
 
-/// What the process has used since it was started.
+/// What the program has used since it was started.
 struct ProcessUse {
   double wall_s = 0;
   double cpu_s = 0;  ///< of all threads

@@ -25,10 +25,13 @@
 
 #include "apps/run/pictures.h"
 #include "apps/run/place_table.h"
+#include "apps/run/progress.h"
 #include "apps/run/stage_clock.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/base/time.h"
+#include "core/config/inputs.h"
+#include "core/config/sha256.h"
 #include "core/eval/statistics.h"
 #include "core/io/csv.h"
 #include "core/io/digits.h"
@@ -48,7 +51,8 @@ struct Trial {
   std::uint64_t seed = 0;
   std::vector<std::string> set;  ///< all overrides
   std::filesystem::path dir;
-  std::string mission_text;  ///< what its mission.yaml will hold
+  std::string mission_text;                   ///< what its mission.yaml will hold
+  std::map<std::string, std::string> inputs;  ///< files that its mission was read from
   Status status = Status::kWaiting;
   pid_t process = -1;
   double started_s = 0;
@@ -155,15 +159,60 @@ bool take_metrics(Trial& trial) {
 }
 
 bool is_finished(Trial& trial) {
-  if (text_of(trial.dir / "mission.yaml") != trial.mission_text || !take_metrics(trial)) {
-    trial.status = Status::kWaiting;
-    return false;
-  }
-  if (trial.outcome == "interrupted" || trial.outcome == "device_lost") {
+  if (text_of(trial.dir / "mission.yaml") != trial.mission_text || !take_metrics(trial) ||
+      trial.outcome == "interrupted" || trial.outcome == "device_lost") {
     trial.status = Status::kWaiting;
     return false;
   }
   return true;
+}
+
+/// What a run was made of, as it said: beside its folder.
+std::filesystem::path inputs_file(const Trial& trial) {
+  std::filesystem::path file = trial.dir;
+  return file += ".sha256";
+}
+
+/// Files as they are now; each is read once.
+class FilesNow {
+ public:
+  const std::string& hash(const std::string& file) {
+    auto [at, is_new] = hashes_.try_emplace(file);
+    if (is_new) {
+      if (const auto bytes = text_of(file)) {
+        at->second = sha256(*bytes);
+      }
+    }
+    return at->second;
+  }
+
+ private:
+  std::map<std::string, std::string> hashes_;
+};
+
+/// What of all that a finished run was made of is another now; empty when nothing is.
+std::string changed_since(const Trial& trial, const std::filesystem::path& program, FilesNow& now) {
+  const auto listing = text_of(inputs_file(trial));
+  if (!listing) {
+    return "a run that does not say what it was made of (" + inputs_file(trial).string() +
+           " is missing)";
+  }
+  const std::map<std::string, std::string> made_of = parse_inputs(*listing);
+  if (std::none_of(made_of.begin(), made_of.end(),
+                   [&](const auto& input) { return input.second == now.hash(program); })) {
+    return "a run of another program";
+  }
+  for (const auto& [file, hash] : made_of) {
+    if (now.hash(file) != hash) {
+      return "a run of before " + file + " changed";
+    }
+  }
+  for (const auto& [file, hash] : trial.inputs) {
+    if (!made_of.contains(file)) {
+      return "a run that did not read " + file;
+    }
+  }
+  return {};
 }
 
 /// Every combination of the varied values, as overrides.
@@ -204,6 +253,7 @@ std::vector<Trial> plan(const TrialsOptions& options) {
         ResolvedMission resolved = options.resolve(mission, trial.set);
         trial.mission = resolved.name;
         trial.mission_text = std::move(resolved.text);
+        trial.inputs = std::move(resolved.inputs);
         if (first && !names.insert(trial.mission).second) {
           throw ConfigError(mission + ": two missions are called " + trial.mission +
                             "; give one of them another name");
@@ -227,9 +277,11 @@ std::vector<Trial> plan(const TrialsOptions& options) {
 
 void start(Trial& trial, const TrialsOptions& options) {
   std::filesystem::remove_all(trial.dir);  // what an interrupted one left
+  std::filesystem::remove(inputs_file(trial));
   std::filesystem::create_directories(trial.dir.parent_path());
-  std::vector<std::string> words = {"panoptes", "explore", trial.mission_file,
-                                    "--quiet",  "--out",   trial.dir.string()};
+  std::vector<std::string> words = {
+      "panoptes", "explore",          trial.mission_file, "--quiet",
+      "--out",    trial.dir.string(), "--inputs",         inputs_file(trial).string()};
   for (const std::string& setting : trial.set) {
     words.push_back("--set");
     words.push_back(setting);
@@ -468,8 +520,7 @@ std::vector<Group> groups_of(const std::vector<Trial>& trials) {
   return groups;
 }
 
-/// Every line that a run had to meet, in order: the share of the runs that met it, and whether all
-/// did.
+/// Every line that a run had to meet, in order: how many had to, how many did, and whether all did.
 Json requirements_of(const std::vector<Trial>& trials) {
   Json lines = Json::array();
   std::map<std::string, std::pair<int, int>> met;  // and of how many
@@ -486,9 +537,7 @@ Json requirements_of(const std::vector<Trial>& trials) {
   }
   for (const std::string& line : order) {
     const auto& [passed, runs] = met.at(line);
-    lines.push_back({{"require", line},
-                     {"value", static_cast<double>(passed) / runs},
-                     {"pass", passed == runs}});
+    lines.push_back({{"require", line}, {"runs", runs}, {"met", passed}, {"pass", passed == runs}});
   }
   return lines;
 }
@@ -556,27 +605,34 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
   write_file(options.out_dir / "metrics.json", metrics.dump(2) + "\n");
 }
 
-/// What the table shows of the figures, and in which unit.
+/// What the table shows of the figures, in which unit, and what it is.
 struct Column {
   const char* head;
   const char* figure;
   double scale;
   int digits;
+  const char* what;
 };
 constexpr Column kColumns[] = {
-    {"coverage %", "map.coverage", 100, 1},
-    {"precision %", "map.free_precision", 100, 1},
-    {"checkpoints cm", "checkpoints.error_mean_m", 100, 1},
-    {"worst cm", "checkpoints.error_max_m", 100, 1},
-    {"ATE cm", "trajectory.ate_rmse_m", 100, 1},
-    {"wheels cm", "trajectory.odometry_ate_rmse_m", 100, 1},
-    {"loops", "loops.accepted", 1, 1},
-    {"false", "loops.false", 1, 2},
-    {"collisions", "collisions", 1, 2},
-    {"x real time", "real_time_factor", 1, 1},
+    {"coverage %", "map.coverage", 100, 1, "of the floor that the robot can get to: mapped"},
+    {"precision %", "map.free_precision", 100, 1,
+     "of what is mapped as free where a camera truly saw: floor"},
+    {"leaked %", "map.leaked_share", 100, 1,
+     "of all that is mapped as free: farther than 10 cm from any floor"},
+    {"checkpoints cm", "checkpoints.error_mean_m", 100, 1,
+     "error of position, mean of 8 places far apart"},
+    {"worst cm", "checkpoints.error_max_m", 100, 1, "the largest of the 8"},
+    {"ATE cm", "trajectory.ate_rmse_m", 100, 1,
+     "error of all keyframes' positions, root mean square"},
+    {"wheels cm", "trajectory.odometry_ate_rmse_m", 100, 1, "the same by the wheels alone"},
+    {"loops", "loops.accepted", 1, 1, "closures in the graph"},
+    {"false", "loops.false", 1, 2, "wrong ones of them"},
+    {"collisions", "collisions", 1, 2, "contacts of a moving robot"},
+    {"x real time", "real_time_factor", 1, 1, "seconds of the run a second of wall time"},
 };
 
 void print_table(const std::vector<Group>& groups) {
+  bool averaged = false;
   std::vector<std::vector<std::string>> lines{{"mission", "passed"}};
   std::vector<const Column*> shown;
   for (const Column& column : kColumns) {
@@ -598,6 +654,7 @@ void print_table(const std::vector<Group>& groups) {
       const MeanInterval m = mean_interval(values->second);
       std::string cell = fixed(column->scale * m.mean, column->digits);
       if (m.count > 1) {
+        averaged = true;
         cell += " +- " + fixed(column->scale * (m.high - m.mean), column->digits);
       }
       lines.back().push_back(cell);
@@ -617,6 +674,8 @@ void print_table(const std::vector<Group>& groups) {
     }
     std::printf("%s\n", text.c_str());
   }
+  std::printf("%spanoptes trials --help says what the columns are\n",
+              averaged ? "means over the seeds +- half of their 95 % intervals; " : "");
 }
 
 /// What the runs found that compared ways to tell places apart, if any did.
@@ -695,24 +754,23 @@ class TrialsProgress {
     shown_s_ = now_s;
     int done = 0;
     int not_passed = 0;
-    double left_s = 0;
-    const double each_s = took_s.empty() ? 0 : mean_interval(took_s).mean;
+    std::size_t waiting = 0;
+    std::vector<double> running_s;
     for (const Trial& trial : trials) {
       done += is_done(trial) ? 1 : 0;
       not_passed += trial.status == Status::kFailed || trial.status == Status::kBroken ? 1 : 0;
       if (trial.status == Status::kWaiting) {
-        left_s += each_s;
+        ++waiting;
       } else if (trial.status == Status::kRunning) {
-        left_s += std::max(0.0, each_s - (now_s - trial.started_s));
+        running_s.push_back(now_s - trial.started_s);
       }
     }
     std::string line = std::to_string(done) + " of " + std::to_string(trials.size()) +
                        " runs done, " + std::to_string(not_passed) + " failed";
-    if (!took_s.empty()) {
-      const int left = static_cast<int>(std::lround(left_s / jobs));
-      char text[32];
-      std::snprintf(text, sizeof text, ", %d:%02d left", left / 60, left % 60);
-      line += text;
+    if (const auto left_s = time_left_s(took_s, running_s, waiting, jobs)) {
+      line += ", " + minutes_text(*left_s) + " left";
+    } else if (!took_s.empty()) {
+      line += ", what is left takes longer than any so far";
     }
     std::fprintf(stderr, terminal_ ? "\r\033[K%s" : "%s\n", line.c_str());
     std::fflush(stderr);
@@ -748,14 +806,20 @@ void check_junit(const TrialsOptions& options) {
 }
 
 /// Nothing that other trials have left is overwritten: what is there are the same runs, or fewer.
-void check_what_is_there(const TrialsOptions& options, const std::vector<Trial>& trials) {
+void check_what_is_there(const TrialsOptions& options, std::vector<Trial>& trials) {
   const auto refuse = [](const std::filesystem::path& where, const std::string& what) {
     throw ConfigError(where.string() + ": " + what + " name another folder with --out");
   };
-  for (const Trial& trial : trials) {
+  FilesNow now;
+  for (Trial& trial : trials) {
     const std::optional<std::string> text = text_of(trial.dir / "mission.yaml");
     if (text && *text != trial.mission_text) {
       refuse(trial.dir, "holds a run with other settings or of another version;");
+    }
+    if (is_finished(trial)) {
+      if (const std::string what = changed_since(trial, options.program, now); !what.empty()) {
+        refuse(trial.dir, "holds " + what + ";");
+      }
     }
   }
   const std::filesystem::path table = options.out_dir / "trials.csv";
@@ -815,6 +879,16 @@ void claim_trials_dir(const std::filesystem::path& out_dir) {
 }
 
 }  // namespace
+
+std::string table_legend() {
+  std::string text = "The table: means over the seeds +- half of their 95 % intervals, of\n";
+  for (const Column& column : kColumns) {
+    std::string head = column.head;
+    head.resize(16, ' ');
+    text += "  " + head + column.what + " (" + column.figure + ")\n";
+  }
+  return text;
+}
 
 std::vector<std::uint64_t> parse_seeds(std::string_view text) {
   const auto fault = [&] {

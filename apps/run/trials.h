@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,6 +21,7 @@ struct Vary {
 struct ResolvedMission {
   std::string name;
   std::string text;
+  std::map<std::string, std::string> inputs;  ///< files read for it, with their SHA-256
 };
 
 struct TrialsOptions {
@@ -48,12 +50,15 @@ Vary parse_vary(std::string_view text);
 /// compared on the pictures of one drive: it becomes a list in every run.
 void add_vary(TrialsOptions& options, const Vary& vary);
 
+/// What the columns of the table are, a line each, for --help.
+std::string table_legend();
+
 /// Runs every mission with every combination and every seed, each as a process of its own in
 /// `out_dir/<mission>/<combination>/<seed>`, prints one table and writes trials.csv, metrics.json
 /// and the JUnit file. Of runs that compared ways to tell places apart it prints another table, and
 /// writes study.csv, a row a run and a combination, and places.png. Runs that are already there,
-/// finished with the same settings by the same version, are kept; other ones are never overwritten:
-/// ConfigError. Exit status: 0 when every run met its requirements, 1 when one did not, 130 when
+/// finished with the same settings, by the same program and from the same files (their hashes are
+/// beside each run), are kept; other ones are never overwritten: ConfigError. Exit status: 0 when every run met its requirements, 1 when one did not, 130 when
 /// interrupted (SIGINT and SIGTERM are passed on to the runs).
 int run_trials(const TrialsOptions& options);
 

@@ -15,6 +15,7 @@
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/config/data_files.h"
+#include "core/config/inputs.h"
 #include "core/config/settings_tree.h"
 #include "core/config/sha256.h"
 
@@ -205,6 +206,7 @@ struct Document {
     if (!stream.is_open() || stream.bad()) {
       return refuse(at.place.file == file ? "cannot be read" : "cannot be read: " + file);
     }
+    note_input(file, text);
     if (!at.required_sha256.empty() && sha256(text) != at.required_sha256) {
       return refuse("not the file of that run: its SHA-256 is " + sha256(text) + ", must be " +
                     at.required_sha256);

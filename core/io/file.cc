@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "core/base/error.h"
+#include "core/config/inputs.h"
 #include "core/io/descriptor.h"
 
 namespace panoptes {
@@ -101,6 +102,7 @@ std::string read_file(const std::filesystem::path& path) {
     all.append(block.data(), static_cast<std::size_t>(n));
   }
   ::close(descriptor);
+  note_input(path, all);
   return all;
 }
 

@@ -17,6 +17,7 @@
 #include <system_error>
 #include <utility>
 
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/Importer.hpp>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
@@ -26,6 +27,7 @@
 
 #include "core/base/error.h"
 #include "core/config/data_files.h"
+#include "core/config/inputs.h"
 
 namespace panoptes::sim {
 namespace {
@@ -155,6 +157,15 @@ std::uint64_t count_before_reading(const std::string& file, std::uintmax_t size_
          : format == ".stl" ? count_stl(stream, size_bytes)
                             : 0;
 }
+
+/// A mesh is often several files: buffers, materials, pictures.
+class NotedFiles : public Assimp::DefaultIOSystem {
+ public:
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    note_input(file);
+    return DefaultIOSystem::Open(file, mode);
+  }
+};
 
 /// Triangles that the scene makes: a mesh that stands in two places counts twice.
 std::uint64_t count_placed(const aiScene& scene, const aiNode& node) {
@@ -377,6 +388,7 @@ std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictur
     complaint.raise_many(count);
   }
   Assimp::Importer importer;
+  importer.SetIOHandler(new NotedFiles);  // it is the importer's from now on
   const aiScene* scene = importer.ReadFile(file, 0);
   if (scene == nullptr) {
     std::string reason = importer.GetErrorString();

@@ -18,6 +18,20 @@ TEST(Progress, PromisesNothingAtTheStart) {
   EXPECT_EQ(share_line("light and shadow", 0.5, 2), "light and shadow: 50 %, 0:02 left");
 }
 
+TEST(TimeLeft, IsWhatRunsLikeThoseDoneWouldTake) {
+  EXPECT_EQ(time_left_s({}, {5}, 3, 1), std::nullopt);
+  EXPECT_EQ(time_left_s({60, 60}, {20}, 0, 1), 40);
+  EXPECT_EQ(time_left_s({60, 60}, {20}, 1, 1), 100);
+  EXPECT_EQ(time_left_s({60, 60}, {20, 50}, 1, 2), 70);  // where a place is free first
+  EXPECT_EQ(time_left_s({60}, {20}, 0, 2), 40);          // two places do not hurry the last run
+}
+
+TEST(TimeLeft, IsThatOfTheSlowerOnesForARunThatLasts) {
+  EXPECT_EQ(time_left_s({20, 100}, {30}, 0, 1), 70);
+  EXPECT_EQ(time_left_s({20, 100}, {120}, 0, 1), std::nullopt);  // never 0:00 while one drives
+  EXPECT_EQ(time_left_s({20, 100}, {120}, 1, 1), 60);
+}
+
 TEST(Progress, SaysNothingWhenQuietOrBeforeALineIsDue) {
   testing::internal::CaptureStderr();
   {

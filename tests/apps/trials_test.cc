@@ -50,6 +50,7 @@ TEST(Varying, DividesAtCommasOutsideOfBrackets) {
 /// over ten, 0.5 is required. Seed 9 breaks; the setting slow=yes waits until it is interrupted.
 constexpr const char* kProgram = R"(#!/bin/bash
 dir=$5
+listing=$7
 for word in "$@"; do
   case $word in seed=*) seed=${word#seed=} ;; slow=yes) slow=1 ;; esac
 done
@@ -63,7 +64,8 @@ fi
 if [ "$seed" = 9 ]; then echo "no world" >&2; exit 3; fi
 pass=false
 [ "$seed" -ge 5 ] && pass=true
-printf 'm.yaml %s' "${*:6}" >"$dir/mission.yaml"
+printf 'm.yaml %s' "${*:8}" >"$dir/mission.yaml"
+sha256sum "$0" "${0%/*}/texture" >"$listing"
 cat >"$dir/metrics.json" <<END
 {"seed": $seed, "outcome": "$outcome", "wall_s": 2, "threads": "${LP_NUM_THREADS:-}",
  "map": {"coverage": 0.$seed}, "requirements":
@@ -80,18 +82,19 @@ class Trials : public ScratchTest {
     options_.program = folder_ / "program";
     write_file(options_.program, kProgram);
     std::filesystem::permissions(options_.program, std::filesystem::perms::owner_all);
+    write_file(folder_ / "texture", "wood");
     options_.missions = {"m.yaml"};
     options_.seeds = {3, 6};
     options_.out_dir = folder_ / "out";
     options_.junit = folder_ / "junit.xml";
     options_.quiet = true;
     options_.version = "0.1.0";
-    options_.resolve = [](const std::string& mission, const std::vector<std::string>& set) {
+    options_.resolve = [this](const std::string& mission, const std::vector<std::string>& set) {
       std::string text = mission;
       for (const std::string& setting : set) {
         text += " --set " + setting;
       }
-      return ResolvedMission{std::filesystem::path(mission).stem(), text};
+      return ResolvedMission{std::filesystem::path(mission).stem(), text, mission_inputs_};
     };
   }
   json metrics() { return json::parse(read_file(options_.out_dir / "metrics.json")); }
@@ -102,6 +105,7 @@ class Trials : public ScratchTest {
   }
 
   TrialsOptions options_;
+  std::map<std::string, std::string> mission_inputs_;
 };
 
 TEST_F(Trials, AreRunAndJudged) {
@@ -118,8 +122,9 @@ TEST_F(Trials, AreRunAndJudged) {
   EXPECT_EQ(m["passed"], 1);
   EXPECT_EQ(m["mission"], "m");
   EXPECT_EQ(m["seeds"], json({3, 6}));
-  EXPECT_EQ(m["requirements"],
-            json::parse(R"([{"require": "map.coverage >= 0.5", "value": 0.5, "pass": false}])"));
+  EXPECT_EQ(
+      m["requirements"],
+      json::parse(R"([{"require": "map.coverage >= 0.5", "runs": 2, "met": 1, "pass": false}])"));
   for (const char* key : {"schema", "command", "version", "seed", "outcome", "run_s", "wall_s",
                           "cpu_s", "real_time_factor", "peak_memory_mb"}) {
     EXPECT_TRUE(m.contains(key)) << key;
@@ -130,6 +135,17 @@ TEST_F(Trials, AreRunAndJudged) {
   EXPECT_THAT(junit, HasSubstr("tests=\"2\" failures=\"1\" errors=\"0\" skipped=\"0\""));
   EXPECT_THAT(junit, HasSubstr("<testcase classname=\"m\" name=\"seed 6\" time=\"2.000\"/>"));
   EXPECT_THAT(junit, HasSubstr("<failure message=\"map.coverage &gt;= 0.5, it is 0.3\">"));
+}
+
+TEST_F(Trials, ExplainTheirTable) {
+  testing::internal::CaptureStdout();
+  run_trials(options_);
+  EXPECT_THAT(testing::internal::GetCapturedStdout(),
+              HasSubstr("\nmeans over the seeds +- half of their 95 % intervals; panoptes trials "
+                        "--help says what the columns are\n"));
+  EXPECT_THAT(table_legend(),
+              HasSubstr("\n  coverage %      of the floor that the robot can get to: mapped "
+                        "(map.coverage)\n"));
 }
 
 TEST_F(Trials, PassWhenEveryRunPasses) {
@@ -176,6 +192,38 @@ TEST_F(Trials, OverwriteNothingThatOthersHaveLeft) {
                 ": is of trials that varied other settings; name another folder with --out");
   EXPECT_EQ(read_file(options_.out_dir / "trials.csv"), table);
   EXPECT_EQ(started(), "5\n6\n");
+}
+
+TEST_F(Trials, KeepNoVerdictOnWhatHasChanged) {
+  options_.seeds = {6};
+  EXPECT_EQ(run_trials(options_), 0);
+  const std::string run = (options_.out_dir / "m" / "6").string();
+  const auto refused = [&] { return message_of([&] { run_trials(options_); }); };
+  const std::string elsewhere = "; name another folder with --out";
+  const std::string texture = (folder_ / "texture").string();
+
+  write_file(texture, "stone");
+  EXPECT_EQ(refused(), run + ": holds a run of before " + texture + " changed" + elsewhere);
+  std::filesystem::remove(texture);
+  EXPECT_EQ(refused(), run + ": holds a run of before " + texture + " changed" + elsewhere);
+  write_file(texture, "wood");
+  EXPECT_EQ(refused(), "no error");
+
+  mission_inputs_["/included.yaml"] = "hash";
+  EXPECT_EQ(refused(), run + ": holds a run that did not read /included.yaml" + elsewhere);
+  mission_inputs_.clear();
+
+  write_file(options_.program, std::string(kProgram) + "# another\n");
+  EXPECT_EQ(refused(), run + ": holds a run of another program" + elsewhere);
+  write_file(options_.program, kProgram);
+
+  const std::string listing = read_file(run + ".sha256");
+  std::filesystem::remove(run + ".sha256");
+  EXPECT_EQ(refused(), run + ": holds a run that does not say what it was made of (" + run +
+                           ".sha256 is missing)" + elsewhere);
+  write_file(run + ".sha256", listing);
+  EXPECT_EQ(run_trials(options_), 0);
+  EXPECT_EQ(started(), "6\n");
 }
 
 TEST_F(Trials, ThatCannotWriteTheirVerdictsDoNotBegin) {

@@ -49,14 +49,19 @@ bool before_terminal(int terminal) {
   for (const auto& [name, value] : fate.environment) {
     ::setenv(name.c_str(), value.c_str(), 1);
   }
+  std::vector<std::string> all = words;
+  if (!fate.script.empty()) {
+    all.front() = PANOPTES_PROGRAM;
+    all.insert(all.begin(), {"bash", "-c", fate.script});
+  }
   std::vector<char*> argv;
-  argv.reserve(words.size() + 1);
-  for (const std::string& word : words) {
-    argv.push_back(const_cast<char*>(word.c_str()));
+  argv.reserve(all.size() + 1);
+  for (std::string& word : all) {
+    argv.push_back(word.data());
   }
   argv.push_back(nullptr);
   if (ready) {
-    ::execv(PANOPTES_PROGRAM, argv.data());
+    ::execv(fate.script.empty() ? PANOPTES_PROGRAM : "/bin/bash", argv.data());
   }
   ::_exit(127);
 }
