@@ -12,9 +12,8 @@ namespace panoptes {
 namespace {
 
 constexpr int kMaxSize_px = 8192;
-// Beyond it a pinhole's picture is all edge; a fisheye's goes on.
+// Beyond it a pinhole's picture is all edge.
 constexpr double kMaxFov_rad = deg_to_rad(170);
-constexpr double kMaxFisheyeFov_rad = deg_to_rad(350);
 // In widths (heights) of the picture: from beyond the widest fisheye to half a degree of view.
 constexpr double kShortestFocal = 0.05;
 constexpr double kLongestFocal = 100;
@@ -39,6 +38,28 @@ void bind(Fields& f, LensSheet& o) {
                        : "missing; it must be given (or pixel_um)");
 }
 
+// A fisheye's corners see at most what is right behind it. In whole degrees, as it is told; of a
+// lens that bends back before that another fault tells.
+double widest_fov_rad(int width_px, int height_px, const Distortion& distortion) {
+  if (!std::holds_alternative<Equidistant>(distortion)) {
+    return kMaxFov_rad;
+  }
+  constexpr int kAllAround_deg = 360;
+  int low_deg = 1;
+  int high_deg = kAllAround_deg;
+  double corner_rad = 0;
+  while (high_deg - low_deg > 1) {
+    const int middle_deg = (low_deg + high_deg) / 2;
+    const auto corner = lens_of_view(width_px, height_px, deg_to_rad(middle_deg), distortion)
+                            .direction({-0.5, -0.5});
+    (corner ? low_deg : high_deg) = middle_deg;
+    corner_rad = corner ? std::acos(corner->normalized().z()) : corner_rad;
+  }
+  const double step_rad = deg_to_rad(2);  // a degree of view is up to two in the corner
+  const bool bends_back = corner_rad < std::numbers::pi - step_rad;
+  return deg_to_rad(bends_back ? kAllAround_deg : low_deg);
+}
+
 // size_px and one of fov_deg, lens and intrinsics_px: [fx, fy, cx, cy].
 void bind_view(Fields& f, Intrinsics& o) {
   std::vector<int> size{o.width_px, o.height_px};
@@ -46,9 +67,8 @@ void bind_view(Fields& f, Intrinsics& o) {
   f.require(size.size() == 2, "size_px", "must be [width, height]");
   size.resize(2, 1);
   double fov_rad = 0;
-  const bool fisheye = std::holds_alternative<Equidistant>(o.distortion);
   if (!f.writing()) {
-    f.angle("fov", fov_rad, between(deg_to_rad(1), fisheye ? kMaxFisheyeFov_rad : kMaxFov_rad));
+    f.angle("fov", fov_rad, between(deg_to_rad(1), widest_fov_rad(size[0], size[1], o.distortion)));
   }
   const bool view_given = f.present("fov_deg") || f.present("fov_rad");
   LensSheet sheet;

@@ -11,6 +11,7 @@ namespace panoptes {
 namespace {
 
 using testing::ElementsAre;
+using testing::HasSubstr;
 
 std::vector<std::string> faults(const std::string& text) {
   try {
@@ -208,12 +209,27 @@ TEST(RigFields, RefusesALensThatBendsBackInsideThePicture) {
           "rig.yaml:5:17: cameras.a.distortion: bends back inside the picture: what is more than "
           "42.4 degrees off the axis is drawn nearer to the middle again, and the corners show "
           "nothing; narrow the field of view or correct the coefficients",
-          "rig.yaml:9:17: cameras.b.distortion: draws nothing in the corners of the picture: they "
-          "lie more than 180 degrees off the axis; narrow the field of view",
+          "rig.yaml:7:14: cameras.b.fov_deg: must be from 1 to 288, got 300",
           "rig.yaml:11:20: cameras.c.intrinsics_px: must have cx and cy inside the picture where "
           "there is a distortion",
           "rig.yaml:18:12: cameras.d.floor: must not have a homography where the lens bends "
           "straight lines; give marks"));
+}
+
+TEST(RigFields, AllowsAFisheyeWhatItsCornersDo) {
+  const auto fisheye = [](const char* size, int fov_deg) {
+    return faults("cameras: {a: {size_px: " + std::string(size) +
+                  ", fov_deg: " + std::to_string(fov_deg) +
+                  ", at_m: [0, 0, 1], distortion: {kind: equidistant, k1: 0.001}}}");
+  };
+  const std::pair<const char*, int> widest[] = {
+      {"[320, 240]", 289}, {"[240, 320]", 217}, {"[300, 300]", 255}};
+  for (const auto& [size, fov_deg] : widest) {
+    EXPECT_THAT(fisheye(size, fov_deg), ElementsAre()) << size;
+    EXPECT_THAT(fisheye(size, fov_deg + 1),
+                ElementsAre(HasSubstr("fov_deg: must be from 1 to " + std::to_string(fov_deg) +
+                                      ", got " + std::to_string(fov_deg + 1))));
+  }
 }
 
 }  // namespace
