@@ -48,7 +48,8 @@ void add_record(CLI::App& app, Command& chosen) {
   sub->add_option("MISSION", args->mission, "the mission file")->required()->type_name("FILE");
   sub->add_flag("--depth", args->depth, "the true depth of every picture as well");
   sub->add_flag("--labels", args->labels,
-                "which thing, and whether floor, every pixel truly shows");
+                "which thing (16 bit, its number in mav0/things.csv), and whether floor, every "
+                "pixel truly shows");
   add_common(*sub, args->common);
   sub->footer(
       "Example: panoptes record scenes/missions/explore-office.yaml --duration 60 --out "

@@ -94,7 +94,7 @@ std::vector<AskedPose> parse_poses(const std::vector<std::string>& words) {
 }
 
 void write_pictures(const std::filesystem::path& folder, const Lookout::Sight& sight,
-                    const cv::Mat& sheet) {
+                    const std::vector<std::string>& things, const cv::Mat& sheet) {
   std::filesystem::create_directories(folder);
   for (const Shot& shot : sight.shots) {
     write_file(folder / (shot.name + ".png"), png(shot.taken.bgr));
@@ -105,6 +105,9 @@ void write_pictures(const std::filesystem::path& folder, const Lookout::Sight& s
       write_file(folder / (shot.name + "_labels.png"), png(shot.taken.instance));
       write_file(folder / (shot.name + "_floor.png"), png(shot.taken.floor_label));
     }
+  }
+  if (!things.empty()) {
+    write_file(folder / "things.csv", things_csv(things));
   }
   write_file(folder / "render.png", png(sheet));
   std::printf("%s\n", (folder / "render.png").c_str());
@@ -171,7 +174,8 @@ int render(const RenderArguments& args) {
                               ? out.path()
                               : out.path() / ("pose-" + std::to_string(looked_at.size() + 1));
       out.keep();
-      write_pictures(folder, sight, contact_sheet(mission, pose.T_scene_body, args.at_s, sight));
+      write_pictures(folder, sight, args.labels ? lookout.things() : std::vector<std::string>(),
+                     contact_sheet(mission, pose.T_scene_body, args.at_s, sight));
       looked_at.push_back(figures_of(pose, sight));
     }
   } catch (const sim::BakeStopped&) {
@@ -201,7 +205,9 @@ void add_render(CLI::App& app, Command& chosen) {
       ->check(CLI::Range(0.0, kMost_s));
   sub->add_flag("--depth", args->depth,
                 "the true depth as well (16 bit, mm; 0 nothing, 65535 that far or farther)");
-  sub->add_flag("--labels", args->labels, "which thing every pixel truly shows as well");
+  sub->add_flag("--labels", args->labels,
+                "which thing every pixel truly shows as well (16 bit, its number in things.csv), "
+                "and whether floor");
   add_common(*sub, args->common);
   sub->footer(
       "Example: panoptes render scenes/missions/explore-office.yaml --pose '5,5,45; 5,4.4,90' "

@@ -57,6 +57,12 @@ void Canvas::polygon(const std::vector<Vec2>& corners, const Colour& fill) {
   cv::fillConvexPoly(mat_, fixed_points, scalar(fill), cv::LINE_AA, kShift);
 }
 
+void Canvas::cross(const Vec2& centre, double radius, const Colour& c, double width) {
+  for (const double up : {-radius, radius}) {
+    line(centre + Vec2(-radius, up), centre + Vec2(radius, -up), c, width);
+  }
+}
+
 void Canvas::disc(const Vec2& centre, double radius, const Colour& c) {
   cv::circle(mat_, fixed(centre), fixed_length(radius), scalar(c), cv::FILLED, cv::LINE_AA, kShift);
 }
@@ -150,6 +156,14 @@ double round_step(double length, int most) {
     }
   }
   return 10 * decade;
+}
+
+std::vector<double> round_values(double low, double high, double step) {
+  std::vector<double> values;
+  for (double i = std::ceil(low / step); i * step <= high + 1e-9; ++i) {
+    values.push_back(i * step);
+  }
+  return values;
 }
 
 std::string short_number(double value) { return shortest(std::round(value * 1e6) / 1e6); }

@@ -31,6 +31,7 @@ class Canvas {
   void line(const Vec2& a, const Vec2& b, const Colour& c, double width);
   void polyline(const std::vector<Vec2>& points, const Colour& c, double width);
   void polygon(const std::vector<Vec2>& corners, const Colour& fill);  ///< convex
+  void cross(const Vec2& centre, double radius, const Colour& c, double width);
   void disc(const Vec2& centre, double radius, const Colour& c);
   void ring(const Vec2& centre, double radius, const Colour& c, double width);
   void box(const Vec2& low, const Vec2& high, const Colour& c);
@@ -63,6 +64,9 @@ class Canvas {
 /// The round number (1, 2 or 5 times a power of ten) that divides a length into at most `most`
 /// steps.
 double round_step(double length, int most);
+
+/// The multiples of a step from `low` to `high`.
+std::vector<double> round_values(double low, double high, double step);
 
 /// Without digits that nobody reads.
 std::string short_number(double value);

@@ -13,6 +13,7 @@
 
 #include "apps/run/run_files.h"
 #include "core/base/error.h"
+#include "core/eval/trajectory.h"
 #include "core/io/digits.h"
 #include "core/io/graph_file.h"
 #include "core/io/map_server.h"
@@ -82,15 +83,20 @@ void take_frames(const fs::path& folder, FinishedRun& run) {
 }
 
 void take_keyframes(const fs::path& folder, FinishedRun& run) {
-  for (const TumPose& pose : read_tum(folder / "trajectory.tum")) {
-    const auto frame =
-        std::lower_bound(run.frames.begin(), run.frames.end(), pose.stamp,
-                         [](const FinishedRun::Frame& f, Time t) { return f.stamp < t; });
-    if (frame == run.frames.end() || frame->stamp != pose.stamp) {
-      throw ConfigError((folder / "trajectory.tum").string() + ": the keyframe of " +
-                        seconds(pose.stamp) + " s has no odometry in odometry.tum");
+  std::vector<TruePose> wheels;  // a keyframe may be older than the frame set that brought it
+  for (const FinishedRun::Frame& frame : run.frames) {
+    TruePose pose;
+    pose.stamp = frame.stamp;
+    pose.T_scene_body = frame.T_odom_body;
+    wheels.push_back(pose);
+  }
+  for (const TumPose& pose : read_tum(folder / "keyframes.tum")) {
+    if (pose.stamp > wheels.back().stamp) {
+      throw ConfigError((folder / "keyframes.tum").string() + ": the keyframe of " +
+                        seconds(pose.stamp) + " s is later than all of odometry.tum");
     }
-    run.result.keyframes.push_back({pose.stamp, floor_pose(pose), frame->T_odom_body});
+    run.result.keyframes.push_back(
+        {pose.stamp, floor_pose(pose), true_pose_at(wheels, pose.stamp)});
   }
 }
 
@@ -109,7 +115,7 @@ void take_closures(const fs::path& folder, const CsvTable& table, FinishedRun& r
     const auto keyframe = [&](const char* name) {
       const int k = table.whole(row, table.column(name));
       if (k < 0 || static_cast<std::size_t>(k) >= run.result.keyframes.size()) {
-        throw table.fault(row, std::string(name) + " must be a keyframe of trajectory.tum, got " +
+        throw table.fault(row, std::string(name) + " must be a keyframe of keyframes.tum, got " +
                                    std::to_string(k));
       }
       return k;
@@ -219,6 +225,7 @@ LeftRun read_run(const fs::path& folder) {
 RunReport report_with(const LeftRun& left, const RunTruth& truth) {
   const RunFindings findings = find_out(left.run, &truth);
   write_ground_truth(left.folder, findings);
+  write_contacts(left.folder, left.run, findings);
   write_exploration(left.folder, findings);
   write_loops(left, findings);
   RunReport report;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -32,79 +33,207 @@ Extent known_extent(const OccupancyMap& map) {
   return e;
 }
 
-}  // namespace
+struct View {
+  Vec2 low_map;
+  Vec2 high_map;
+  double px_per_m = 1;
+};
 
-cv::Mat draw_map(const MapPicture& picture) {
+// All that is known, and all ways driven, with a margin.
+View view_of(const MapPicture& picture) {
   const OccupancyMap& map = picture.map;
-  // what to show, in metres
   Vec2 low(1e9, 1e9);
   Vec2 high(-1e9, -1e9);
+  const auto show = [&](const Vec2& p_map) {
+    low = low.cwiseMin(p_map);
+    high = high.cwiseMax(p_map);
+  };
   const Extent e = known_extent(map);
   if (e.column1 >= e.column0) {
-    low = map.centre(e.column0, e.row0);
-    high = map.centre(e.column1, e.row1);
+    show(map.centre(e.column0, e.row0));
+    show(map.centre(e.column1, e.row1));
   }
-  for (const auto* way : {&picture.estimate_map, &picture.truth_map}) {
-    for (const Vec2& p : *way) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
+  for (const Pose2& pose : picture.estimate_map) {
+    show(pose.position());
+  }
+  for (const Vec2& p_map : picture.truth_map) {
+    show(p_map);
+  }
+  for (const ContactMark& contact : picture.contacts) {
+    show(contact.p_map);
   }
   if (low.x() > high.x()) {
     low = high = Vec2::Zero();
   }
   constexpr double kMargin_m = 0.3;
+  constexpr double kLongest_px = 1100;
   low -= Vec2::Constant(kMargin_m);
   high += Vec2::Constant(kMargin_m);
-  const Vec2 size_m = high - low;
+  return {low, high, kLongest_px / (high - low).maxCoeff()};
+}
 
-  constexpr double kLongest_px = 1100;
-  constexpr int kHead_px = 44;
-  constexpr int kFoot_px = 56;
-  const double px_per_m = kLongest_px / std::max(size_m.x(), size_m.y());
-  const int width = std::max(620, static_cast<int>(std::ceil(size_m.x() * px_per_m)));
-  const int height = static_cast<int>(std::ceil(size_m.y() * px_per_m));
-  Canvas canvas(width, height + kHead_px + kFoot_px, kPaper);
-  const double left_px = (width - size_m.x() * px_per_m) / 2;
-  const auto to_px = [&](const Vec2& p_map) {
-    return Vec2(left_px + (p_map.x() - low.x()) * px_per_m,
-                kHead_px + height - (p_map.y() - low.y()) * px_per_m);
-  };
+cv::Vec3b cell_colour(Cell cell) {
+  switch (cell) {
+    case Cell::kFree:
+      return {255, 255, 255};
+    case Cell::kOccupied:
+      return {72, 62, 56};
+    case Cell::kUnknown:
+      break;
+  }
+  return {218, 214, 210};
+}
 
+// As fine as a canvas draws it, `size_px` of the picture wide and high.
+cv::Mat drawn_cells(const OccupancyMap& map, const View& view, const cv::Size& size_px) {
   constexpr int kOver = Canvas::kOver;
-  cv::Mat floor(height * kOver, width * kOver, CV_8UC3);
-  const auto cell_colour = [](Cell cell) -> cv::Vec3b {
-    switch (cell) {
-      case Cell::kFree:
-        return {255, 255, 255};
-      case Cell::kOccupied:
-        return {72, 62, 56};
-      case Cell::kUnknown:
-        break;
-    }
-    return {218, 214, 210};
-  };
-  for (int v = 0; v < floor.rows; ++v) {
-    for (int u = 0; u < floor.cols; ++u) {
+  cv::Mat cells(size_px * kOver, CV_8UC3);
+  for (int v = 0; v < cells.rows; ++v) {
+    for (int u = 0; u < cells.cols; ++u) {
       const Vec2 p_map =
-          low + Vec2((u + 0.5) / kOver - left_px, height - (v + 0.5) / kOver) / px_per_m;
-      const int column = static_cast<int>(std::floor((p_map.x() - map.origin.x()) / map.cell_m));
-      const int row = static_cast<int>(std::floor((p_map.y() - map.origin.y()) / map.cell_m));
-      floor.at<cv::Vec3b>(v, u) = cell_colour(map.at(column, row));
+          view.low_map + Vec2(u + 0.5, cells.rows - v - 0.5) / (kOver * view.px_per_m);
+      cells.at<cv::Vec3b>(v, u) = cell_colour(map.at(p_map));
     }
   }
-  canvas.paste_over(floor, {0, kHead_px});
+  return cells;
+}
 
-  const auto draw_way = [&](const std::vector<Vec2>& way, const Colour& colour, double width_px) {
+// The robot from above, its tip ahead.
+void draw_arrow(Canvas& canvas, const Vec2& at_px, double theta_rad) {
+  const auto corners = [&](double scale) {
+    std::vector<Vec2> px;
+    for (const Vec2& corner : {Vec2(12, 0), Vec2(-8, 7.5), Vec2(-8, -7.5)}) {
+      const Vec2 turned = Pose2{0, 0, theta_rad} * (scale * corner);
+      px.emplace_back(at_px.x() + turned.x(), at_px.y() - turned.y());
+    }
+    return px;
+  };
+  canvas.polygon(corners(1.4), kPaper);
+  canvas.polygon(corners(1), kInk);
+}
+
+void draw_start(Canvas& canvas, const Vec2& at_px) {
+  canvas.disc(at_px, 7, kPaper);
+  canvas.disc(at_px, 5, kInk);
+}
+
+void draw_contact(Canvas& canvas, const Vec2& at_px, bool while_moving) {
+  canvas.cross(at_px, 7, kPaper, 6);
+  canvas.cross(at_px, 6.5, while_moving ? kWrongColour : kFaint, 3);
+}
+
+// What a sign in the picture means.
+struct LegendEntry {
+  std::string name;
+  std::function<void(Canvas& canvas, const Vec2& middle)> draw;
+};
+
+std::vector<LegendEntry> legend_of(const MapPicture& picture) {
+  std::vector<LegendEntry> legend;
+  const auto line = [&](const char* name, const Colour& colour) {
+    legend.push_back({name, [colour](Canvas& canvas, const Vec2& middle) {
+                        canvas.line(middle - Vec2(11, 0), middle + Vec2(11, 0), colour, 3);
+                      }});
+  };
+  if (!picture.truth_map.empty()) {
+    line("true path", kTruthColour);
+  }
+  line("estimated path", kEstimateColour);
+  if (!picture.estimate_map.empty()) {
+    legend.push_back({"start", draw_start});
+    legend.push_back(
+        {"end", [](Canvas& canvas, const Vec2& middle) { draw_arrow(canvas, middle, 0); }});
+  }
+  if (!picture.loops.empty()) {
+    line("loop closures", kLoopColour);
+  }
+  if (std::any_of(picture.loops.begin(), picture.loops.end(),
+                  [](const LoopLine& l) { return l.wrong; })) {
+    line("wrong ones", kWrongColour);
+  }
+  for (const bool moving : {true, false}) {
+    if (std::any_of(picture.contacts.begin(), picture.contacts.end(),
+                    [&](const ContactMark& c) { return c.while_moving == moving; })) {
+      legend.push_back(
+          {moving ? "touched" : "touched while it stood",
+           [moving](Canvas& canvas, const Vec2& middle) { draw_contact(canvas, middle, moving); }});
+    }
+  }
+  return legend;
+}
+
+constexpr double kSign_px = 30;  // from a sign's left side to its name
+constexpr double kRow_px = 26;
+
+double width_px(const LegendEntry& entry) {
+  return kSign_px + Canvas::text_width(entry.name, 15) + 20;
+}
+
+// From the left side on, in as many rows as it takes.
+std::vector<Vec2> places_of(const std::vector<LegendEntry>& legend, double width) {
+  std::vector<Vec2> corners;
+  Vec2 at(0, 0);
+  for (const LegendEntry& entry : legend) {
+    if (at.x() > 0 && at.x() + width_px(entry) > width) {
+      at = {0, at.y() + kRow_px};
+    }
+    corners.push_back(at);
+    at.x() += width_px(entry);
+  }
+  return corners;
+}
+
+}  // namespace
+
+cv::Mat draw_map(const MapPicture& picture) {
+  constexpr int kLeft_px = 50;  // for the numbers along the side
+  constexpr int kRight_px = 14;
+  constexpr int kHead_px = 44;
+  constexpr int kNarrowest_px = 620;
+  const View view = view_of(picture);
+  const Vec2 size_m = view.high_map - view.low_map;
+  const cv::Size plot_px(static_cast<int>(std::ceil(size_m.x() * view.px_per_m)),
+                         static_cast<int>(std::ceil(size_m.y() * view.px_per_m)));
+  const int width = std::max(kNarrowest_px, kLeft_px + plot_px.width + kRight_px);
+  const std::vector<LegendEntry> legend = legend_of(picture);
+  const std::vector<Vec2> places = places_of(legend, width - kLeft_px - kRight_px);
+  const int foot_px = static_cast<int>(74 + places.back().y());
+  Canvas canvas(width, kHead_px + plot_px.height + foot_px, kPaper);
+  const Vec2 corner((kLeft_px + width - kRight_px - plot_px.width) / 2, kHead_px);
+  const Vec2 opposite = corner + Vec2(plot_px.width, plot_px.height);
+  const auto to_px = [&](const Vec2& p_map) {
+    return Vec2(corner.x() + (p_map.x() - view.low_map.x()) * view.px_per_m,
+                opposite.y() - (p_map.y() - view.low_map.y()) * view.px_per_m);
+  };
+  canvas.paste_over(drawn_cells(picture.map, view, plot_px), corner);
+  const Colour on_cells{200, 204, 210};  // seen on the floor and on what is unknown
+  const double step_m = round_step(size_m.maxCoeff(), 12);
+  for (const double x_m : round_values(view.low_map.x(), view.high_map.x(), step_m)) {
+    const double x = to_px({x_m, 0}).x();
+    canvas.line({x, corner.y()}, {x, opposite.y()}, on_cells, 0.5);
+    canvas.text(short_number(x_m), {x, opposite.y() + 18}, kFaint, 13, 0.5);
+  }
+  for (const double y_m : round_values(view.low_map.y(), view.high_map.y(), step_m)) {
+    const double y = to_px({0, y_m}).y();
+    canvas.line({corner.x(), y}, {opposite.x(), y}, on_cells, 0.5);
+    canvas.text(short_number(y_m), {corner.x() - 7, y + 5}, kFaint, 13, 1);
+  }
+  canvas.frame(corner, opposite, kFaint, 1);
+
+  const auto draw_way = [&](const std::vector<Vec2>& way, const Colour& colour, double line_px) {
     std::vector<Vec2> px;
     px.reserve(way.size());
     for (const Vec2& p : way) {
       px.push_back(to_px(p));
     }
-    canvas.polyline(px, colour, width_px);
+    canvas.polyline(px, colour, line_px);
   };
+  std::vector<Vec2> estimate_map;
+  for (const Pose2& pose : picture.estimate_map) {
+    estimate_map.push_back(pose.position());
+  }
   draw_way(picture.truth_map, kTruthColour, 4);
-  draw_way(picture.estimate_map, kEstimateColour, 1.5);
+  draw_way(estimate_map, kEstimateColour, 1.5);
   for (const bool wrong : {false, true}) {
     for (const LoopLine& loop : picture.loops) {
       if (loop.wrong == wrong) {
@@ -115,37 +244,22 @@ cv::Mat draw_map(const MapPicture& picture) {
     }
   }
   if (!picture.estimate_map.empty()) {
-    canvas.disc(to_px(picture.estimate_map.front()), 7, kPaper);
-    canvas.disc(to_px(picture.estimate_map.front()), 5, kInk);
+    const Pose2& end = picture.estimate_map.back();
+    draw_start(canvas, to_px(estimate_map.front()));
+    draw_arrow(canvas, to_px(end.position()), end.theta_rad);
+  }
+  for (const ContactMark& contact : picture.contacts) {
+    draw_contact(canvas, to_px(contact.p_map), contact.while_moving);
   }
 
   canvas.text(picture.title, {16, 29}, kInk, 19);
-  // legend and scale bar, below
-  const double base = height + kHead_px + 34;
-  double x = 16;
-  const auto entry = [&](const std::string& name, const Colour& colour) {
-    canvas.line({x, base - 5}, {x + 22, base - 5}, colour, 3);
-    canvas.text(name, {x + 28, base}, kInk);
-    x += 28 + Canvas::text_width(name, 15) + 20;
-  };
-  const bool any_wrong = std::any_of(picture.loops.begin(), picture.loops.end(),
-                                     [](const LoopLine& l) { return l.wrong; });
-  if (!picture.truth_map.empty()) {
-    entry("true path", kTruthColour);
-  }
-  entry("estimated path", kEstimateColour);
-  if (!picture.loops.empty()) {
-    entry("loop closures", kLoopColour);
-  }
-  if (any_wrong) {
-    entry("wrong ones", kWrongColour);
-  }
-  canvas.disc({x + 6, base - 5}, 5, kInk);
-  canvas.text("start", {x + 18, base}, kInk);
-  x += 18 + Canvas::text_width("start", 15);
-  const double bar_m = round_step(size_m.x() / 3, 2);
-  if (width - 16 - bar_m * px_per_m - Canvas::text_width("100 m", 15) - 30 > x) {
-    canvas.scale_bar({width - 16.0, base}, bar_m, px_per_m);
+  const double base = opposite.y() + 42;
+  canvas.text("metres in map", {kLeft_px, base}, kFaint, 13);
+  canvas.scale_bar({width - kRight_px - 2.0, base}, round_step(size_m.x() / 3, 2), view.px_per_m);
+  for (std::size_t i = 0; i < legend.size(); ++i) {
+    const Vec2 at = Vec2(kLeft_px, base + 24) + places[i];
+    legend[i].draw(canvas, at + Vec2(11, -5));
+    canvas.text(legend[i].name, at + Vec2(kSign_px, 0), kInk);
   }
   return canvas.shrunk();
 }

@@ -25,15 +25,22 @@ struct LoopLine {
   bool wrong = false;
 };
 
+struct ContactMark {
+  Vec2 p_map;
+  bool while_moving = true;
+};
+
 struct MapPicture {
   OccupancyMap map;
-  std::vector<Vec2> estimate_map;  ///< keyframes' positions
+  std::vector<Pose2> estimate_map;  ///< the way as the map has it, from start to end
   std::vector<Vec2> truth_map;     ///< true way, empty where it is not known
   std::vector<LoopLine> loops;     ///< accepted closures
+  std::vector<ContactMark> contacts;
   std::string title;
 };
 
-/// The map with both ways driven on it, the closures, a scale bar and a legend. 8-bit BGR.
+/// The map with both ways driven on it, where the robot is at their end, the closures and what was
+/// touched; with metres along the sides, a scale bar and a legend. 8-bit BGR.
 cv::Mat draw_map(const MapPicture& picture);
 
 struct Curve {

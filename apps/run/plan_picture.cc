@@ -118,8 +118,7 @@ cv::Mat draw_plan(const PlanPicture& picture, int size_px) {
 
   const double step_m = round_step(size_m.maxCoeff(), 12);
   const auto ticks = [&](int axis, const auto& draw) {
-    for (double at = std::ceil(shown.low_scene[axis] / step_m) * step_m;
-         at <= shown.high_scene[axis] + 1e-9; at += step_m) {
+    for (const double at : round_values(shown.low_scene[axis], shown.high_scene[axis], step_m)) {
       draw(at);
     }
   };

@@ -230,6 +230,10 @@ Json map_json(const FinishedRun& run, const RunFindings& f) {
   put(m, "free_iou", quality.free_iou);
   put(m, "free_precision", quality.free_precision);
   put(m, "obstacle_recall", quality.obstacle_recall);
+  if (const auto leaked = leak(f.known->truth.floor, run.result.map, f.T_scene_map)) {
+    m["leaked_m2"] = leaked->area_m2;
+    put(m, "leaked_share", leaked->share);
+  }
   return m;
 }
 
@@ -244,6 +248,23 @@ Json exploration_json(const FinishedRun& run, const RunFindings& f) {
     exploration["end_delay_s"] = rounded_seconds(*run.end_delay);
   }
   return exploration;
+}
+
+/// Where the finished map has the body at every frame set; nowhere without keyframes.
+std::vector<Pose2> estimated_way(const FinishedRun& run) {
+  std::vector<Pose2> way;
+  const std::vector<KeyframePose>& keyframes = run.result.keyframes;
+  std::size_t next = 1;  // what comes before the first keyframe is carried back from it
+  for (const FinishedRun::Frame& frame : run.frames) {
+    while (next < keyframes.size() && keyframes[next].stamp <= frame.stamp) {
+      ++next;
+    }
+    if (!keyframes.empty()) {
+      const KeyframePose& last = keyframes[next - 1];
+      way.push_back(last.T_map_body * last.T_odom_body.inverse() * frame.T_odom_body);
+    }
+  }
+  return way;
 }
 
 /// All but what it cost, and the verdicts on the requirements.
@@ -367,6 +388,7 @@ RunFindings find_out(const FinishedRun& run, const RunTruth* known) {
     f.T_map_body.push_back(keyframe.T_map_body);
     T_odom_body.push_back(keyframe.T_odom_body);
   }
+  f.T_map_frame = estimated_way(run);
   for (const auto& [stamp, closure] : run.closures) {
     f.closures.push_back(closure);
   }

@@ -24,6 +24,7 @@ struct RunFindings {
   const RunTruth* known = nullptr;  ///< null without truth
   Pose2 T_scene_map;                ///< identity without truth
   std::vector<Pose2> T_map_body;    ///< of keyframes
+  std::vector<Pose2> T_map_frame;   ///< of frame sets: the last keyframe carried on by the wheels
   std::vector<Pose2> T_scene_estimate;
   std::vector<Pose2> T_scene_odometry;
   std::vector<Pose2> true_T_scene_body;

@@ -20,6 +20,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+bool has_contacts(const FinishedRun& run, const RunFindings& f) {
+  return f.known != nullptr && f.known->touches_known && !run.end.commands_diverged_at;
+}
+
 const char* name_of(Heading heading) { return heading == Heading::kSame ? "same" : "opposite"; }
 
 std::vector<Vec2> positions(const std::vector<Pose2>& poses) {
@@ -42,6 +46,11 @@ std::vector<Pose2> true_way_map(const RunFindings& f) {
   return way;
 }
 
+/// None where nobody knows of touches, and of a replay that would have driven elsewhere.
+std::vector<TrueContact> known_contacts(const FinishedRun& run, const RunFindings& f) {
+  return has_contacts(run, f) ? f.known->truth.contacts : std::vector<TrueContact>();
+}
+
 bool is_wrong(const RunFindings& f, const ClosureReport& closure) {
   return f.known != nullptr && !is_correct(closure, f.true_T_scene_body);
 }
@@ -50,16 +59,22 @@ std::string name_of(const FinishedRun& run) {
   return fmt::format("{}, seed {}", run.info.mission, run.info.seed);
 }
 
-void write_trajectories(const fs::path& out_dir, const FinishedRun& run) {
-  std::vector<TumPose> trajectory;
+void write_trajectories(const fs::path& out_dir, const FinishedRun& run, const RunFindings& f) {
+  std::vector<TumPose> keyframes;
   for (const KeyframePose& keyframe : run.result.keyframes) {
-    trajectory.push_back({keyframe.stamp, on_floor(keyframe.T_map_body)});
+    keyframes.push_back({keyframe.stamp, on_floor(keyframe.T_map_body)});
   }
-  write_tum(out_dir / "trajectory.tum", trajectory);
+  std::vector<TumPose> trajectory;
   std::vector<TumPose> odometry;
-  for (const FinishedRun::Frame& frame : run.frames) {
+  for (std::size_t i = 0; i < run.frames.size(); ++i) {
+    const FinishedRun::Frame& frame = run.frames[i];
     odometry.push_back({frame.stamp, on_floor(frame.T_odom_body)});
+    if (!f.T_map_frame.empty()) {
+      trajectory.push_back({frame.stamp, on_floor(f.T_map_frame[i])});
+    }
   }
+  write_tum(out_dir / "keyframes.tum", keyframes);
+  write_tum(out_dir / "trajectory.tum", trajectory);
   write_tum(out_dir / "odometry.tum", odometry);
 }
 
@@ -116,7 +131,7 @@ void write_loops(const fs::path& file, const FinishedRun& run, const RunFindings
 }
 
 cv::Mat drawn_map(const FinishedRun& run, const RunFindings& f) {
-  MapPicture picture{run.result.map, positions(f.T_map_body), positions(true_way_map(f)), {}, {}};
+  MapPicture picture{run.result.map, f.T_map_frame, positions(true_way_map(f)), {}, {}, {}};
   picture.title = fmt::format("{}: {:.1f} m2 of floor in {:.0f} s", name_of(run),
                               f.coverage.back().mapped_m2, to_seconds(run.last_step));
   for (const ClosureReport& closure : f.closures) {
@@ -125,6 +140,9 @@ cv::Mat drawn_map(const FinishedRun& run, const RunFindings& f) {
                                f.T_map_body[static_cast<std::size_t>(closure.recent)].position(),
                                is_wrong(f, closure)});
     }
+  }
+  for (const TrueContact& contact : known_contacts(run, f)) {
+    picture.contacts.push_back({f.T_scene_map.inverse() * contact.p_scene, contact.while_moving});
   }
   return draw_map(picture);
 }
@@ -194,6 +212,22 @@ void write_ground_truth(const fs::path& out_dir, const RunFindings& findings) {
   write_tum(out_dir / "ground_truth.tum", poses);
 }
 
+void write_contacts(const fs::path& out_dir, const FinishedRun& run, const RunFindings& findings) {
+  const fs::path file = out_dir / "contacts.csv";
+  if (!has_contacts(run, findings)) {
+    fs::remove(file);  // of an earlier truth
+    return;
+  }
+  CsvWriter csv(file, {"stamp_s", "x_m", "y_m", "object", "while_moving"});
+  for (const TrueContact& contact : findings.known->truth.contacts) {
+    const Vec2 p_map = findings.T_scene_map.inverse() * contact.p_scene;
+    csv << contact.stamp << p_map.x() << p_map.y() << contact.object
+        << (contact.while_moving ? 1 : 0);
+    csv.end_row();
+  }
+  csv.finish();
+}
+
 void write_exploration(const fs::path& out_dir, const RunFindings& findings) {
   CsvWriter csv(out_dir / "exploration.csv", {"stamp_s", "mapped_m2", "coverage"});
   for (const CoverageSample& s : findings.coverage) {
@@ -222,8 +256,9 @@ std::array<std::string, kTrueLoopColumns.size()> true_loop_fields(const RunFindi
 
 void write_run_files(const fs::path& out_dir, const FinishedRun& run, const RunFindings& findings) {
   write_map_server(out_dir / "map", run.result.map);
-  write_trajectories(out_dir, run);
+  write_trajectories(out_dir, run, findings);
   write_ground_truth(out_dir, findings);
+  write_contacts(out_dir, run, findings);
   write_g2o(out_dir / "graph.g2o", run.result.graph);
   write_loops(out_dir / "loops.csv", run, findings);
   write_exploration(out_dir, findings);

@@ -19,6 +19,9 @@ void write_run_files(const std::filesystem::path& out_dir, const FinishedRun& ru
 
 /// Those of them that hold the truth; without truth there are none.
 void write_ground_truth(const std::filesystem::path& out_dir, const RunFindings& findings);
+/// What was touched, where in `map` and when; without a truth that knows it none is left there.
+void write_contacts(const std::filesystem::path& out_dir, const FinishedRun& run,
+                    const RunFindings& findings);
 void write_exploration(const std::filesystem::path& out_dir, const RunFindings& findings);
 
 /// What loops.csv holds of the truth: the relative pose, and whether the claimed one is right.

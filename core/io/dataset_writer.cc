@@ -161,6 +161,14 @@ std::string depth_comment(const Intrinsics& lens) {
          "; 0: nothing is there; 65535: 65.535 m or farther";
 }
 
+std::string things_csv(const std::vector<std::string>& things) {
+  std::string rows = "#number, thing\n0,nothing\n";
+  for (std::size_t i = 0; i < things.size(); ++i) {
+    rows += dataset_row(static_cast<std::int64_t>(i + 1), things[i]);
+  }
+  return rows;
+}
+
 DatasetWriter::DatasetWriter(fs::path folder, const RecordingInfo& info, const Rig& rig,
                              const Body& robot)
     : folder_(std::move(folder)), rig_(rig.cameras) {

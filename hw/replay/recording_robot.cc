@@ -44,11 +44,7 @@ class RecordingRobot::Writer {
       truth_.emplace(folder, *truth);
     }
     if (!things.empty()) {
-      std::string rows = "#number, thing\n0,nothing\n";
-      for (std::size_t i = 0; i < things.size(); ++i) {
-        rows += dataset_row(static_cast<std::int64_t>(i + 1), things[i]);
-      }
-      write_file(folder / "mav0" / "things.csv", rows);
+      write_file(folder / "mav0" / "things.csv", things_csv(things));
     }
     thread_ = std::thread([this] { write_all(); });
   }

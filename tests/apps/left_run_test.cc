@@ -172,6 +172,7 @@ TEST_F(LeftRunTest, GetsTheFiguresThatNeedTheTruth) {
   EXPECT_EQ(m["loops"]["false"], 1);
   EXPECT_GT(m["map"]["reachable_m2"], 50);
   EXPECT_GT(m["map"]["coverage"], 0);
+  EXPECT_TRUE(m["map"].contains("leaked_share"));
   EXPECT_FALSE(m["map"].contains("free_iou"));  // what a camera saw of the floor is not known
   EXPECT_FALSE(m["exploration"].contains("t50_s"));
   EXPECT_EQ(m["exploration"]["end_delay_s"], before["exploration"]["end_delay_s"]);
@@ -188,6 +189,15 @@ TEST_F(LeftRunTest, GetsTheFiguresThatNeedTheTruth) {
   EXPECT_EQ(loops.rows[1][loops.column("x_m")], "");
   EXPECT_EQ(loops.rows[1][loops.column("verdict")], "features: 3 of 9 agree, \"12\" needed");
   EXPECT_TRUE(fs::exists(run_ / "errors.png"));
+}
+
+TEST_F(LeftRunTest, KnowsTheWheelsOfAKeyframeBetweenFrameSets) {
+  serve(truth());
+  const LeftRun whole = read_run(run_);
+  replace(run_ / "keyframes.tum", "\n0.5 ", "\n0.45 ");
+  const LeftRun between = read_run(run_);
+  EXPECT_EQ(whole.run.result.keyframes[1].T_odom_body.x_m, 0.36 * 0.5);
+  EXPECT_NEAR(between.run.result.keyframes[1].T_odom_body.x_m, 0.36 * 0.45, kRoundoff);
 }
 
 TEST_F(LeftRunTest, EvaluatedTwiceIsTheSame) {
@@ -217,6 +227,12 @@ TEST_F(LeftRunTest, ACollisionIsOneForAsLongAsTheTruthSaysSo) {
   EXPECT_FALSE(metrics().contains("end_reason"));
   EXPECT_EQ(metrics()["collisions"], 1);
   EXPECT_EQ(metrics()["collisions_while_stopped"], 1);
+  const CsvTable contacts = read_csv(run_ / "contacts.csv");
+  ASSERT_EQ(contacts.rows.size(), 2U);
+  EXPECT_NEAR(contacts.number(0, contacts.column("stamp_s")), 3, kRoundoff);
+  const Vec2 p_map = kStart_scene.inverse() * Vec2(3, 3);
+  EXPECT_NEAR(contacts.number(0, contacts.column("x_m")), p_map.x(), kRoundoff);
+  EXPECT_NEAR(contacts.number(0, contacts.column("y_m")), p_map.y(), kRoundoff);
   serve(truth());
   EXPECT_EQ(evaluate(served_).exit_status, 0);
   EXPECT_EQ(metrics()["outcome"], "completed");
@@ -225,6 +241,9 @@ TEST_F(LeftRunTest, ACollisionIsOneForAsLongAsTheTruthSaysSo) {
 }
 
 TEST_F(LeftRunTest, OfATrajectoryAloneNoContactsAreInvented) {
+  serve(truth());
+  evaluate(served_);
+  EXPECT_TRUE(fs::exists(run_ / "contacts.csv"));
   for (const bool since_1970 : {true, false}) {
     const fs::path tum = trajectory(since_1970 ? 0 : kRun_unix_ns - 5'000'000'000);
     if (!since_1970) {
@@ -239,6 +258,7 @@ TEST_F(LeftRunTest, OfATrajectoryAloneNoContactsAreInvented) {
       EXPECT_FALSE(m.contains(key)) << key;
     }
     EXPECT_FALSE(m["map"].contains("coverage"));
+    EXPECT_FALSE(fs::exists(run_ / "contacts.csv"));
   }
 }
 
@@ -287,13 +307,13 @@ TEST_F(LeftRunTest, SaysWhichFileIsWrong) {
             "trajectory that ends in .tum");
   EXPECT_EQ(fault(run_), "run/ground_truth.tum: cannot be opened: No such file or directory");
   replace(run_ / "loops.csv", ",12,3,same", ",12,40,same");
-  EXPECT_EQ(fault(tum), "run/loops.csv:2: earlier must be a keyframe of trajectory.tum, got 40");
+  EXPECT_EQ(fault(tum), "run/loops.csv:2: earlier must be a keyframe of keyframes.tum, got 40");
   replace(run_ / "loops.csv", ",12,40,same", ",11,3,same");
   EXPECT_EQ(fault(tum),
             "run/loops.csv:2: is accepted, but graph.g2o has no edge between its keyframes");
-  replace(run_ / "trajectory.tum", "0.5 ", "0.45 ");
+  replace(run_ / "keyframes.tum", "\n8 ", "\n8.5 ");
   EXPECT_EQ(fault(tum),
-            "run/trajectory.tum: the keyframe of 0.45 s has no odometry in odometry.tum");
+            "run/keyframes.tum: the keyframe of 8.5 s is later than all of odometry.tum");
   replace(run_ / "steps.csv", "\n0.2,", "\n0.25,");
   EXPECT_EQ(fault(tum), "run/steps.csv:4: stamp_s must be 0.2, as in odometry.tum, got 0.25");
   replace(run_ / "odometry.tum", "0.3 ", "0.1 ");

@@ -179,13 +179,15 @@ TEST_F(RecorderTest, LeavesEveryFileOfTheRunDirectory) {
   for (const auto& entry : std::filesystem::directory_iterator(out)) {
     names.insert(entry.path().filename());
   }
-  EXPECT_THAT(names, testing::ElementsAre("coverage.png", "errors.png", "exploration.csv",
-                                          "graph.g2o", "ground_truth.tum", "loops.csv", "map.pgm",
-                                          "map.png", "map.yaml", "metrics.json", "mission.yaml",
-                                          "odometry.tum", "steps.csv", "trajectory.tum"));
+  EXPECT_THAT(names,
+              testing::ElementsAre("contacts.csv", "coverage.png", "errors.png", "exploration.csv",
+                                   "graph.g2o", "ground_truth.tum", "keyframes.tum", "loops.csv",
+                                   "map.pgm", "map.png", "map.yaml", "metrics.json", "mission.yaml",
+                                   "odometry.tum", "steps.csv", "trajectory.tum"));
   EXPECT_EQ(read_file(out / "mission.yaml"), "# panoptes 0.1.0\nseed: 7\n");
   EXPECT_EQ(read_map_server(out / "map.yaml").cells, run_.result.map.cells);
-  EXPECT_EQ(read_tum(out / "trajectory.tum").size(), run_.result.keyframes.size());
+  EXPECT_EQ(read_tum(out / "trajectory.tum").size(), run_.seen.size());
+  EXPECT_EQ(read_tum(out / "keyframes.tum").size(), run_.result.keyframes.size());
   EXPECT_EQ(read_tum(out / "ground_truth.tum").size(), run_.seen.size());
   EXPECT_EQ(read_tum(out / "odometry.tum").size(), run_.seen.size());
   EXPECT_EQ(read_graph(out / "graph.g2o").graph.edges.size(), run_.result.graph.edges.size());
@@ -195,6 +197,24 @@ TEST_F(RecorderTest, LeavesEveryFileOfTheRunDirectory) {
   EXPECT_EQ(loops.rows[0][loops.column("correct")], "1");
   EXPECT_EQ(loops.rows[1][loops.column("correct")], "0");
   EXPECT_EQ(loops.rows[2][loops.column("verdict")], "diagonal 4.1 grey, over 1.5");
+}
+
+TEST_F(RecorderTest, CarriesTheLastKeyframeOnAtEveryFrameSet) {
+  const auto out = folder_ / "run";
+  record(out, run_.truth);
+  const std::vector<TumPose> way = read_tum(out / "trajectory.tum");
+  const std::vector<KeyframePose>& keyframes = run_.result.keyframes;
+  ASSERT_EQ(way.size(), run_.seen.size());
+  std::size_t last = 0;
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    last += run_.steps[i].keyframe_made.value_or(0) > 0 ? 1 : 0;
+    EXPECT_EQ(way[i].stamp, run_.seen[i].stamp);
+    const Pose2 expected = keyframes[last].T_map_body * keyframes[last].T_odom_body.inverse() *
+                           run_.seen[i].odometry.T_odom_body;
+    EXPECT_NEAR((floor_pose(way[i]).position() - expected.position()).norm(), 0, kRoundoff) << i;
+    EXPECT_NEAR(wrap_angle(floor_pose(way[i]).theta_rad - expected.theta_rad), 0, kRoundoff);
+  }
+  EXPECT_NEAR(floor_pose(way[5]).y_m, 0.03, 0.001);  // the map's error, and a hair of the wheels'
 }
 
 TEST_F(RecorderTest, WritesTheFigures) {
@@ -220,6 +240,8 @@ TEST_F(RecorderTest, WritesTheFigures) {
   EXPECT_FALSE(m["loops"].contains("recall_opposite"));
   EXPECT_EQ(m["map"]["coverage"], 1.0);
   EXPECT_EQ(m["map"]["free_iou"], 1.0);
+  EXPECT_EQ(m["map"]["leaked_m2"], 0.0);
+  EXPECT_EQ(m["map"]["leaked_share"], 0.0);
   EXPECT_EQ(m["map"]["obstacle_recall"], 1.0);
   EXPECT_EQ(m["collisions"], 0);
   EXPECT_NEAR(m["min_clearance_m"].get<double>(), 0.1, kRoundoff);
@@ -318,6 +340,21 @@ TEST_F(RecorderTest, CallsACollisionACollision) {
   EXPECT_EQ(m["outcome"], "collision");
   EXPECT_FALSE(m.contains("end_reason"));
   EXPECT_EQ(m["collisions"], 1);
+}
+
+TEST_F(RecorderTest, TellsWhereAndWhenWhatWasTouched) {
+  Truth truth = run_.truth;
+  truth.contacts = {{time_at(3), {2, 2.5}, "table", true}, {time_at(9.5), {6, 3}, "anna", false}};
+  record(folder_ / "run", truth);
+  EXPECT_EQ(read_file(folder_ / "run" / "contacts.csv"),
+            "stamp_s,x_m,y_m,object,while_moving\n"
+            "3,1,1.5,table,1\n"  // in map, which lies at (1, 1) in scene
+            "9.5,5,2,anna,0\n");
+  record(folder_ / "clear", run_.truth);
+  EXPECT_NE(read_file(folder_ / "run" / "map.png"), read_file(folder_ / "clear" / "map.png"));
+  EXPECT_EQ(read_csv(folder_ / "clear" / "contacts.csv").rows.size(), 0U);
+  record(folder_ / "untold", std::nullopt);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "untold" / "contacts.csv"));
 }
 
 TEST_F(RecorderTest, KeepsWhatAnInterruptedRunDid) {

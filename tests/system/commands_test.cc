@@ -209,6 +209,9 @@ TEST_F(Commands, RenderLooksFromSeveralPlacesAndSaysWhereNoRobotCanStand) {
     EXPECT_THAT(read_file(folder_ / "work/r/pose-2" / name), StartsWith("\x89PNG")) << name;
   }
   EXPECT_EQ(metrics("r")["poses"][1]["fault"], "the robot is inside desk-01");
+  const std::string things = read_file(folder_ / "work/r/pose-2/things.csv");
+  EXPECT_THAT(things, StartsWith("#number, thing\n0,nothing\n1,"));
+  EXPECT_THAT(things, HasSubstr(",desk-01\n"));
 }
 
 TEST_F(Commands, RigsThatNoNavigatorCouldUseAreLookedThroughAndRecorded) {

@@ -77,7 +77,8 @@ TEST_F(Runs, AreReadByWhatOthersWrote) {
   EXPECT_EQ(explore(kOffice, "a", kShort).status, 0);
   const fs::path run = folder_ / "work" / "a";
   const auto keyframes = metrics("a")["keyframes"].get<std::size_t>();
-  EXPECT_EQ(read_tum(run / "trajectory.tum").size(), keyframes);
+  EXPECT_EQ(read_tum(run / "keyframes.tum").size(), keyframes);
+  EXPECT_EQ(read_tum(run / "trajectory.tum").size(), read_csv(run / "steps.csv").rows.size());
   EXPECT_EQ(read_tum(run / "odometry.tum").size(), read_csv(run / "steps.csv").rows.size());
   EXPECT_EQ(read_graph(run / "graph.g2o").graph.T_map_node.size(), keyframes);
   EXPECT_NEAR(read_map_server(run / "map.yaml").free_m2(), metrics("a")["map"]["mapped_free_m2"],
