@@ -72,7 +72,7 @@ void add_evaluate(CLI::App& app, Command& chosen) {
                   "the world that the trajectory lies in, for what was there to be mapped")
       ->type_name("FILE");
   sub->footer(
-      "Example: panoptes evaluate runs/wire --truth runs/served\n"
+      "Example: panoptes evaluate runs/by-wire --truth runs/pioneer\n"
       "         panoptes evaluate runs/lab --truth tracked.tum --world lab.yaml");
   sub->callback([args, &chosen] { chosen = [args] { return evaluate(*args); }; });
 }

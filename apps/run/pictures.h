@@ -33,8 +33,8 @@ struct ContactMark {
 struct MapPicture {
   OccupancyMap map;
   std::vector<Pose2> estimate_map;  ///< the way as the map has it, from start to end
-  std::vector<Vec2> truth_map;     ///< true way, empty where it is not known
-  std::vector<LoopLine> loops;     ///< accepted closures
+  std::vector<Vec2> truth_map;      ///< true way, empty where it is not known
+  std::vector<LoopLine> loops;      ///< accepted closures
   std::vector<ContactMark> contacts;
   std::string title;
 };

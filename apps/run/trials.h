@@ -58,8 +58,9 @@ std::string table_legend();
 /// and the JUnit file. Of runs that compared ways to tell places apart it prints another table, and
 /// writes study.csv, a row a run and a combination, and places.png. Runs that are already there,
 /// finished with the same settings, by the same program and from the same files (their hashes are
-/// beside each run), are kept; other ones are never overwritten: ConfigError. Exit status: 0 when every run met its requirements, 1 when one did not, 130 when
-/// interrupted (SIGINT and SIGTERM are passed on to the runs).
+/// beside each run), are kept; other ones are never overwritten: ConfigError. Exit status: 0 when
+/// every run met its requirements, 1 when one did not, 130 when interrupted (SIGINT and SIGTERM are
+/// passed on to the runs).
 int run_trials(const TrialsOptions& options);
 
 }  // namespace panoptes

@@ -22,7 +22,7 @@ struct Fate {
   int signal = 0;                                   ///< sent as soon as
   std::filesystem::path signal_when;                ///< is there
   int terminal = -1;                                ///< its stdin and stderr; else stdin is empty
-  std::string script;  ///< of bash, that becomes the program: `...; exec "$0" "$@"`
+  std::string script{};  ///< of bash, that becomes the program: `...; exec "$0" "$@"`
 };
 
 /// A test of the program in a folder of its own, which is the program's working directory. The
