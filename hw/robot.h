@@ -34,6 +34,10 @@ class Robot {
 
   virtual void stop() = 0;
 
+  /// Right after a command to stand: as fast as the platform can, regardless of the acceleration
+  /// that it is driven with. The next command takes that back. Some platforms cannot.
+  virtual void brake_hard() {}
+
   /// As hard as it can. A real robot does not move after it before acknowledge().
   virtual void emergency_stop() { stop(); }
 

@@ -141,6 +141,12 @@ Duration reach_of(const SensorOptions& options, const Intrinsics& lens) {
   return from_seconds(1e-3 * (exposed_ms + readout_ms(options, lens)) / 2);
 }
 
+Before before_lens(const std::optional<Mishap>& mishap) {
+  return mishap == Mishap::kCover   ? Before::kHand
+         : mishap == Mishap::kBlack ? Before::kDarkness
+                                    : Before::kNothing;
+}
+
 World without_things(World world) {
   std::erase_if(world.objects,
                 [](const Object& object) { return object.kind != Object::Kind::kFixed; });
@@ -206,6 +212,9 @@ std::vector<KeyFault> rig_faults(const SimulatedOptions& options, const Rig& rig
   for (const KeyFault& fault : trigger_faults(options.trigger, rig)) {
     faults.push_back({"platform.trigger." + fault.key, fault.what});
   }
+  for (const KeyFault& fault : injection_faults(options.faults, rig)) {
+    faults.push_back({"platform." + fault.key, fault.what});
+  }
   for (const auto& [name, camera] : rig.cameras) {
     const auto own = options.sensors.find(name);
     const SensorOptions& sensor = own == options.sensors.end() ? options.sensor : own->second;
@@ -266,6 +275,7 @@ void bind(Fields& f, SimulatedOptions& o) {
   f("sensor", o.sensor);
   f.over("sensors", o.sensors, o.sensor);
   f("trigger", o.trigger);
+  f("faults", o.faults);
   f("truth", o.truth);
   f.word("renderer", o.renderer,
          {{"software", PainterKind::kSoftware},
@@ -326,13 +336,18 @@ SimulatedRobot::SimulatedRobot(const SimulatedOptions& options, Surroundings sur
       attitude_(options.attitude, body),
       trigger_(fitting_trigger(options, believed, body), believed, rng.fork("trigger")),
       latency_(from_seconds(options.trigger.latency_s)),
+      faults_(options.faults),
       seen_(nothing_seen(surroundings_.floor)) {
   rig_ = surveyed(believed, true_rig_, body, rng.fork("survey"));
   for (const auto& [name, camera] : true_rig_.cameras) {
     const auto own = options.sensors.find(name);
     const SensorOptions& sensor = own == options.sensors.end() ? options.sensor : own->second;
-    Camera made{name, camera, CameraSensor(name, camera.intrinsics, sensor, rng.fork("pixels")),
-                reach_of(sensor, camera.intrinsics), std::nullopt};
+    Camera made{name,
+                camera,
+                CameraSensor(name, camera.intrinsics, sensor, rng.fork("pixels")),
+                reach_of(sensor, camera.intrinsics),
+                std::nullopt,
+                {}};
     if (camera.floor && attitude_.level()) {
       made.floor.emplace(camera, body);
     }
@@ -354,6 +369,12 @@ void SimulatedRobot::drive(const Twist2& command_body, Duration valid_for) {
   if (!follower_) {
     // What the last exposures lasted is driven already.
     drive_world_.drive(command_body, std::max(now_, drive_world_.now()) + valid_for);
+  }
+}
+
+void SimulatedRobot::brake_hard() {
+  if (!follower_) {
+    drive_world_.brake_hard();
   }
 }
 
@@ -447,11 +468,15 @@ Picture SimulatedRobot::take(Camera& camera, const DuePicture& due) {
                    drive_world_.things().moment(due.stamp, state.places)};
   };
   const bool maps_floor = camera.rig.floor.has_value();
+  const Before before = before_lens(mishap_at(faults_, camera.name, due.stamp));
   const Taken taken = camera.sensor.take(surroundings_.draw, instant_at, due.number,
                                          {.floor_label = maps_floor || truth_options_.labels,
                                           .depth = truth_options_.depth,
-                                          .instance = truth_options_.labels});
-  if (camera.floor) {
+                                          .instance = truth_options_.labels},
+                                         before);
+  if (before != Before::kNothing) {
+    // it has seen no floor
+  } else if (camera.floor) {
     camera.floor->mark(taken.floor_label, then.T_scene_body, seen_);
   } else if (maps_floor) {
     RigCamera tilted = camera.rig;
@@ -462,6 +487,20 @@ Picture SimulatedRobot::take(Camera& camera, const DuePicture& due) {
     keep_truth(camera, due.stamp, instant_at(Duration{}).T_scene_camera, taken);
   }
   return {due.stamp, taken.bgr};
+}
+
+// What a camera hands over of a picture that is due; empty when nothing comes.
+std::optional<Picture> SimulatedRobot::deliver(Camera& camera, const DuePicture& due) {
+  const std::optional<Mishap> mishap = mishap_at(faults_, camera.name, due.stamp);
+  if (mishap == Mishap::kUnplug) {
+    return std::nullopt;
+  }
+  if (mishap == Mishap::kFreeze && !camera.last_bgr.empty()) {
+    return Picture{due.stamp, camera.last_bgr};
+  }
+  Picture picture = take(camera, due);
+  camera.last_bgr = picture.bgr;
+  return picture;
 }
 
 Picture SimulatedRobot::look(const std::string& camera) {
@@ -486,7 +525,9 @@ Duration SimulatedRobot::reach(const FrameSet& set) const {
 void SimulatedRobot::look(const FrameSet& set, Observation& seen) {
   true_pictures_.clear();
   for (const auto& [name, due] : set.pictures) {
-    seen.pictures.emplace(name, take(cameras_.at(name), due));
+    if (std::optional<Picture> picture = deliver(cameras_.at(name), due)) {
+      seen.pictures.emplace(name, std::move(*picture));
+    }
   }
   const Record then = at(set.stamp);
   const Tilt tilt = attitude_.tilt(set.stamp, then.lean_rad);
@@ -580,6 +621,7 @@ std::unique_ptr<SimulatedRobot> open_blind(const SimulatedOptions& options, cons
   blind.mounting_error = {};
   blind.sensors.clear();
   blind.trigger = {};
+  blind.faults.clear();
   return std::make_unique<SimulatedRobot>(blind, std::move(around), body, Rig{}, rng);
 }
 

@@ -27,6 +27,7 @@
 #include "sim/sensors/camera.h"
 #include "sim/sensors/camera_sensor.h"
 #include "sim/sensors/encoders.h"
+#include "sim/sensors/injected_fault.h"
 #include "sim/sensors/seen.h"
 #include "sim/sensors/trigger.h"
 #include "sim/world/floor_surfaces.h"
@@ -56,6 +57,7 @@ struct SimulatedOptions {
   SensorOptions sensor;                          ///< of every camera
   std::map<std::string, SensorOptions> sensors;  ///< of one camera, what it has besides `sensor`
   TriggerOptions trigger;
+  std::vector<InjectedFault> faults;  ///< of cameras, on the way
   TruthOptions truth;
   PainterKind renderer = PainterKind::kSoftware;
 };
@@ -117,6 +119,7 @@ class SimulatedRobot final : public hw::Robot {
 
   Observation observe(Time deadline) override;
   void drive(const Twist2& command_body, Duration valid_for) override;
+  void brake_hard() override;
   void stop() override;
   Time now() const override { return now_; }
   std::optional<Truth> truth() const override;
@@ -152,6 +155,7 @@ class SimulatedRobot final : public hw::Robot {
     CameraSensor sensor;
     Duration reach{};                // its pictures see so long before and after their stamps
     std::optional<SeenFloor> floor;  // of a floor camera, on a body that stays level
+    cv::Mat last_bgr;                // as it was delivered
   };
 
   void step();
@@ -161,6 +165,7 @@ class SimulatedRobot final : public hw::Robot {
   Duration reach(const FrameSet& set) const;
   void look(const FrameSet& set, Observation& seen);
   Picture take(Camera& camera, const DuePicture& due);
+  std::optional<Picture> deliver(Camera& camera, const DuePicture& due);
   void keep_truth(const Camera& camera, Time stamp, const Pose3& T_scene_camera,
                   const Taken& taken);
   void forget(Time before);
@@ -178,6 +183,7 @@ class SimulatedRobot final : public hw::Robot {
   Attitude attitude_;
   Trigger trigger_;
   Duration latency_;
+  std::vector<InjectedFault> faults_;
   std::map<std::string, Camera> cameras_;  // by name
   std::optional<RouteFollower> follower_;
   Time now_{};

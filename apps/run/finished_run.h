@@ -14,6 +14,7 @@
 #include "core/geometry/pose2.h"
 #include "core/graph/closure.h"
 #include "core/map/occupancy.h"
+#include "core/vision/camera_health.h"
 
 namespace panoptes {
 
@@ -37,7 +38,8 @@ struct RunEnd {
   std::string end_reason;             ///< of a completed run; else what happened, for the summary
   std::optional<Time> commands_diverged_at = {};  ///< a replay that would have driven elsewhere
   std::map<std::string, std::map<std::string, double>> devices =
-      {};  ///< what each of them counted, by its name
+      {};                      ///< what each of them counted, by its name
+  CameraReports cameras = {};  ///< empty where nobody watched them
 };
 
 /// A run that is over, as plain values: all that its figures are made of but the truth.

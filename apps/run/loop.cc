@@ -56,7 +56,11 @@ NavStep navigate(std::optional<Navigator>& navigator, const Observation& seen,
     step.command_body = {};
     step.goal_map.reset();
     step.state = NavState::kStopped;
+    step.blind = false;
     step.reason = who_drives(drive);
+    if (!step.cameras_told.empty()) {
+      step.reason += "; " + step.cameras_told;
+    }
   }
   return step;
 }
@@ -154,7 +158,8 @@ RunEnd run_end(const Until& until, const ExploreMission& mission,
   const std::optional<Time> diverged =
       replayed ? open.recorded->commands_diverged_at() : std::nullopt;
   const auto end = [&](const char* outcome, const std::string& reason) {
-    return RunEnd{outcome, reason, diverged, open.robot->devices()};
+    return RunEnd{outcome, reason, diverged, open.robot->devices(),
+                  navigator ? navigator->cameras() : CameraReports{}};
   };
   if (!until.device_fault().empty()) {
     return end("device_lost", until.device_fault());
@@ -164,6 +169,9 @@ RunEnd run_end(const Until& until, const ExploreMission& mission,
   }
   if (until.interrupted()) {
     return end("interrupted", "");
+  }
+  if (navigator && !told(navigator->cameras()).empty()) {  // a part of the map is not to be had
+    return end("device_lost", told(navigator->cameras()));
   }
   const std::string reason = until.end_reason(open.robot->now(), keyframe_count(navigator));
   if (!reason.empty()) {

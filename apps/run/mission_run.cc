@@ -58,6 +58,18 @@ void heed(const Health& health, std::optional<Cockpit>& cockpit, hw::Robot& robo
   }
 }
 
+// A robot that cannot see where it goes stands as soon as it can, and does not wait for ever.
+void heed_cameras(const NavStep& step, const std::optional<Navigator>& navigator, hw::Robot& robot,
+                  Until& until) {
+  if (!step.blind) {
+    return;
+  }
+  robot.brake_hard();
+  if (!navigator->given_up().empty()) {
+    until.lose_device(DeviceError(navigator->given_up()));
+  }
+}
+
 }  // namespace
 
 int run_mission(const ExploreMission& mission, const MissionRun& run) {
@@ -119,6 +131,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
       }
       heed(seen.health, cockpit, robot, until);
       robot.drive(step.command_body, command_valid_for(mission));
+      heed_cameras(step, navigator, robot, until);
       recorder.add(seen, step);
       out.keep();
       if (navigator && recorder.snapshot_due(seen.stamp)) {

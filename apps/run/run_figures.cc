@@ -302,10 +302,47 @@ Json figures(const FinishedRun& run, const RunFindings& f, const std::vector<Pla
   if (is_driven(run)) {
     metrics["exploration"] = exploration_json(run, f);
   }
+  for (const auto& [name, report] : run.end.cameras) {
+    metrics["cameras"][name] = {{"missing", report.missing},
+                                {"late", report.late},
+                                {"frozen", report.frozen},
+                                {"dark", report.dark},
+                                {"saturated", report.saturated},
+                                {"covered", report.covered},
+                                {"lost_s", rounded_seconds(report.lost)}};
+  }
   if (!run.end.devices.empty()) {
     metrics["devices"] = run.end.devices;
   }
   return metrics;
+}
+
+/// "camera front: dark 40, lost for 2.7 s", and what that means; one a camera that was lost.
+std::vector<std::string> camera_lines(const FinishedRun& run) {
+  std::vector<std::string> lines;
+  for (const auto& [name, report] : run.end.cameras) {
+    if (report.lost == Duration{}) {
+      continue;
+    }
+    std::string counts;
+    const auto count = [&counts](const char* what, int pictures) {
+      if (pictures > 0) {
+        counts += (counts.empty() ? "" : ", ") + std::to_string(pictures) + " " + what;
+      }
+    };
+    count("missing", report.missing);
+    count("late", report.late);
+    count("frozen", report.frozen);
+    count("dark", report.dark);
+    count("saturated", report.saturated);
+    count("covered", report.covered);
+    lines.push_back("camera " + name + ": lost for " + fixed(to_seconds(report.lost), 1) +
+                    " s, pictures " + counts + "; meanwhile " +
+                    (report.is_floor  ? "no floor was mapped by it"
+                     : report.is_loop ? "no loops could be closed"
+                                      : "nobody needed it"));
+  }
+  return lines;
 }
 
 std::string map_line(const RunFindings& f) {
@@ -350,6 +387,9 @@ std::vector<std::string> summary_of(const FinishedRun& run, const RunFindings& f
       contacts += ", " + centimetres(*clearance) + " clear at the closest";
     }
     s.push_back(contacts);
+  }
+  for (const std::string& line : camera_lines(run)) {
+    s.push_back(line);
   }
   if (!is_driven(run)) {
     s.push_back("replayed: with these settings the robot would have driven differently from " +

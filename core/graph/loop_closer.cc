@@ -158,7 +158,8 @@ std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const PoseGraph& g
     words_->add(places_.back().place.features);
   }
   depths(newest(), graph);
-  if (places_.size() >= 3 && !places_.back().place.blind()) {
+  if (places_.size() >= 3 && !places_.back().place.blind() &&
+      !places_[places_.size() - 3].place.one_eyed) {
     const auto emd = static_cast<float>(
         emd_grey(places_.back().place.signature, places_[places_.size() - 3].place.signature));
     nearby_emd_.insert(std::upper_bound(nearby_emd_.begin(), nearby_emd_.end(), emd), emd);
@@ -257,7 +258,8 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
     const Mat3& covariance = covariances[earlier];
     const double distance_m = T_recent_earlier.position().norm();
     const double beyond = std::max(0.0, distance_m - method.reach_m);
-    if (!covariance.allFinite() || beyond > kThreeSigma * largest_sigma_m(covariance)) {
+    if (places_[earlier].place.one_eyed || !covariance.allFinite() ||
+        beyond > kThreeSigma * largest_sigma_m(covariance)) {
       continue;
     }
     for (const Heading heading : headings) {

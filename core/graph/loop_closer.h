@@ -70,9 +70,10 @@ void bind(Fields& f, LoopOptions& o);
 struct LoopPlace {
   PlaceSignature signature;
   PlaceFeatures features;
+  bool one_eyed = false;  ///< front or back was lost: the signature is half a one
 
   /// Such a place is never closed, however alike another looks, and teaches nothing.
-  bool blind() const { return features[0].px.empty() && features[1].px.empty(); }
+  bool blind() const { return one_eyed || (features[0].px.empty() && features[1].px.empty()); }
 };
 
 /// Contour points of the free space around a keyframe, in its frame, from the keyframes around it.

@@ -4,23 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstring>
 
 #include "core/base/error.h"
 
 namespace panoptes {
 namespace {
 
-bool same_bits(const cv::Mat& a, const cv::Mat& b) {
-  if (a.size() != b.size() || a.type() != b.type()) {
-    return false;
-  }
-  for (int row = 0; row < a.rows; ++row) {
-    if (std::memcmp(a.ptr(row), b.ptr(row), a.elemSize() * static_cast<std::size_t>(a.cols)) != 0) {
-      return false;
-    }
-  }
-  return true;
+bool is_lost(const CameraReports& cameras, const std::string& name) {
+  const auto found = cameras.find(name);
+  return found != cameras.end() && found->second.state != CameraState::kGood;
 }
 
 }  // namespace
@@ -45,15 +37,32 @@ Localiser::Localiser(const LocaliserOptions& options, const Body& body, const Ri
       cameras_{rig.with_role("loop_front"), rig.with_role("loop_back")},
       closer_(options.loops, loop_cameras(rig), rng.fork("loops")) {}
 
-bool Localiser::frozen(Shown& last, const Picture& now, const Pose2& T_odom_body) {
-  if (!same_bits(last.picture.bgr, now.bgr)) {
-    last = {now, T_odom_body};
-    return false;
+// Empty while a camera that is not lost has no picture in the set.
+std::optional<Localiser::Pair> Localiser::pair_of(const Observation& seen,
+                                                  const CameraReports& cameras) const {
+  Pair pair{};
+  for (std::size_t i = 0; i < cameras_.size(); ++i) {
+    const auto found = seen.pictures.find(cameras_[i]);
+    if (found != seen.pictures.end()) {
+      pair[i] = &found->second;
+    } else if (!is_lost(cameras, cameras_[i])) {
+      return std::nullopt;
+    }
   }
-  return now.stamp != last.picture.stamp && T_odom_body != last.T_odom_body;
+  return pair;
 }
 
-bool Localiser::keyframe_due(const Pose2& T_last_body, const PlaceSignature& now) const {
+// Of a camera that is lost the other's picture takes the place.
+PlaceSignature Localiser::signature_of(const Pair& pair) const {
+  if (pair[0] == nullptr && pair[1] == nullptr) {
+    return last_signature_;
+  }
+  const Picture& front = pair[0] != nullptr ? *pair[0] : *pair[1];
+  const Picture& back = pair[1] != nullptr ? *pair[1] : *pair[0];
+  return place_signature(options_.signature, front.bgr, back.bgr);
+}
+
+bool Localiser::keyframe_due(const Pose2& T_last_body, const LoopPlace& now) const {
   const KeyframeOptions& o = options_.keyframe;
   if (T_last_body.position().norm() >= o.distance_m ||
       std::abs(T_last_body.theta_rad) >= o.turn_rad) {
@@ -61,8 +70,8 @@ bool Localiser::keyframe_due(const Pose2& T_last_body, const PlaceSignature& now
   }
   // what is usual from one keyframe to the next is known once there have been a few
   constexpr std::size_t kEnough = 8;
-  return steps_grey_.size() >= kEnough &&
-         emd_grey(now, last_signature_) >
+  return steps_grey_.size() >= kEnough && !now.one_eyed &&
+         emd_grey(now.signature, last_signature_) >
              o.dissimilarity * static_cast<double>(steps_grey_[steps_grey_.size() / 2]);
 }
 
@@ -81,9 +90,9 @@ Pose2 Localiser::link_to_last(const LoopPlace& place, const Pose2& T_last_body) 
   return edge.T_from_to;
 }
 
-void Localiser::add_keyframe(const Observation& seen, const LoopPlace& place, Located& out) {
+void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlace& place,
+                             Located& out) {
   const int made = static_cast<int>(keyframes_.size());
-  const Time taken = seen.pictures.at(cameras_[0]).stamp;
   const Pose2 T_now_then = T_body_then(seen, taken);
   Keyframe keyframe{taken, seen.odometry.T_odom_body * T_now_then, Pose2{}};
   if (made == 0) {
@@ -118,7 +127,7 @@ void Localiser::close_loops(LoopPlace place, const ContourSource& contours, Loca
 }
 
 Located Localiser::step(const Observation& seen, const ContourSource& contours,
-                        const StageListener& listener) {
+                        const StageListener& listener, const CameraReports& cameras) {
   Located out;
   LoopPlace place;
   {
@@ -126,23 +135,17 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
     if (!keyframes_.empty()) {
       out.T_last_body = keyframes_.back().T_wheels_body.inverse() * seen.odometry.T_odom_body;
     }
-    std::array<const Picture*, 2> pictures{};
-    std::array<bool, 2> live{};
-    for (std::size_t i = 0; i < cameras_.size(); ++i) {
-      if (const auto found = seen.pictures.find(cameras_[i]); found != seen.pictures.end()) {
-        pictures[i] = &found->second;
-        live[i] = !frozen(shown_[i], found->second, seen.odometry.T_odom_body);
-      }
-    }
-    if (pictures[0] != nullptr && pictures[1] != nullptr) {
-      place.signature = place_signature(options_.signature, pictures[0]->bgr, pictures[1]->bgr);
-      if (keyframes_.empty() || keyframe_due(out.T_last_body, place.signature)) {
+    if (const std::optional<Pair> pair = pair_of(seen, cameras)) {
+      place.one_eyed = (*pair)[0] == nullptr || (*pair)[1] == nullptr;
+      place.signature = signature_of(*pair);
+      if (keyframes_.empty() || keyframe_due(out.T_last_body, place)) {
         for (std::size_t i = 0; i < cameras_.size(); ++i) {
-          if (live[i]) {
-            place.features[i] = local_features(options_.loops.features, pictures[i]->bgr);
+          if (const Picture* picture = (*pair)[i]) {
+            place.features[i] = local_features(options_.loops.features, picture->bgr);
           }
         }
-        add_keyframe(seen, place, out);
+        const Picture* first = (*pair)[0] != nullptr ? (*pair)[0] : (*pair)[1];
+        add_keyframe(seen, first != nullptr ? first->stamp : seen.stamp, place, out);
       }
     }
   }

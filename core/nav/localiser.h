@@ -16,6 +16,7 @@
 #include "core/graph/pose_graph.h"
 #include "core/graph/wheel_noise.h"
 #include "core/nav/stage.h"
+#include "core/vision/camera_health.h"
 
 namespace panoptes {
 
@@ -54,37 +55,37 @@ struct Located {
 };
 
 /// Keyframes, loop closures and relaxation (thesis 6.3.2, 6.3.3). Between keyframes the wheels tell
-/// the way; at each keyframe the pictures correct the heading. A camera that gives the same bits
-/// again after the wheels have turned is frozen: what it shows is not believed.
+/// the way; at each keyframe the pictures correct the heading. Where a camera is lost keyframes go
+/// on with the other, or by the wheels alone, but no loop is closed at them: what tells places
+/// apart takes both.
 class Localiser {
  public:
   Localiser(const LocaliserOptions& options, const Body& body, const Rig& rig, Rng rng);
 
-  /// Tells `listener` of the stages "odometry" (the way since the last keyframe) and "slam".
+  /// `seen` holds what is believed alone; of the cameras that are not good in `cameras` no pictures
+  /// are waited for. Tells `listener` of the stages "odometry" (the way since the last keyframe)
+  /// and "slam".
   Located step(const Observation& seen, const ContourSource& contours,
-               const StageListener& listener = {});
+               const StageListener& listener = {}, const CameraReports& cameras = {});
 
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
   const PoseGraph& graph() const { return graph_; }
   const LoopPlace& place(int keyframe) const { return closer_.place(keyframe); }
 
  private:
-  /// A picture, and where the wheels were when it first came.
-  struct Shown {
-    Picture picture;
-    Pose2 T_odom_body;
-  };
+  /// The pictures that a keyframe is made of, front and back; null where a camera is lost.
+  using Pair = std::array<const Picture*, 2>;
 
-  static bool frozen(Shown& last, const Picture& now, const Pose2& T_odom_body);
-  bool keyframe_due(const Pose2& T_last_body, const PlaceSignature& now) const;
-  void add_keyframe(const Observation& seen, const LoopPlace& place, Located& out);
+  std::optional<Pair> pair_of(const Observation& seen, const CameraReports& cameras) const;
+  PlaceSignature signature_of(const Pair& pair) const;
+  bool keyframe_due(const Pose2& T_last_body, const LoopPlace& now) const;
+  void add_keyframe(const Observation& seen, Time taken, const LoopPlace& place, Located& out);
   Pose2 link_to_last(const LoopPlace& place, const Pose2& T_last_body);
   void close_loops(LoopPlace place, const ContourSource& contours, Located& out);
 
   LocaliserOptions options_;
   double wheel_base_m_;
   std::array<std::string, 2> cameras_;  // front, back
-  std::array<Shown, 2> shown_;
   LoopCloser closer_;
   std::vector<Keyframe> keyframes_;
   PoseGraph graph_;

@@ -23,7 +23,9 @@ struct NavStep {
   Pose2 T_odom_body;
   Twist2 command_body;
   NavState state = NavState::kStopped;
-  std::string reason;  ///< why it drives, recovers or stands
+  std::string reason;        ///< why it drives, recovers or stands
+  std::string cameras_told;  ///< what is wrong with them, in words; empty when nothing is
+  bool blind = false;        ///< a camera that it steers by is lost: it stands, as fast as it can
   std::optional<Vec2> goal_map;
   std::optional<Vec2> carrot_odom;
   std::vector<WindowScore> window;      ///< empty when nothing was planned

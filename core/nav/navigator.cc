@@ -31,6 +31,7 @@ void bind(Fields& f, NavigatorOptions& o) {
   f("revisit", o.revisit);
   f("driver", o.driver);
   f("choose_s", o.choose_s, positive);
+  f("camera_patience_s", o.camera_patience_s, positive);
   f("revisit_ahead_m", o.revisit_ahead_m, positive);
   f("revisits_last", o.revisits_last, not_negative);
   f("keep_pictures", o.keep_pictures);
@@ -41,6 +42,8 @@ Navigator::Navigator(const NavigatorOptions& options, const Body& body, const Ri
     : options_(options),
       body_(body),
       listener_(std::move(listener)),
+      cameras_(rig),
+      steers_by_(floor_cameras(rig)),
       rectifier_(rig),
       localiser_(options.localiser, body, rectifier_.rig(), rng.fork("localiser")),
       mapper_(options.mapper, body, rectifier_.rig()),
@@ -114,11 +117,8 @@ DriveGoal Navigator::revisit_goal() {
   return {place(), false};
 }
 
-void Navigator::drive(const Observation& seen, const Located& located, const Mapped& mapped,
-                      NavStep& step) {
-  if (goal_ && !revisit_.empty()) {
-    goal_ = revisit_goal();
-  }
+DriveTask Navigator::task_of(const Observation& seen, const Located& located,
+                             const Mapped& mapped) const {
   DriveTask task;
   task.stamp = seen.stamp;
   task.local_odom = &mapped.local_odom;
@@ -127,9 +127,44 @@ void Navigator::drive(const Observation& seen, const Located& located, const Map
   task.T_odom_body = located.T_odom_body;
   task.twist_body = seen.odometry.twist_body;
   task.bumper_pressed = seen.health.bumper_pressed;
-  task.goal = goal_;
   task.relaxed = located.relaxed;
   task.keep_window = options_.keep_pictures;
+  return task;
+}
+
+// Whether a camera is lost that it steers by; it has no others to steer by instead.
+bool Navigator::blind(Time now) {
+  bool lost = false;
+  for (const std::string& name : steers_by_) {
+    const auto report = cameras_.reports().find(name);
+    if (report == cameras_.reports().end() || report->second.state == CameraState::kGood) {
+      continue;
+    }
+    lost = true;
+    if (to_seconds(now - report->second.since) >= options_.camera_patience_s) {
+      given_up_ = told(cameras_.reports());
+    }
+  }
+  return lost;
+}
+
+// The driver has no goal meanwhile, so that the time it stands counts for nothing.
+void Navigator::stand(const Observation& seen, const Located& located, const Mapped& mapped,
+                      NavStep& step) {
+  step.command_body = driver_.step(task_of(seen, located, mapped)).command_body;
+  step.command_body.v_mps = 0;
+  step.state = NavState::kStopped;
+  step.reason = step.cameras_told;
+  step.blind = true;
+}
+
+void Navigator::drive(const Observation& seen, const Located& located, const Mapped& mapped,
+                      NavStep& step) {
+  if (goal_ && !revisit_.empty()) {
+    goal_ = revisit_goal();
+  }
+  DriveTask task = task_of(seen, located, mapped);
+  task.goal = goal_;
   DriveStep driven = driver_.step(task);
   step.command_body = driven.command_body;
   step.state = driven.state;
@@ -146,6 +181,13 @@ void Navigator::drive(const Observation& seen, const Located& located, const Map
 }
 
 NavStep Navigator::step(const Observation& raw) {
+  if (told(cameras_.look(raw)).empty()) {
+    return step_believed(raw);
+  }
+  return step_believed(cameras_.believable(raw));
+}
+
+NavStep Navigator::step_believed(const Observation& raw) {
   if (!rectifier_.bends()) {
     return step_straight(raw);
   }
@@ -160,9 +202,11 @@ NavStep Navigator::step(const Observation& raw) {
 NavStep Navigator::step_straight(const Observation& seen) {
   NavStep step;
   step.stamp = seen.stamp;
+  step.cameras_told = told(cameras_.reports());
   const std::vector<Pose2>& T_map_nodes = localiser_.graph().T_map_node;
   const Located located = localiser_.step(
-      seen, [&](int keyframe) { return mapper_.contour(keyframe, T_map_nodes); }, listener_);
+      seen, [&](int keyframe) { return mapper_.contour(keyframe, T_map_nodes); }, listener_,
+      cameras_.reports());
   T_map_body_ = located.T_map_body;
   step.T_map_body = located.T_map_body;
   step.T_odom_body = located.T_odom_body;
@@ -185,6 +229,8 @@ NavStep Navigator::step_straight(const Observation& seen) {
     const StageScope scope(listener_, "planning");
     if (!start_fault_.empty()) {
       step.reason = start_fault_;
+    } else if (blind(seen.stamp)) {
+      stand(seen, located, mapped, step);
     } else if (!looked_at_floor_) {
       step.reason = "waits for the first pictures";
     } else if (!localiser_.keyframes().empty() && !done_) {
@@ -194,7 +240,10 @@ NavStep Navigator::step_straight(const Observation& seen) {
       step.reason = "nothing is left to explore";
     }
   }
-  if (goal_) {
+  if (!step.cameras_told.empty() && !step.blind) {
+    step.reason += "; " + step.cameras_told;
+  }
+  if (goal_ && !step.blind) {
     step.goal_map = goal_->pose_map.position();
   }
   step.frontier_reachable = frontier_reachable_;

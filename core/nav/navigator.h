@@ -19,6 +19,7 @@
 #include "core/nav/mapper.h"
 #include "core/nav/nav_step.h"
 #include "core/nav/stage.h"
+#include "core/vision/camera_health.h"
 
 namespace panoptes {
 
@@ -28,17 +29,19 @@ struct NavigatorOptions {
   ExploreOptions explore;
   RevisitOptions revisit;
   DriverOptions driver;
-  double choose_s = 1.5;         ///< between two looks for a better goal
-  double revisit_ahead_m = 0.6;  ///< how far ahead on a stretch driven again it aims
+  double choose_s = 1.5;          ///< between two looks for a better goal
+  double revisit_ahead_m = 0.6;   ///< how far ahead on a stretch driven again it aims
+  double camera_patience_s = 10;  ///< for a lost camera that it steers by to come back
   int revisits_last = 12;      ///< stretches driven again, at most, once nothing is left to explore
   bool keep_pictures = false;  ///< floor likelihood and window scores in every step
 };
 void bind(Fields& f, NavigatorOptions& o);
 
 /// The one recipe (thesis chapter 6): localise, map, choose, drive. Equal observations give equal
-/// steps, bit for bit. Knows no clock, no file and no truth. Pictures that a lens bends are
-/// straightened first: all that follows, the floor likelihood kept in a step as well, is of
-/// pinholes.
+/// steps, bit for bit. Knows no clock, no file and no truth. Pictures of cameras that are not good
+/// are left out; while one of those is lost that the floor is mapped by, it stands and chooses
+/// nothing. Pictures that a lens bends are straightened: all that follows, the floor likelihood
+/// kept in a step as well, is of pinholes.
 class Navigator {
  public:
   Navigator(const NavigatorOptions& options, const Body& body, const Rig& rig, Rng rng,
@@ -48,6 +51,12 @@ class Navigator {
 
   /// Nothing is left to explore or worth driving again.
   bool done() const { return done_; }
+
+  /// Of every camera of the rig, up to now.
+  const CameraReports& cameras() const { return cameras_.reports(); }
+
+  /// A camera that it steers by has been lost for longer than it waits, in words; else empty.
+  const std::string& given_up() const { return given_up_; }
 
   /// Why the robot must not move from where it was started; empty when it may.
   const std::string& start_fault() const { return start_fault_; }
@@ -67,6 +76,10 @@ class Navigator {
 
  private:
   NavStep step_straight(const Observation& seen);
+  NavStep step_believed(const Observation& seen);
+  bool blind(Time now);
+  void stand(const Observation& seen, const Located& located, const Mapped& mapped, NavStep& step);
+  DriveTask task_of(const Observation& seen, const Located& located, const Mapped& mapped) const;
   void choose_goal(const Observation& seen, const Located& located, NavStep& step);
   void choose_revisit_goal(const Observation& seen, const Located& located, NavStep& step);
   DriveGoal revisit_goal();
@@ -75,6 +88,9 @@ class Navigator {
   NavigatorOptions options_;
   Body body_;
   StageListener listener_;
+  CameraHealth cameras_;
+  std::vector<std::string> steers_by_;
+  std::string given_up_;
   Rectifier rectifier_;
   Localiser localiser_;
   Mapper mapper_;

@@ -45,6 +45,7 @@ class RecordingRobot final : public Robot {
   Observation observe(Time deadline) override;
   void drive(const Twist2& command_body, Duration valid_for) override;
   void stop() override;
+  void brake_hard() override { robot_->brake_hard(); }
   void emergency_stop() override { robot_->emergency_stop(); }
   void acknowledge() override { robot_->acknowledge(); }
   DeviceFigures devices() const override { return robot_->devices(); }

@@ -23,6 +23,8 @@ constexpr double kStep_s = 1.0 / DriveWorld::kStepsPerSecond;
 constexpr int kVelocityIterations = 8;  // as its manual says
 constexpr int kPositionIterations = 3;
 constexpr float kFriction = 0.4F;  // plastic bumper on painted wood
+// A fifth of its weight: rubber on a floor holds twice that, and the mast stays up.
+constexpr double kHardBrake_mps2 = 2;
 constexpr Duration kApart = std::chrono::seconds(1);
 
 b2Vec2 units(const Vec2& p) {
@@ -108,13 +110,27 @@ class DriveWorld::Impl {
     command_ = {std::clamp(command.v_mps, -body_.max_speed_mps, body_.max_speed_mps),
                 std::clamp(command.w_radps, -body_.max_turn_radps, body_.max_turn_radps)};
     expires_ = expires;
+    brakes_hard_ = false;
+  }
+
+  void brake_hard() {
+    command_ = {};
+    brakes_hard_ = true;
   }
 
   void step() {
     step_things();
     const Twist2 wanted = time_of_step(steps_) < expires_ ? command_ : Twist2{};
-    twist_.v_mps = towards(twist_.v_mps, wanted.v_mps, body_.max_accel_mps2 * kStep_s);
-    twist_.w_radps = towards(twist_.w_radps, wanted.w_radps, body_.max_turn_accel_radps2 * kStep_s);
+    const double hard_mps2 = std::max(kHardBrake_mps2, body_.max_accel_mps2);
+    const double accel_mps2 = brakes_hard_ ? hard_mps2 : body_.max_accel_mps2;
+    const double before_mps = twist_.v_mps;
+    twist_.v_mps = towards(twist_.v_mps, wanted.v_mps, accel_mps2 * kStep_s);
+    if (brakes_hard_ && before_mps != 0) {  // on the arc that it was on
+      twist_.w_radps *= twist_.v_mps / before_mps;
+    } else {
+      twist_.w_radps =
+          towards(twist_.w_radps, wanted.w_radps, body_.max_turn_accel_radps2 * kStep_s);
+    }
     const bool moves =
         twist_.v_mps != 0 || twist_.w_radps != 0 || wanted.v_mps != 0 || wanted.w_radps != 0;
 
@@ -289,6 +305,7 @@ class DriveWorld::Impl {
   Motion motion_;
   Twist2 command_;
   Time expires_{};
+  bool brakes_hard_ = false;
   std::int64_t steps_ = 0;
   double path_m_ = 0;
   bool touching_ = false;
@@ -306,6 +323,8 @@ DriveWorld::DriveWorld(const Body& body, const Obstacles& obstacles, const Pose2
                        Things things)
     : impl_(std::make_unique<Impl>(body, obstacles, T_scene_body, std::move(things))) {}
 DriveWorld::~DriveWorld() = default;
+
+void DriveWorld::brake_hard() { impl_->brake_hard(); }
 
 void DriveWorld::drive(const Twist2& command_body, Time expires) {
   impl_->drive(command_body, expires);

@@ -34,6 +34,8 @@ class DriveWorld {
 
   /// Followed until `expires`; then the robot brakes to a stop.
   void drive(const Twist2& command_body, Time expires);
+  /// As hard as the tyres hold, whatever it was told, until it stands or is driven again.
+  void brake_hard();
   void step();
 
   std::int64_t steps() const;

@@ -14,6 +14,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/check.h"
+#include "sim/sensors/injected_fault.h"
 #include "sim/sensors/lens_view.h"
 
 namespace panoptes::sim {
@@ -193,12 +194,18 @@ class CameraSensor::Impl {
     }
   }
 
-  Taken take(const DrawMoment& draw, const At& at, std::int64_t picture, const Ask& ask) {
+  Taken take(const DrawMoment& draw, const At& at, std::int64_t picture, const Ask& ask,
+             Before before) {
     PANOPTES_CHECK(!last_picture_ || picture > *last_picture_, "pictures are taken in their order");
     if (!last_picture_ && std::holds_alternative<AutoExposure>(options_.exposure)) {
       settle(draw, at(Duration{}));
     }
     Taken taken = let_in(draw, at, ask);
+    if (before == Before::kHand) {
+      cover(taken.bgr);
+    } else if (before == Before::kDarkness) {
+      taken.bgr.setTo(cv::Scalar::all(0));
+    }
     taken.bgr = developed(taken.bgr, picture, true);
     if (std::holds_alternative<AutoExposure>(options_.exposure)) {
       const auto& meter = std::get<AutoExposure>(options_.exposure);
@@ -422,8 +429,8 @@ CameraSensor::~CameraSensor() = default;
 CameraSensor::CameraSensor(CameraSensor&&) noexcept = default;
 
 Taken CameraSensor::take(const DrawMoment& draw, const std::function<Instant(Duration)>& at,
-                         std::int64_t picture, const Ask& ask) {
-  return impl_->take(draw, at, picture, ask);
+                         std::int64_t picture, const Ask& ask, Before before) {
+  return impl_->take(draw, at, picture, ask, before);
 }
 
 Taken CameraSensor::take(const Draw& draw, const std::function<Pose3(Duration)>& T_scene_camera_at,
@@ -433,7 +440,7 @@ Taken CameraSensor::take(const Draw& draw, const std::function<Pose3(Duration)>&
       [&](Duration after) {
         return Instant{T_scene_camera_at(after), {}};
       },
-      picture, ask);
+      picture, ask, Before::kNothing);
 }
 
 double CameraSensor::exposure_ms() const { return impl_->exposure_ms(); }

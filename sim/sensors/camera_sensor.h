@@ -60,6 +60,9 @@ struct Instant {
   Moment moment;
 };
 
+/// What stands between the world and the lens.
+enum class Before { kNothing, kHand, kDarkness };
+
 /// One picture as the sensor gives it, and the truth of it, pixel by pixel.
 struct Taken {
   cv::Mat bgr;
@@ -87,7 +90,7 @@ class CameraSensor {
   /// `at(dt)` is the instant `dt` after the middle of the exposure (of the middle row). `picture`
   /// grows from call to call.
   Taken take(const DrawMoment& draw, const std::function<Instant(Duration)>& at,
-             std::int64_t picture, const Ask& ask);
+             std::int64_t picture, const Ask& ask, Before before = Before::kNothing);
   /// The same where the camera alone moves.
   Taken take(const Draw& draw, const std::function<Pose3(Duration)>& T_scene_camera_at,
              std::int64_t picture, const Ask& ask);

@@ -153,7 +153,15 @@ TEST(SimulatedOptions, AreReadWithAllTheirErrors) {
       "sensor: {vignetting: 0.1, noise: none}\n"
       "sensors: {front: {bayer: true}}\n"
       "trigger: {latency_s: 0.03, groups: {usb: {cameras: [front], offset_s: 0.01}}}\n"
+      "faults: [{camera: floor, fault: freeze, at_s: 20, for_s: 5}, {fault: black, at_s: 30}]\n"
       "truth: {depth: true}\n");
+  ASSERT_THAT(options.faults, SizeIs(2));
+  EXPECT_EQ(options.faults[0].camera, "floor");
+  EXPECT_EQ(options.faults[0].fault, Mishap::kFreeze);
+  EXPECT_EQ(options.faults[0].for_s, 5);
+  EXPECT_EQ(options.faults[1].camera, "");
+  EXPECT_EQ(options.faults[1].fault, Mishap::kBlack);
+  EXPECT_FALSE(options.faults[1].for_s);
   EXPECT_FALSE(options.world.objects.empty());
   EXPECT_EQ(options.start->theta_rad, deg_to_rad(90));
   EXPECT_EQ(options.mounting_error.sigma_deg, 1);
@@ -175,6 +183,110 @@ TEST(SimulatedOptions, AreReadWithAllTheirErrors) {
       name + ":1:1: world: missing; it must name the world's file\n" + name +
           ":1:19: sensors.front.vignettin: unknown key; did you mean vignetting?\n" + name +
           ":2:26: wheel_error.turn_slip: must be from 0 to 0.2, got -1");
+}
+
+TEST(SimulatedOptions, FaultsSayWhatAndWhenAndOfACameraThatIsThere) {
+  const std::string name = std::string(PANOPTES_SOURCE_DIR) + "/scenes/missions/some.yaml";
+  EXPECT_EQ(
+      refusal([&] {
+        read_settings_text<SimulatedOptions>(
+            "world: ../worlds/office.yaml\n"
+            "faults: [{camera: floor, fault: melt, at_s: 1},"
+            " {camera: floor, at_s: -1}]\n",
+            name);
+      }),
+      name + ":2:33: faults[0].fault: must be one of freeze, cover, black, unplug, got melt\n" +
+          name + ":2:49: faults[1].fault: missing; it must be freeze, cover, black or unplug\n" +
+          name + ":2:71: faults[1].at_s: must be >= 0, got -1");
+  SimulatedOptions options = starting_at(1, 1);
+  options.faults = {{"flor", Mishap::kFreeze, 1, std::nullopt}};
+  EXPECT_EQ(refusal([&] { robot_with(options); }),
+            "platform.faults[0].camera: the rig has no camera flor; did you mean floor?");
+}
+
+double mean_grey(const Observation& seen, const std::string& camera) {
+  const cv::Scalar mean = cv::mean(seen.pictures.at(camera).bgr);
+  return (mean[0] + mean[1] + mean[2]) / 3;
+}
+
+double sigma_grey(const Observation& seen, const std::string& camera) {
+  cv::Scalar mean;
+  cv::Scalar sigma;
+  cv::meanStdDev(seen.pictures.at(camera).bgr, mean, sigma);
+  return sigma[0];
+}
+
+bool same(const Observation& a, const Observation& b, const std::string& camera) {
+  return cv::norm(a.pictures.at(camera).bgr, b.pictures.at(camera).bgr, cv::NORM_INF) == 0;
+}
+
+TEST(SimulatedRobot, CamerasFailAsTheyAreTold) {
+  SimulatedOptions options = starting_at(1, 1);
+  SimulatedRobot sound = robot_with(options);
+  options.faults = {{"floor", Mishap::kFreeze, 0.2, 0.2},
+                    {"floor", Mishap::kCover, 0.6, 0.2},
+                    {"floor", Mishap::kUnplug, 1.0, 0.2},
+                    {"", Mishap::kBlack, 1.4, 0.2}};
+  SimulatedRobot faulty = robot_with(options);
+  Observation before;
+  for (int i = 0; i < 30; ++i) {
+    const Observation whole = next_set(sound);
+    const Observation seen = next_set(faulty);
+    ASSERT_EQ(seen.stamp, whole.stamp);
+    const double at_s = to_seconds(seen.stamp.time_since_epoch());
+    const auto within = [&](double from_s) { return at_s >= from_s && at_s < from_s + 0.2; };
+    if (within(0.2)) {
+      EXPECT_TRUE(same(seen, before, "floor"));
+      EXPECT_EQ(seen.pictures.at("floor").stamp, seen.stamp);
+    } else if (within(0.6)) {
+      EXPECT_LT(mean_grey(seen, "floor"), 60);
+      EXPECT_GT(mean_grey(seen, "floor"), 8);
+      EXPECT_GT(sigma_grey(seen, "floor"), 0.5);
+      EXPECT_FALSE(same(seen, before, "floor"));
+    } else if (within(1.0)) {
+      EXPECT_FALSE(seen.pictures.contains("floor"));
+    } else if (within(1.4)) {
+      EXPECT_LT(mean_grey(seen, "floor"), 8);
+      EXPECT_LT(mean_grey(seen, "front"), 8);
+      EXPECT_GT(sigma_grey(seen, "floor"), 0.5) << "its noise is left";
+    } else {
+      EXPECT_TRUE(same(seen, whole, "floor")) << at_s;
+    }
+    if (!within(1.4)) {
+      EXPECT_TRUE(same(seen, whole, "front")) << at_s;
+    }
+    before = seen;
+  }
+}
+
+TEST(SimulatedRobot, BrakesHardOnTheArcThatItIsOn) {
+  for (const bool hard : {false, true}) {
+    SimulatedRobot robot = robot_with(starting_at(1, 1));
+    while (robot.now() < time_at(1.5)) {
+      next_set(robot);
+      robot.drive({0.6, 0.4}, std::chrono::seconds(1));
+    }
+    const Time told = robot.now();
+    Observation seen;
+    do {
+      robot.drive({}, std::chrono::seconds(1));
+      if (hard) {
+        robot.brake_hard();
+      }
+      seen = next_set(robot);
+      const Twist2 twist = robot.truth()->poses.back().twist_body;
+      if (hard && twist.v_mps > 0) {
+        constexpr double kRoundoff = 1e-9;
+        EXPECT_NEAR(twist.w_radps / twist.v_mps, 0.4 / 0.6, kRoundoff);
+      }
+    } while (robot.truth()->poses.back().twist_body.v_mps > 0);
+    const double took_s = to_seconds(seen.stamp - told);
+    EXPECT_LT(took_s, hard ? 0.4 : 1.2);
+    EXPECT_GT(took_s, hard ? 0.2 : 0.9);
+    robot.drive({0.3, 0}, std::chrono::seconds(1));
+    last_until(to_seconds(robot.now().time_since_epoch()) + 1, robot);
+    EXPECT_GT(robot.truth()->poses.back().twist_body.v_mps, 0.2) << "it may be driven again";
+  }
 }
 
 TEST(SimulatedRobot, DeliversFrameSetsOnTheRigsGridFromTimeZero) {

@@ -21,6 +21,12 @@ namespace {
 
 std::vector<Vec2> no_contours(int /*keyframe*/) { return {}; }
 
+// As the navigator steps it: with what is believed of what the cameras show.
+Located step_believed(Localiser& localiser, CameraHealth& health, const Observation& seen) {
+  const CameraReports& cameras = health.look(seen);
+  return localiser.step(health.believable(seen), no_contours, {}, cameras);
+}
+
 TEST(Localiser, FirstObservationFoundsTheMap) {
   test::RoomRobot robot(1);
   Localiser localiser({}, Body{}, robot.rig(), Rng(1));
@@ -131,13 +137,14 @@ using Spoil = std::function<void(Observation&)>;
 Round drive_round(const LocaliserOptions& options, const Spoil& spoil) {
   static const Way way;
   Localiser localiser(options, Body{}, way.robot.rig(), Rng(7));
+  CameraHealth health(way.robot.rig());
   Round out;
   Located at;
   for (Observation seen : way.seen) {
     if (spoil && seen.stamp >= time_at(kSpoiledFrom_s)) {
       spoil(seen);
     }
-    at = localiser.step(seen, no_contours);
+    at = step_believed(localiser, health, seen);
     out.closures += static_cast<int>(std::count_if(at.closures.begin(), at.closures.end(),
                                                    [](const auto& c) { return c.accepted; }));
   }
@@ -199,10 +206,11 @@ TEST(Localiser, BelievesNoCameraThatIsFrozenOrCovered) {
 TEST(Localiser, BelievesACameraAgainThatThaws) {
   test::RoomRobot robot(8);
   Localiser localiser({}, Body{}, robot.rig(), Rng(8));
+  CameraHealth health(robot.rig());
   const Observation first = robot.look(0, {}, {});
-  localiser.step(first, no_contours);
+  step_believed(localiser, health, first);
   const auto features = [&](const Observation& seen) {
-    const Located at = localiser.step(seen, no_contours);
+    const Located at = step_believed(localiser, health, seen);
     const PlaceFeatures& kept = localiser.place(at.keyframe_made.value()).features;
     return std::array{kept[0].px.size(), kept[1].px.size()};
   };
@@ -212,6 +220,30 @@ TEST(Localiser, BelievesACameraAgainThatThaws) {
   const auto thawed = features(robot.look(3, {0.6, 0, 0}, {0.6, 0, 0}));
   EXPECT_GT(thawed[0], 0U);
   EXPECT_GT(thawed[1], 0U);
+}
+
+TEST(Localiser, MakesKeyframesWithoutACameraThatIsLost) {
+  test::RoomRobot robot(9);
+  for (const std::vector<std::string>& gone :
+       {std::vector<std::string>{"front"}, {"back"}, {"front", "back"}}) {
+    Localiser localiser({}, Body{}, robot.rig(), Rng(9));
+    CameraHealth health(robot.rig());
+    step_believed(localiser, health, robot.look(0, {}, {}));
+    int made = 0;
+    for (int i = 1; i <= 4; ++i) {
+      const Pose2 there{0.26 * i, 0, 0};
+      Observation seen = robot.look(i, there, there);
+      for (const std::string& camera : gone) {
+        seen.pictures.erase(camera);
+      }
+      const Located at = step_believed(localiser, health, seen);
+      made += at.keyframe_made ? 1 : 0;
+      EXPECT_NEAR((at.T_map_body.position() - there.position()).norm(), 0, 0.02);
+    }
+    EXPECT_EQ(made, 4) << gone.front();
+    EXPECT_TRUE(localiser.place(4).one_eyed);
+    EXPECT_TRUE(localiser.place(4).blind());
+  }
 }
 
 TEST(Localiser, RefusesARigThatCannotRecognisePlaces) {

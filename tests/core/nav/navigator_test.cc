@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/nav/navigator.h"
 
+#include <cmath>
+#include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -123,6 +126,121 @@ TEST(Navigator, WaitsUntilItHasSeenTheFloorAndLivesWithSetsThatMissCameras) {
   }
   EXPECT_EQ(navigator.start_fault(), "");
   EXPECT_TRUE(moved);
+}
+
+// Drives until `bad_from`; from then on what `spoil` makes of it is seen.
+struct Spoiled {
+  NavStep first;  // of those spoiled
+  NavStep last;
+  double free_before_m2 = 0;
+  double free_after_m2 = 0;
+  std::size_t keyframes_before = 0;
+  std::size_t keyframes_after = 0;
+  std::string given_up;
+  bool done = false;
+};
+Spoiled spoiled(const std::function<void(Observation&)>& spoil, int frames) {
+  test::RoomRobot robot(12);
+  NavigatorOptions options;
+  options.camera_patience_s = 1;
+  Navigator navigator(options, Body{}, robot.rig(), Rng(7));
+  const Pose2 start{-1, 0, 0.4};
+  Pose2 T_odom_body;
+  Twist2 twist;
+  constexpr int kBadFrom = 25;
+  Spoiled out;
+  for (int i = 0; i < kBadFrom + frames; ++i) {
+    if (i == kBadFrom) {
+      EXPECT_GT(std::abs(twist.v_mps) + std::abs(twist.w_radps), 0);
+    }
+    if (i == kBadFrom + 1) {  // what freezes has been seen once
+      out.free_before_m2 = navigator.map(0.05).free_m2();
+      out.keyframes_before = navigator.keyframes().size();
+    }
+    Observation seen = robot.look(i * kFrame_s, start * T_odom_body, T_odom_body);
+    seen.odometry.twist_body = twist;
+    if (i >= kBadFrom) {
+      spoil(seen);
+    }
+    out.last = navigator.step(seen);
+    if (i == kBadFrom) {
+      out.first = out.last;
+    }
+    twist = out.last.command_body;
+    T_odom_body = T_odom_body * exp_twist(twist, kFrame_s);
+  }
+  out.free_after_m2 = navigator.map(0.05).free_m2();
+  out.keyframes_after = navigator.keyframes().size();
+  out.given_up = navigator.given_up();
+  out.done = navigator.done();
+  return out;
+}
+
+std::function<void(Observation&)> freeze(const std::string& camera) {
+  auto kept = std::make_shared<cv::Mat>();
+  return [camera, kept](Observation& seen) {
+    cv::Mat& bgr = seen.pictures.at(camera).bgr;
+    *kept = kept->empty() ? bgr : *kept;
+    bgr = *kept;
+  };
+}
+
+std::function<void(Observation&)> darken(const std::vector<std::string>& cameras) {
+  return [cameras](Observation& seen) {
+    for (const std::string& camera : cameras) {
+      cv::Mat& bgr = seen.pictures.at(camera).bgr;
+      bgr = cv::Mat::zeros(bgr.size(), bgr.type());
+    }
+  };
+}
+
+TEST(Navigator, StandsAndMapsNothingWhileTheFloorCameraIsLost) {
+  constexpr int kAWhile = 10;
+  for (const auto& [fault, spoil] : std::map<std::string, std::function<void(Observation&)>>{
+           {"frozen", freeze("floor")},
+           {"dark", darken({"floor"})},
+           {"missing", [](Observation& seen) { seen.pictures.erase("floor"); }}}) {
+    const Spoiled run = spoiled(spoil, kAWhile);
+    EXPECT_TRUE(run.last.blind) << fault;
+    EXPECT_EQ(run.last.state, NavState::kStopped);
+    EXPECT_EQ(run.last.command_body.v_mps, 0);
+    EXPECT_EQ(run.last.command_body.w_radps, 0);
+    EXPECT_EQ(run.last.reason, "camera floor: " + fault);
+    EXPECT_FALSE(run.last.goal_map);
+    // what the body covers while it comes to rest is free
+    EXPECT_NEAR(run.free_after_m2, run.free_before_m2, 0.1) << fault;
+    EXPECT_EQ(run.given_up, "");
+  }
+}
+
+TEST(Navigator, GivesUpOnAFloorCameraThatDoesNotComeBack) {
+  constexpr int kLongerThanItWaits = 18;
+  const Spoiled run = spoiled(darken({"front", "back", "floor"}), kLongerThanItWaits);
+  EXPECT_EQ(run.given_up, "camera back: dark; camera floor: dark; camera front: dark");
+  EXPECT_FALSE(run.done);
+}
+
+TEST(Navigator, DrivesOnWhenItSeesTheFloorAgain) {
+  int left = 8;
+  const auto spoil = darken({"floor"});
+  const Spoiled run = spoiled(
+      [&](Observation& seen) {
+        if (left-- > 0) {
+          spoil(seen);
+        }
+      },
+      20);
+  EXPECT_TRUE(run.first.blind);
+  EXPECT_FALSE(run.last.blind);
+  EXPECT_GT(std::abs(run.last.command_body.v_mps) + std::abs(run.last.command_body.w_radps), 0);
+  EXPECT_EQ(run.given_up, "");
+}
+
+TEST(Navigator, DrivesOnAndMakesKeyframesWithoutALoopCamera) {
+  const Spoiled run = spoiled([](Observation& seen) { seen.pictures.erase("front"); }, 60);
+  EXPECT_FALSE(run.last.blind);
+  EXPECT_GT(run.keyframes_after, run.keyframes_before + 1);
+  EXPECT_THAT(run.last.reason, testing::HasSubstr("; camera front: missing"));
 }
 
 TEST(Navigator, RefusesAStartBeforeAThingWheneverTheFloorCameraBeginsToSee) {

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/vision/camera_health.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+#include <utility>
+
+#include <opencv2/imgproc.hpp>
+
+#include "core/vision/grey.h"
+
+namespace panoptes {
+namespace {
+
+// Of a camera's periods: two pictures lost in a row are no lost camera, three are.
+constexpr double kMissing_periods = 2.5;
+constexpr double kJitter_periods = 0.5;
+
+// The least motion that must change a picture: half a pixel of turn, or as much of what stands a
+// room's width away.
+constexpr double kMoved_px = 0.5;
+constexpr double kRoom_m = 4;
+
+constexpr int kCells = 40;  // across a picture
+// Of the noise in a second difference of three cells: one cell in a million by chance.
+constexpr double kSigmas = 5;
+constexpr double kLeastContrast_grey = 1;
+constexpr int kNoiseApart_px = 3;  // farther than a mosaic's interpolation reaches
+// Fewer cells than this (1 % of a picture) are a speck, and their going says nothing.
+constexpr int kEnough = 12;
+constexpr int kNothing = 3;
+constexpr double kDark_grey = 8;
+// Of the values that are 0: noise about no light is below it as often as above.
+constexpr double kDarkShare = 0.4;
+constexpr int kWhite_grey = 250;
+constexpr double kWhiteShare = 0.95;
+constexpr double kGoing_s = 0.5;    // a hand's way over a lens
+constexpr double kNearest_m = 0.3;  // what a camera on the robot can have before it
+constexpr int kGoodAgain = 3;       // pictures that show something, after it was covered
+
+bool same_bits(const cv::Mat& a, const cv::Mat& b) {
+  if (a.size() != b.size() || a.type() != b.type()) {
+    return false;
+  }
+  if (a.data == b.data) {
+    return true;
+  }
+  for (int row = 0; row < a.rows; ++row) {
+    if (std::memcmp(a.ptr(row), b.ptr(row), a.elemSize() * static_cast<std::size_t>(a.cols)) != 0) {
+      return false;
+    }
+  }
+  return true;
+}
+
+// By the median difference of pixels a little apart, which edges hardly move.
+double noise_sigma_grey(const cv::Mat& grey) {
+  std::array<int, 256> count{};
+  int total = 0;
+  for (int v = 0; v < grey.rows; v += 4) {
+    const auto* row = grey.ptr<std::uint8_t>(v);
+    for (int u = kNoiseApart_px; u < grey.cols; u += 2) {
+      ++count[static_cast<std::size_t>(std::abs(row[u] - row[u - kNoiseApart_px]))];
+      ++total;
+    }
+  }
+  int below = 0;
+  for (std::size_t difference = 0; difference < count.size(); ++difference) {
+    if (2 * (below + count[difference]) >= total) {
+      const double within = count[difference] == 0 ? 0 : (0.5 * total - below) / count[difference];
+      constexpr double kMedianOfDifference = 0.954;  // of a normal value's, in its sigma
+      return std::max(0.0, static_cast<double>(difference) - 0.5 + within) / kMedianOfDifference;
+    }
+    below += count[difference];
+  }
+  return 0;
+}
+
+// Cells that differ from the line between their neighbours by more than noise does.
+cv::Mat structure(const cv::Mat& grey, int cell_px) {
+  const cv::Size cells(std::max(3, grey.cols / cell_px), std::max(3, grey.rows / cell_px));
+  cv::Mat mean;
+  cv::Mat few;
+  grey.convertTo(few, CV_32F);
+  cv::resize(few, mean, cells, 0, 0, cv::INTER_AREA);
+  const double noise_of_mean = noise_sigma_grey(grey) / cell_px;
+  const auto least =
+      static_cast<float>(std::max(kLeastContrast_grey, kSigmas * std::sqrt(6.0) * noise_of_mean));
+  cv::Mat shows = cv::Mat::zeros(cells, CV_8UC1);
+  for (int v = 1; v + 1 < cells.height; ++v) {
+    for (int u = 1; u + 1 < cells.width; ++u) {
+      const float here = 2 * mean.at<float>(v, u);
+      const float across = mean.at<float>(v, u - 1) + mean.at<float>(v, u + 1);
+      const float down = mean.at<float>(v - 1, u) + mean.at<float>(v + 1, u);
+      if (std::abs(here - across) > least || std::abs(here - down) > least) {
+        shows.at<std::uint8_t>(v, u) = 255;
+      }
+    }
+  }
+  return shows;
+}
+
+double share_of(const cv::Mat& picture, int low, int high) {
+  cv::Mat within;
+  cv::inRange(picture.reshape(1), cv::Scalar(low), cv::Scalar(high), within);
+  return static_cast<double>(cv::countNonZero(within)) / static_cast<double>(within.total());
+}
+
+}  // namespace
+
+std::string_view name_of(CameraState state) {
+  constexpr std::array<std::string_view, 7> kNames{"good", "missing",   "late",   "frozen",
+                                                   "dark", "saturated", "covered"};
+  return kNames[static_cast<std::size_t>(state)];
+}
+
+std::string told(const CameraReports& cameras) {
+  std::string words;
+  for (const auto& [name, report] : cameras) {
+    if (report.state != CameraState::kGood) {
+      words += (words.empty() ? "camera " : "; camera ") + name + ": ";
+      words += name_of(report.state);
+    }
+  }
+  return words;
+}
+
+CameraHealth::CameraHealth(const Rig& rig) {
+  for (const auto& [name, camera] : rig.cameras) {
+    if (camera.rate_hz > 0) {
+      Watched watched;
+      watched.period_s = 1 / camera.rate_hz;
+      watched.fx_px = camera.intrinsics.fx_px;
+      watched_.emplace(name, std::move(watched));
+      CameraReport& report = reports_[name];
+      report.is_floor = camera.has_role("floor");
+      report.is_loop = camera.has_role("loop_front") || camera.has_role("loop_back");
+    }
+  }
+}
+
+void CameraHealth::count_missing(const Observation& seen, const Picture* picture, Watched& camera,
+                                 CameraReport& report) const {
+  const Time now = picture != nullptr ? picture->stamp : seen.stamp;
+  const double periods = to_seconds(now - camera.since) / camera.period_s;
+  // one that is there comes half a period early at most, one that is not may still come
+  const int due = static_cast<int>(std::floor(periods - kJitter_periods));
+  report.missing += std::max(0, due - camera.missed);
+  camera.missed = std::max(camera.missed, due);
+}
+
+CameraState CameraHealth::judge(const Observation& seen, const Picture& picture, Watched& camera,
+                                CameraState before) const {
+  const cv::Mat grey = grey_of(picture.bgr);
+  const int cell_px = std::max(1, grey.cols / kCells);
+  Look now{picture.stamp, seen.odometry.T_odom_body, structure(grey, cell_px), 0};
+  now.shown = cv::countNonZero(now.shows);
+  const bool is_new = !camera.last || !same_bits(camera.last->bgr, picture.bgr);
+  if (is_new) {
+    camera.last = picture;
+    camera.T_odom_last = seen.odometry.T_odom_body;
+  }
+
+  if (now.shown <= kNothing) {
+    if (cv::mean(grey)[0] < kDark_grey || share_of(picture.bgr, 0, 0) > kDarkShare) {
+      return CameraState::kDark;
+    }
+    if (share_of(grey, kWhite_grey, 255) > kWhiteShare) {
+      return CameraState::kSaturated;
+    }
+  }
+  const Pose2 T_last_now = camera.T_odom_last.inverse() * seen.odometry.T_odom_body;
+  const bool moved = std::abs(T_last_now.theta_rad) * camera.fx_px > kMoved_px ||
+                     T_last_now.position().norm() * camera.fx_px > kMoved_px * kRoom_m;
+  if (!is_new && moved && (now.shown > kNothing || noise_sigma_grey(grey) > 0)) {
+    return CameraState::kFrozen;
+  }
+  while (!camera.looks.empty() && to_seconds(now.stamp - camera.looks.front().stamp) > kGoing_s) {
+    camera.looks.pop_front();
+  }
+  const bool shows_something = now.shown > kNothing;
+  if (shows_something) {
+    camera.least_blank_rad = camera.most_blank_rad = turned_rad_;
+  } else {
+    camera.least_blank_rad = std::min(camera.least_blank_rad, turned_rad_);
+    camera.most_blank_rad = std::max(camera.most_blank_rad, turned_rad_);
+  }
+  if (before == CameraState::kCovered) {
+    camera.good_again = now.shown >= kEnough ? camera.good_again + 1 : 0;
+    if (camera.good_again < kGoodAgain) {
+      return CameraState::kCovered;
+    }
+  }
+  camera.good_again = 0;
+  if (!shows_something) {
+    if (camera.most_blank_rad - camera.least_blank_rad > std::numbers::pi) {
+      return CameraState::kCovered;  // no wall is all around
+    }
+    for (const Look& look : camera.looks) {
+      const Pose2 T_look_now = look.T_odom_body.inverse() * now.T_odom_body;
+      const double way_px = camera.fx_px * (std::abs(T_look_now.theta_rad) +
+                                            T_look_now.position().norm() / kNearest_m);
+      const int margin = 2 + static_cast<int>(std::ceil(way_px / cell_px));
+      const cv::Size size = look.shows.size();
+      if (2 * margin >= std::min(size.width, size.height)) {
+        continue;
+      }
+      const cv::Rect inside(margin, margin, size.width - 2 * margin, size.height - 2 * margin);
+      if (cv::countNonZero(look.shows(inside)) >= kEnough) {
+        return CameraState::kCovered;  // it cannot have left the picture
+      }
+    }
+    return CameraState::kGood;
+  }
+  camera.looks.push_back(std::move(now));
+  return CameraState::kGood;
+}
+
+const CameraReports& CameraHealth::look(const Observation& seen) {
+  const double heading_rad = seen.odometry.T_odom_body.theta_rad;
+  turned_rad_ += wrap_angle(heading_rad - heading_rad_.value_or(heading_rad));
+  heading_rad_ = heading_rad;
+  for (auto& [name, camera] : watched_) {
+    CameraReport& report = reports_.at(name);
+    if (!last_) {
+      camera.since = seen.stamp;
+    } else if (report.state != CameraState::kGood) {
+      report.lost += seen.stamp - *last_;
+    }
+    const auto found = seen.pictures.find(name);
+    const bool is_there = found != seen.pictures.end() &&
+                          (!camera.last_stamp || found->second.stamp > *camera.last_stamp);
+    const Picture* picture = is_there ? &found->second : nullptr;
+    count_missing(seen, picture, camera, report);
+    CameraState state = report.state;
+    if (picture != nullptr) {
+      camera.since = picture->stamp;
+      camera.last_stamp = picture->stamp;
+      camera.missed = 0;
+      const bool late =
+          to_seconds(seen.stamp - picture->stamp) > kMissing_periods * camera.period_s;
+      state = late ? CameraState::kLate : judge(seen, *picture, camera, report.state);
+    } else if (to_seconds(seen.stamp - camera.since) > kMissing_periods * camera.period_s) {
+      state = CameraState::kMissing;
+    }
+    if (picture != nullptr) {
+      report.late += state == CameraState::kLate ? 1 : 0;
+      report.frozen += state == CameraState::kFrozen ? 1 : 0;
+      report.dark += state == CameraState::kDark ? 1 : 0;
+      report.saturated += state == CameraState::kSaturated ? 1 : 0;
+      report.covered += state == CameraState::kCovered ? 1 : 0;
+    }
+    if (state != report.state) {
+      report.state = state;
+      report.since = seen.stamp;
+    }
+  }
+  last_ = seen.stamp;
+  return reports_;
+}
+
+Observation CameraHealth::believable(const Observation& seen) const {
+  Observation believed = seen;
+  std::erase_if(believed.pictures, [this](const auto& picture) {
+    const auto report = reports_.find(picture.first);
+    return report != reports_.end() && report->second.state != CameraState::kGood;
+  });
+  return believed;
+}
+
+}  // namespace panoptes

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include "core/base/time.h"
+#include "core/camera/observation.h"
+#include "core/camera/rig.h"
+#include "core/geometry/pose2.h"
+
+namespace panoptes {
+
+enum class CameraState {
+  kGood,
+  kMissing,    ///< no picture for longer than a few lost ones explain
+  kLate,       ///< its pictures are as old as that when they come
+  kFrozen,     ///< the same bits again, though the robot has moved
+  kDark,       ///< nothing but the sensor's own noise
+  kSaturated,  ///< white all over
+  kCovered     ///< all that it showed went at once, faster than the robot's motion explains
+};
+std::string_view name_of(CameraState state);
+
+/// How a camera is, and how it was.
+struct CameraReport {
+  CameraState state = CameraState::kGood;
+  Time since{};     ///< it is in this state
+  int missing = 0;  ///< pictures, by its rate
+  int late = 0;     ///< pictures counted so, each once
+  int frozen = 0;
+  int dark = 0;
+  int saturated = 0;
+  int covered = 0;
+  Duration lost{};        ///< time in any state but good
+  bool is_floor = false;  ///< by its roles: what is lost with it
+  bool is_loop = false;
+};
+using CameraReports = std::map<std::string, CameraReport>;
+
+/// Cameras that are not good, in words: "camera floor: frozen; ..."; empty when all are.
+std::string told(const CameraReports& cameras);
+
+/// Watches every camera of a rig that takes pictures by itself. Knows no robot and no clock: only
+/// what was observed. A camera is judged by what it shows and by the way the wheels tell meanwhile:
+/// a plain wall close ahead, which fills the picture little by little, is no fault, nor are equal
+/// pictures of a robot that stands.
+class CameraHealth {
+ public:
+  explicit CameraHealth(const Rig& rig);
+
+  /// Once an observation, in their order.
+  const CameraReports& look(const Observation& seen);
+
+  const CameraReports& reports() const { return reports_; }
+
+  /// The observation without the pictures of cameras that are not good.
+  Observation believable(const Observation& seen) const;
+
+ private:
+  /// What a picture shows, on a coarse grid.
+  struct Look {
+    Time stamp;
+    Pose2 T_odom_body;
+    cv::Mat shows;  // CV_8U, a cell each: 255 where there is more than noise and even shading
+    int shown = 0;  // cells
+  };
+  struct Watched {
+    double period_s = 0;
+    double fx_px = 0;
+    Time since{};  // it is watched, or its last picture
+    std::optional<Time> last_stamp;
+    int missed = 0;               // pictures since then
+    std::optional<Picture> last;  // other bits than the one before
+    Pose2 T_odom_last;            // when that first came
+    std::deque<Look> looks;       // the last few that showed something
+    int good_again = 0;           // pictures in a row, while covered
+    // headings, of the wheels, in which nothing has been seen, in a row
+    double blank_rad = 0;
+    double least_blank_rad = 0;
+    double most_blank_rad = 0;
+  };
+
+  void count_missing(const Observation& seen, const Picture* picture, Watched& camera,
+                     CameraReport& report) const;
+  CameraState judge(const Observation& seen, const Picture& picture, Watched& camera,
+                    CameraState before) const;
+
+  std::map<std::string, Watched> watched_;
+  CameraReports reports_;
+  std::optional<Time> last_;
+  std::optional<double> heading_rad_;
+  double turned_rad_ = 0;
+};
+
+}  // namespace panoptes
