@@ -49,7 +49,7 @@ std::optional<Revisit> choose_revisit(const RevisitOptions& options, const Searc
       bool whole = true;
       for (int i = first; length < options.run_m; i += way) {
         if (i < 0 || i >= count || to_seconds(now - places[i].visited) < options.least_age_s ||
-            !cost_m(places[i].T_map_body.position())) {
+            !std::isfinite(places[i].uncertainty_m) || !cost_m(places[i].T_map_body.position())) {
           whole = false;
           break;
         }

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/graph/graph_uncertainty.h"
 
-#include <limits>
-
 #include "core/base/check.h"
 #include "core/base/rng.h"
+#include "core/geometry/covariance.h"
 #include "core/graph/normal_equations.h"
 
 namespace panoptes {
@@ -12,8 +11,6 @@ namespace {
 
 constexpr int kDraws = 64;
 constexpr double kSmallestDamping = 1e-9;  // of the diagonal: keeps loose nodes solvable
-
-Mat3 infinite() { return Mat3::Identity() * std::numeric_limits<double>::infinity(); }
 
 }  // namespace
 
@@ -53,7 +50,7 @@ GraphUncertainty::~GraphUncertainty() = default;
 Mat3 GraphUncertainty::relative(int from, int to) const {
   PANOPTES_CHECK(from != to, "two nodes");
   if (!equations_->solved) {
-    return infinite();
+    return unknown_covariance();
   }
   const NormalEquations& normals = equations_->normals;
   const RelativeJacobian J =
@@ -81,7 +78,7 @@ Mat3 GraphUncertainty::relative(int from, int to) const {
 Mat3 GraphUncertainty::relative_roughly(int from, int to) const {
   PANOPTES_CHECK(from != to, "two nodes");
   if (!equations_->solved) {
-    return infinite();
+    return unknown_covariance();
   }
   const RelativeJacobian J =
       relative_jacobian(equations_->T_map_node[from], equations_->T_map_node[to]);

@@ -13,6 +13,7 @@
 #include <Eigen/LU>
 
 #include "core/base/check.h"
+#include "core/geometry/covariance.h"
 #include "core/map/contours.h"
 
 namespace panoptes {
@@ -87,11 +88,12 @@ Mat3 inverted(const Pose2& T_a_b, const Mat3& covariance) {
   return A * covariance * A.transpose();
 }
 
+// Of a covariance; no number where it is none.
 double largest_sigma_m(const Mat3& covariance) {
   const Mat2 xy = covariance.topLeftCorner<2, 2>();
   const double mean = xy.trace() / 2;
   const double swing = std::hypot((xy(0, 0) - xy(1, 1)) / 2, xy(0, 1));
-  return std::sqrt(std::max(0.0, mean + swing));
+  return std::sqrt(mean + swing);
 }
 
 }  // namespace
@@ -259,13 +261,13 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
     const double distance_m = T_recent_earlier.position().norm();
     const double beyond = std::max(0.0, distance_m - method.reach_m);
     if (places_[earlier].place.one_eyed || !covariance.allFinite() ||
-        beyond > kThreeSigma * largest_sigma_m(covariance)) {
+        !(beyond <= kThreeSigma * largest_sigma_m(covariance))) {
       continue;
     }
     for (const Heading heading : headings) {
       const double turned =
           std::abs(wrap_angle(T_recent_earlier.theta_rad - class_heading(heading)));
-      if (turned - method.reach_rad > kThreeSigma * std::sqrt(covariance(2, 2))) {
+      if (!(turned - method.reach_rad <= kThreeSigma * std::sqrt(covariance(2, 2)))) {
         continue;
       }
       Candidate candidate;
@@ -294,8 +296,10 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
       const Mat3 allowed = expected + Mat3(reach.asDiagonal());
       const double unlike = words_ ? 1 - shared[earlier][static_cast<std::size_t>(heading)]
                                    : candidate.emd_grey / std::max(threshold_grey, 1e-3);
-      candidate.score = unlike + off.dot(allowed.inverse() * off);
-      candidates.push_back(candidate);
+      candidate.score = unlike + squared_sigmas(off, allowed);
+      if (std::isfinite(candidate.score)) {
+        candidates.push_back(candidate);
+      }
     }
   }
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -389,9 +393,12 @@ std::string LoopCloser::refusal(const VerifiedMethod& method, const Candidate& c
                   static_cast<int>(matches.size()), method.min_inliers,
                   100 * method.min_inlier_share);
   }
-  Mat3 covariance = motion->information_seen.inverse();
-  if (!covariance.allFinite() || !(largest_sigma_m(covariance) <= kVague_m) ||
-      !(covariance(2, 2) <= square(kVague_rad))) {
+  const std::optional<Mat3> seen = inverse_of(motion->information_seen);
+  if (!seen) {
+    return "features: the pose is not known in every direction";
+  }
+  Mat3 covariance = *seen;
+  if (!(largest_sigma_m(covariance) <= kVague_m) || !(covariance(2, 2) <= square(kVague_rad))) {
     return format("features: pose known to %.2f m only", largest_sigma_m(covariance));
   }
   const Vec3 floor = square(floor_share) *
@@ -404,15 +411,17 @@ std::string LoopCloser::refusal(const VerifiedMethod& method, const Candidate& c
   const auto alone =
       motion_by_each_camera(tolerant, cameras_, features_earlier, depths_earlier, features_recent,
                             depths_recent, matches, {motion->T_a_b, candidate.prior.covariance});
-  if (alone[0] && alone[1]) {
+  // a camera before a plain wall says nothing, with infinite covariance
+  const auto says = [&](int camera) {
+    return alone[camera] ? inverse_of(alone[camera]->information_seen) : std::nullopt;
+  };
+  const std::optional<Mat3> front = says(0);
+  const std::optional<Mat3> back = says(1);
+  if (front && back) {
     const Vec3 off = difference(alone[0]->T_a_b_seen, alone[1]->T_a_b_seen);
-    const Mat3 allowed = alone[0]->information_seen.inverse() +
-                         alone[1]->information_seen.inverse() + 2 * Mat3(floor.asDiagonal());
-    const double sigma_squared = off.dot(allowed.inverse() * off);
-    // a camera before a plain wall says nothing, with infinite covariance
-    report.cameras_sigma =
-        std::isfinite(sigma_squared) ? std::sqrt(std::max(0.0, sigma_squared)) : 0;
-    if (square(report.cameras_sigma) > limit) {
+    const Mat3 allowed = *front + *back + 2 * Mat3(floor.asDiagonal());
+    report.cameras_sigma = std::sqrt(squared_sigmas(off, allowed));
+    if (!(square(report.cameras_sigma) <= limit)) {
       return format("cameras: front and back are %.1f sigma apart, %.1f allowed",
                     report.cameras_sigma, std::sqrt(limit));
     }
@@ -421,18 +430,18 @@ std::string LoopCloser::refusal(const VerifiedMethod& method, const Candidate& c
   const Pose2 expected = graph.T_map_node[earlier].inverse() * graph.T_map_node[recent];
   const Vec3 surprise = difference(motion->T_a_b_seen, expected);
   const Mat3 allowed = relative_covariance(graph, earlier, recent) + covariance;
-  report.gate_sigma = std::sqrt(std::max(0.0, surprise.dot(allowed.inverse() * surprise)));
+  report.gate_sigma = std::sqrt(squared_sigmas(surprise, allowed));
   if (!(square(report.gate_sigma) <= limit)) {
     return format("gate: %.1f sigma from where the graph expects it, %.1f allowed",
                   report.gate_sigma, std::sqrt(limit));
   }
   const double apart_m = motion->T_a_b_seen.position().norm();
-  if (apart_m > method.reach_m) {
+  if (!(apart_m <= method.reach_m)) {
     return format("place: %.2f m apart, %.2f allowed", apart_m, method.reach_m);
   }
   const double turned =
       std::abs(wrap_angle(motion->T_a_b_seen.theta_rad - class_heading(report.heading)));
-  if (turned > method.reach_rad) {
+  if (!(turned <= method.reach_rad)) {
     return format("place: turned by %.1f degrees, %.1f allowed", rad_to_deg(turned),
                   rad_to_deg(method.reach_rad));
   }
@@ -451,7 +460,7 @@ std::string LoopCloser::refusal(const VerifiedMethod& method, const Candidate& c
           Vec3(square(kContourApart_m / kThreeSigma), square(kContourApart_m / kThreeSigma),
                square(kContourApart_rad / kThreeSigma));
       if (match->overlap >= kContourOverlap && match->ambiguity() <= kContourAmbiguity &&
-          off.dot(tolerated.inverse() * off) > limit) {
+          !(squared_sigmas(off, tolerated) <= limit)) {
         return format("contours: fit %.2f m and %.1f degrees away from the features",
                       off.head<2>().norm(), rad_to_deg(std::abs(off.z())));
       }
@@ -463,7 +472,7 @@ std::string LoopCloser::refusal(const VerifiedMethod& method, const Candidate& c
   tried.edges.push_back(closure_edge(report));
   const RelaxReport relaxed = relax(tried, RelaxStart::kCurrent);
   report.chi2_growth = relaxed.chi2_end - before;
-  if (!relaxed.converged || report.chi2_growth > limit) {
+  if (!relaxed.converged || !(report.chi2_growth <= limit)) {
     return format("chi2: grows by %.1f, %.1f allowed", report.chi2_growth, limit);
   }
   return {};

@@ -16,6 +16,7 @@
 #include <Eigen/SparseCore>
 
 #include "core/base/check.h"
+#include "core/geometry/covariance.h"
 #include "core/graph/normal_equations.h"
 
 namespace panoptes {
@@ -330,7 +331,7 @@ Mat3 relative_covariance(const PoseGraph& graph, int from, int to) {
   NormalEquations normals(graph, from);
   normals.linearise(graph);
   if (!normals.factorise(0) && !normals.factorise(kSmallestDamping)) {
-    return Mat3::Identity() * std::numeric_limits<double>::infinity();
+    return unknown_covariance();
   }
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(normals.size(), 3);
   right.block<3, 3>(normals.column(to), 0).setIdentity();
@@ -359,7 +360,7 @@ std::vector<Mat3> path_covariances(const PoseGraph& graph, int from) {
     edges_of[next_of[graph.edges[e].to]++] = e;
   }
   constexpr double kLever_m2 = 1;  // weighs headings against positions: an error seen a metre away
-  std::vector<Mat3> covariances(nodes, Mat3::Identity() * std::numeric_limits<double>::infinity());
+  std::vector<Mat3> covariances(nodes, unknown_covariance());
   std::vector<double> cost(nodes, std::numeric_limits<double>::infinity());
   std::vector<bool> settled(nodes, false);
   using Item = std::pair<double, int>;
@@ -386,10 +387,11 @@ std::vector<Mat3> path_covariances(const PoseGraph& graph, int from) {
       }
       // the edge's covariance lies in the frame of its own start; turned to `from`, the error of a
       // relative pose is the same either way round but for the lever of its heading
-      Mat3 step = edge.information.inverse();
-      if (!step.allFinite()) {
+      const std::optional<Mat3> covariance = inverse_of(edge.information);
+      if (!covariance) {
         continue;
       }
+      Mat3 step = *covariance;
       Mat3 turn = Mat3::Identity();
       turn.topLeftCorner<2, 2>() = T_from_node[edge.from].rotation();
       step = turn * step * turn.transpose();

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "core/base/error.h"
+#include "core/geometry/covariance.h"
 
 namespace panoptes {
 namespace {
@@ -81,9 +82,10 @@ Pose2 Localiser::link_to_last(const LoopPlace& place, const Pose2& T_last_body) 
                            wheel_covariance(options_.wheels, wheel_base_m_, T_last_body)};
   GraphEdge edge{last, last + 1, T_last_body, wheels.covariance.inverse(), false};
   if (options_.visual_heading) {
-    if (const auto seen = closer_.motion_to(place, last, wheels)) {
+    const auto seen = closer_.motion_to(place, last, wheels);
+    if (const auto information = seen ? inverse_of(seen->covariance) : std::nullopt) {
       edge.T_from_to = seen->T_a_b;
-      edge.information = seen->covariance.inverse();
+      edge.information = *information;
     }
   }
   graph_.edges.push_back(edge);

@@ -159,7 +159,7 @@ Mat2 weight_of(double variance_px2, double depth_variance, const Vec2& along_px)
 // Squared residual in sigmas, at the depth known before; infinite when the target cannot see it.
 double misfit(const Sight& sight, const Motion& motion, double variance_px2) {
   const Image image = image_of(sight, motion, sight.depth.mean_pm);
-  if (image.q.z() < kBehind) {
+  if (!(image.q.z() >= kBehind)) {
     return std::numeric_limits<double>::infinity();
   }
   const Vec2 r = sight.lens->project(image.q) - sight.px;
@@ -181,7 +181,7 @@ bool linearise(const Sight& sight, const Motion& motion, double nearer_pm, doubl
   double rho = std::max(0.0, known);
   Image image = image_of(sight, motion, rho);
   for (int round = 0; round < 2; ++round) {
-    if (image.q.z() < kBehind) {
+    if (!(image.q.z() >= kBehind)) {
       return false;
     }
     const Vec2 r = lens.project(image.q) - sight.px;
@@ -191,7 +191,7 @@ bool linearise(const Sight& sight, const Motion& motion, double nearer_pm, doubl
     rho = std::max(0.0, best);
     image = image_of(sight, motion, rho);
   }
-  if (image.q.z() < kBehind) {
+  if (!(image.q.z() >= kBehind)) {
     return false;
   }
   const Vec2 along = moved_px(lens, image.q, image.along);
@@ -496,7 +496,7 @@ PlaceDepths triangulate(const FeatureOptions& feature_options, const MotionOptio
           worst_m2 = 0;
           for (std::size_t k = 0; k < seen.size(); ++k) {
             const Vec3 q = seen[k].at + rho * seen[k].along;
-            if (q.z() < 0.05) {
+            if (!(q.z() >= 0.05)) {
               worst = k;
               worst_m2 = std::numeric_limits<double>::infinity();
               continue;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/explore/revisit.h"
 
+#include <algorithm>
+#include <limits>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/floor_plan.h"
@@ -41,6 +44,21 @@ TEST(Revisit, PrefersTheUncertain) {
                                     {8.5, 2, deg_to_rad(180)}, time_at(300), places, {});
   ASSERT_TRUE(found);
   EXPECT_LT(found->places.back(), 12);
+}
+
+TEST(Revisit, AimsAtNoPlaceThatNobodyKnowsWhereItIs) {
+  const OccupancyMap map = test::empty_room(10, 4, 0.01);
+  for (const double unknown :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    std::vector<Place> places = straight_way_east();
+    for (int i = 0; i < 12; ++i) {
+      places[static_cast<std::size_t>(i)].uncertainty_m = unknown;
+    }
+    const auto found = choose_revisit(RevisitOptions(), SearchOptions(), Body(), map,
+                                      {2, 2, deg_to_rad(180)}, time_at(300), places, {});
+    ASSERT_TRUE(found);
+    EXPECT_GE(*std::min_element(found->places.begin(), found->places.end()), 12);
+  }
 }
 
 TEST(Revisit, LeavesYoungAndTriedPlacesAlone) {

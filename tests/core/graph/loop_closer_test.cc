@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <numbers>
 #include <string>
 
@@ -40,9 +42,10 @@ struct Drive {
 
 // Round and round a square of 2.5 m in a room of 8 m, every second time the same or the opposite
 // way. From half the way on the back camera shows what it would from `T_true_back`, seen from the
-// body.
+// body. The graph has edges `besides`.
 Drive around(int rounds, const LoopOptions& options, bool opposite, const SyntheticRoom& first_room,
-             const SyntheticRoom& second_room, Rng rng, const Pose2& T_true_back = Pose2{}) {
+             const SyntheticRoom& second_room, Rng rng, const Pose2& T_true_back = Pose2{},
+             const std::vector<GraphEdge>& besides = {}) {
   const LoopCameras cameras = front_and_back();
   const WheelNoise noise;
   LoopCloser closer(options, cameras, rng.fork("closer"));
@@ -89,6 +92,8 @@ Drive around(int rounds, const LoopOptions& options, bool opposite, const Synthe
         drive.graph.T_map_node[now] = drive.graph.T_map_node[now - 1] * motion->T_a_b;
       }
       drive.graph.edges.push_back(edge);
+      std::copy_if(besides.begin(), besides.end(), std::back_inserter(drive.graph.edges),
+                   [now](const GraphEdge& other) { return other.to == now; });
     }
     for (const ClosureReport& report : closer.close(std::move(place), drive.graph, {})) {
       if (report.accepted) {
@@ -201,6 +206,17 @@ TEST(LoopCloser, RefusesWhereFrontAndBackContradictEachOther) {
   EXPECT_TRUE(std::any_of(drive.reports.begin(), drive.reports.end(), [](const ClosureReport& r) {
     return r.verdict.starts_with("cameras: front and back are ");
   }));
+}
+
+TEST(LoopCloser, ClosesNothingByAGraphThatKnowsNoNumbers) {
+  const SyntheticRoom room(1200, 4, Rng(1));
+  for (const double broken :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    // the pictures agree, but how far off the graph may be there nobody can tell
+    GraphEdge edge{4, 5, {0.25, 0, 0}, Mat3::Identity() * broken, false};
+    const Drive drive = around(2, {}, false, room, room, Rng(2), {}, {edge});
+    EXPECT_EQ(count_accepted(drive), 0);
+  }
 }
 
 TEST(LoopCloser, TheThesisRuleIsFooledByGreys) {

@@ -187,6 +187,21 @@ TEST(RelativeCovariance, IsThatOfManyWorlds) {
   EXPECT_LT(ratio.maxCoeff(), 1.4);
 }
 
+TEST(PathCovariances, OfWhatNoEdgeReachesAreInfiniteAndNoMore) {
+  World world = square_walk(1, 10, 0.005, 0.01, Rng(8));
+  world.graph.T_map_node.push_back({1, 1, 0});
+  const Mat3 lost = path_covariances(world.graph, 3).back();
+  EXPECT_TRUE(std::isinf(lost(0, 0)));
+  EXPECT_EQ(lost(0, 1), 0);  // not infinity times nothing, which is no number
+}
+
+TEST(PathCovariances, TakeNoWayByAnEdgeThatKnowsADirectionBetterThanExactly) {
+  World world = square_walk(1, 10, 0.005, 0.01, Rng(8));
+  const Mat3 before = path_covariances(world.graph, 3)[20];
+  world.graph.edges.push_back({3, 20, {}, Vec3(1e6, 1e6, -1).asDiagonal(), true});
+  EXPECT_EQ(path_covariances(world.graph, 3)[20], before);
+}
+
 TEST(PathCovariances, AreNeverSmallerThanTheMarginal) {
   World world = square_walk(3, 10, 0.005, 0.01, Rng(8));
   relax(world.graph);

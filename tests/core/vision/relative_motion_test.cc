@@ -187,6 +187,21 @@ TEST(RelativeMotion, RefusesWhatHasNothingInCommon) {
   EXPECT_FALSE(motion);
 }
 
+TEST(Triangulate, ANeighbourThatNobodyKnowsWhereItIsTellsNoDepth) {
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(1500, 4, Rng(1));
+  const PlaceFeatures here = room.seen_from(cameras, {0, 0, 0}, 0.7, 0.15, Rng(2));
+  const PlaceFeatures there = room.seen_from(cameras, {0.25, 0, 0}, 0.7, 0.15, Rng(3));
+  const PlaceDepths depths =
+      triangulate(kFeatures, kMotion, cameras, here, {{&there, {std::nan(""), 0, 0}}});
+  for (const std::vector<InverseDepth>& of_camera : depths) {
+    for (const InverseDepth& depth : of_camera) {
+      ASSERT_EQ(depth.mean_pm, InverseDepth().mean_pm);
+      ASSERT_EQ(depth.sigma_pm, InverseDepth().sigma_pm);
+    }
+  }
+}
+
 TEST(LoopCameras, AreNamedByTheirRoles) {
   Rig rig;
   rig.cameras["A"].roles = {"loop_front"};
