@@ -43,7 +43,7 @@ Twist2 Cockpit::command(const Observation& seen, const std::string& doing) {
     teleop_.press(key, now);
   }
   teleop_.hold(gamepads_.sticks());
-  const Twist2 command_body = teleop_.command(now, seen.health);
+  const Twist2 command_body = teleop_.command(now, seen);
   const bool held = !seen.health.held_by.empty();
   const bool stands = command_body.v_mps == 0 && command_body.w_radps == 0;
   acknowledges_ = held && let_go_ && !stands;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -46,7 +48,7 @@ void Teleop::press(TeleopKey key, WallTime at) {
     case TeleopKey::kStop:
       ahead_ = {};
       aside_ = {};
-      hold_ = Hold::kAll;
+      stopped_ = true;
       stop_pressed_ = true;
       break;
     case TeleopKey::kQuit:
@@ -60,28 +62,43 @@ Twist2 Teleop::top() const {
   return {share * body_.max_speed_mps, share * body_.max_turn_radps};
 }
 
-Twist2 Teleop::command(WallTime now, const Health& health) {
+void Teleop::feel(const Observation& seen) {
+  const Health& health = seen.health;
+  heading_odom_rad_ = seen.odometry.T_odom_body.theta_rad;
+  const bool strikes = health.bumper_pressed && !bumper_was_;
+  bumper_was_ = health.bumper_pressed;
+  if (health.bumper_pressed && !health.bumper_bearings_rad.empty()) {
+    touched_odom_rad_.clear();
+    for (const double bearing_rad : health.bumper_bearings_rad) {
+      touched_odom_rad_.push_back(heading_odom_rad_ + bearing_rad);
+    }
+  } else if (strikes) {
+    touched_odom_rad_.push_back(heading_odom_rad_ + (backward_last_ ? std::numbers::pi : 0));
+  }
+}
+
+bool Teleop::towards_touched(double ahead) const {
+  constexpr double kRoundoff = 1e-9;  // along it is not towards it
+  return std::any_of(touched_odom_rad_.begin(), touched_odom_rad_.end(), [&](double touched_rad) {
+    return ahead * std::cos(touched_rad - heading_odom_rad_) > kRoundoff;
+  });
+}
+
+Twist2 Teleop::command(WallTime now, const Observation& seen) {
   const auto of_key = [now](const Direction& direction) {
     return now - direction.at < kKeyHeld ? static_cast<double>(direction.sign) : 0.0;
   };
   double ahead = sticks_.held ? std::clamp(sticks_.forward, -1.0, 1.0) : of_key(ahead_);
   double aside = sticks_.held ? std::clamp(sticks_.left, -1.0, 1.0) : of_key(aside_);
-  const bool let_go = hold_ == Hold::kForward    ? ahead <= 0
-                      : hold_ == Hold::kBackward ? ahead >= 0
-                                                 : ahead == 0 && aside == 0;
-  if (let_go && (hold_ == Hold::kAll || !health.bumper_pressed)) {
-    hold_ = Hold::kNothing;
-  }
-  const bool strikes = health.bumper_pressed && !bumper_was_ && hold_ != Hold::kAll;
-  if (strikes || (health.bumper_pressed && hold_ == Hold::kNothing)) {
-    hold_ = backward_last_ ? Hold::kBackward : Hold::kForward;
-  }
-  bumper_was_ = health.bumper_pressed;
-  if (hold_ == Hold::kAll || quit_) {
+  feel(seen);
+  stopped_ = stopped_ && (ahead != 0 || aside != 0);
+  if (stopped_ || quit_) {
     return {};
   }
-  if ((hold_ == Hold::kForward && ahead > 0) || (hold_ == Hold::kBackward && ahead < 0)) {
+  if (towards_touched(ahead)) {
     ahead = 0;
+  } else if (!seen.health.bumper_pressed) {
+    touched_odom_rad_.clear();
   }
   if (ahead != 0) {
     backward_last_ = ahead < 0;
@@ -90,17 +107,14 @@ Twist2 Teleop::command(WallTime now, const Health& health) {
 }
 
 std::string Teleop::held_back() const {
-  switch (hold_) {
-    case Hold::kNothing:
-      break;
-    case Hold::kForward:
-      return "forward";
-    case Hold::kBackward:
-      return "backward";
-    case Hold::kAll:
-      return "all";
+  if (stopped_) {
+    return "all";
   }
-  return {};
+  const bool forward = towards_touched(1);
+  if (towards_touched(-1)) {
+    return forward ? "forward and backward" : "backward";
+  }
+  return forward ? "forward" : "";
 }
 
 std::vector<TeleopKey> KeyReader::read(std::string_view bytes) {

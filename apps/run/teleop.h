@@ -51,9 +51,11 @@ class Teleop {
   void press(TeleopKey key, WallTime at);
   void hold(const GamepadSticks& sticks) { sticks_ = sticks; }
 
-  /// Where a bumper is pressed, no way on in the direction that was driven last until it is
-  /// released and the keys are let go. A stop holds everything until they are.
-  Twist2 command(WallTime now, const Health& health);
+  /// Where a bumper is pressed, no way on towards what it touches, as the robot stands now: whoever
+  /// has turned away from it may drive away. What it touches lies where the platform says, else in
+  /// the direction that was driven last; it holds until the bumper is released and the keys that
+  /// drive towards it are let go. A stop holds everything until all keys are.
+  Twist2 command(WallTime now, const Observation& seen);
 
   /// The speed that a key asks for.
   Twist2 top() const;
@@ -61,22 +63,27 @@ class Teleop {
   /// Whether a stop was pressed since this was asked last.
   bool take_stop() { return std::exchange(stop_pressed_, false); }
 
-  /// What the bumper or a stop keeps from moving: "forward", "backward", "all"; empty: nothing.
+  /// What the bumper or a stop keeps from moving: "forward", "backward", both, "all"; empty:
+  /// nothing.
   std::string held_back() const;
 
  private:
-  enum class Hold { kNothing, kForward, kBackward, kAll };
   struct Direction {  // of two opposite keys the one pressed last
     int sign = 0;
     WallTime at;
   };
+
+  void feel(const Observation& seen);
+  bool towards_touched(double ahead) const;
 
   int level_ = 5;  // of kLevels
   Body body_;
   Direction ahead_;
   Direction aside_;
   GamepadSticks sticks_;
-  Hold hold_ = Hold::kNothing;
+  bool stopped_ = false;
+  std::vector<double> touched_odom_rad_;  // the directions in which something is touched
+  double heading_odom_rad_ = 0;
   bool bumper_was_ = false;
   bool backward_last_ = false;  // the last motion asked for
   bool quit_ = false;

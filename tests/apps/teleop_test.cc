@@ -18,11 +18,12 @@ WallTime at(double s) { return WallTime(from_seconds(s)); }
 
 class TeleopTest : public testing::Test {
  protected:
-  Twist2 command(double s) { return teleop_.command(at(s), health_); }
+  Twist2 command(double s) { return teleop_.command(at(s), seen_); }
+  void turn_to(double deg) { seen_.odometry.T_odom_body.theta_rad = deg_to_rad(deg); }
 
   Body body_;
   Teleop teleop_{body_};
-  Health health_;
+  Observation seen_;
 };
 
 TEST_F(TeleopTest, NothingMovesBeforeAKeyIsPressed) {
@@ -110,7 +111,7 @@ TEST_F(TeleopTest, AStopHoldsUntilTheKeysAreLetGo) {
 TEST_F(TeleopTest, ABumperHoldsForwardUntilReleasedAndTheKeysAreLetGo) {
   teleop_.press(kForward, at(1));
   EXPECT_GT(command(1).v_mps, 0);
-  health_.bumper_pressed = true;
+  seen_.health.bumper_pressed = true;
   teleop_.press(kLeft, at(1.05));
   EXPECT_EQ(command(1.1).v_mps, 0);
   EXPECT_GT(command(1.1).w_radps, 0);  // turning stays free
@@ -118,7 +119,7 @@ TEST_F(TeleopTest, ABumperHoldsForwardUntilReleasedAndTheKeysAreLetGo) {
   teleop_.press(kForward, at(2));  // let go, pressed again, but the bumper is still pressed
   EXPECT_EQ(command(1.8).v_mps, 0);
   EXPECT_EQ(command(2).v_mps, 0);
-  health_.bumper_pressed = false;
+  seen_.health.bumper_pressed = false;
   teleop_.press(kForward, at(2.4));
   EXPECT_EQ(command(2.5).v_mps, 0);  // never let go since
   EXPECT_EQ(command(2.95).v_mps, 0);
@@ -130,7 +131,7 @@ TEST_F(TeleopTest, ABumperHoldsForwardUntilReleasedAndTheKeysAreLetGo) {
 TEST_F(TeleopTest, BackingAwayFromWhatWasTouchedIsFree) {
   teleop_.press(kForward, at(1));
   command(1);
-  health_.bumper_pressed = true;
+  seen_.health.bumper_pressed = true;
   command(1.1);
   teleop_.press(kBackward, at(1.2));
   EXPECT_LT(command(1.2).v_mps, 0);
@@ -140,17 +141,62 @@ TEST_F(TeleopTest, BackingAwayFromWhatWasTouchedIsFree) {
 TEST_F(TeleopTest, WhatIsTouchedInReverseHoldsTheReverse) {
   teleop_.press(kBackward, at(1));
   command(1);
-  health_.bumper_pressed = true;
+  seen_.health.bumper_pressed = true;
   EXPECT_EQ(command(1.1).v_mps, 0);
   EXPECT_EQ(teleop_.held_back(), "backward");
   teleop_.press(kForward, at(1.2));
   EXPECT_GT(command(1.2).v_mps, 0);
 }
 
+TEST_F(TeleopTest, WhoHasTurnedAwayFromWhatWasTouchedMayDriveAway) {
+  turn_to(170);  // so that turning on crosses where headings wrap
+  teleop_.press(kForward, at(1));
+  command(1);
+  seen_.health.bumper_pressed = true;
+  teleop_.press(kForward, at(1.1));
+  EXPECT_EQ(command(1.1).v_mps, 0);
+  turn_to(-110);  // by 80 degrees: still towards it
+  teleop_.press(kForward, at(2));
+  EXPECT_EQ(command(2).v_mps, 0);
+  EXPECT_EQ(teleop_.held_back(), "forward");
+  turn_to(-90);
+  teleop_.press(kForward, at(3));
+  EXPECT_GT(command(3).v_mps, 0);
+  EXPECT_EQ(teleop_.held_back(), "backward");
+  turn_to(-10);
+  teleop_.press(kForward, at(4));
+  EXPECT_GT(command(4).v_mps, 0);
+  teleop_.press(kBackward, at(4.1));  // what was the way out would lead into it now
+  EXPECT_EQ(command(4.1).v_mps, 0);
+  seen_.health.bumper_pressed = false;
+  EXPECT_EQ(command(4.7).v_mps, 0);  // let go
+  teleop_.press(kBackward, at(5));
+  EXPECT_LT(command(5).v_mps, 0);
+}
+
+TEST_F(TeleopTest, WhereThePlatformSaysWhatIsTouchedThatHolds) {
+  teleop_.press(kForward, at(1));
+  command(1);
+  seen_.health.bumper_pressed = true;
+  seen_.health.bumper_bearings_rad = {deg_to_rad(150)};  // somebody has come from behind
+  teleop_.press(kForward, at(1.1));
+  EXPECT_GT(command(1.1).v_mps, 0);
+  EXPECT_EQ(teleop_.held_back(), "backward");
+  turn_to(90);  // and lies elsewhere as it turns
+  seen_.health.bumper_bearings_rad = {deg_to_rad(60)};
+  teleop_.press(kForward, at(2));
+  EXPECT_EQ(command(2).v_mps, 0);
+  seen_.health.bumper_bearings_rad = {deg_to_rad(-20), deg_to_rad(160)};
+  EXPECT_EQ(command(2.1).v_mps, 0);
+  EXPECT_EQ(teleop_.held_back(), "forward and backward");
+  teleop_.press(kLeft, at(2.2));
+  EXPECT_GT(command(2.2).w_radps, 0);
+}
+
 TEST_F(TeleopTest, AStopWhileABumperIsPressedDoesNotFreeIt) {
   teleop_.press(kForward, at(1));
   command(1);
-  health_.bumper_pressed = true;
+  seen_.health.bumper_pressed = true;
   command(1.1);
   teleop_.press(kStop, at(1.2));
   command(1.2);
@@ -171,7 +217,7 @@ TEST_F(TeleopTest, ALineTellsWhatIsAskedAndWhy) {
   teleop_.press(kForward, at(1));
   EXPECT_EQ(teleop_line(teleop_, seen, command(1), ""),
             "+0.30 m/s +0 deg/s (keys 0.30, 43), at 1.20 -0.30 m, 45 deg");
-  health_.bumper_pressed = seen.health.bumper_pressed = true;
+  seen_.health.bumper_pressed = seen.health.bumper_pressed = true;
   seen.health.motors_enabled = false;
   EXPECT_EQ(teleop_line(teleop_, seen, command(1.1), "2 keyframes"),
             "+0.00 m/s +0 deg/s (keys 0.30, 43), at 1.20 -0.30 m, 45 deg, MOTORS OFF, BUMPER, "
