@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
 #include <numbers>
-#include <set>
 #include <utility>
 
 namespace panoptes {
@@ -57,10 +57,10 @@ bool hides(const ClearanceMap& map, std::size_t cell) {
 }
 
 /// The cell's place on a grid through the map's origin, which stays when the map grows.
-std::pair<int, int> fixed_cell(const OccupancyMap& map, int column, int row) {
-  const Vec2 p = map.centre(column, row);
-  return {static_cast<int>(std::floor(p.x() / map.cell_m)),
-          static_cast<int>(std::floor(p.y() / map.cell_m))};
+using FixedCell = std::pair<int, int>;
+FixedCell fixed_cell(const OccupancyMap& map, const Vec2& p_map) {
+  return {static_cast<int>(std::floor(p_map.x() / map.cell_m)),
+          static_cast<int>(std::floor(p_map.y() / map.cell_m))};
 }
 
 /// Unknown hopeful floor, in square metres, along each ray of a full turn about `place`.
@@ -154,7 +154,7 @@ Explorer::Explorer(const ExploreOptions& options, const Body& body, const FloorW
 
 bool Explorer::given_up(const Vec2& p_map, Time now) const {
   return std::any_of(given_up_.begin(), given_up_.end(), [&](const GivenUp& g) {
-    return now < g.until && (g.p_map - p_map).norm() <= options_.blacklist_m;
+    return now < g.until && (g.place.p_map() - p_map).norm() <= options_.blacklist_m;
   });
 }
 
@@ -163,30 +163,49 @@ void Explorer::give_up(Time now) {
     return;
   }
   double for_s = options_.blacklist_s;
-  const Vec2 p = goal_->pose_map.position();
+  const HeldPose place = *goal_place_;
   goal_.reset();
   for (GivenUp& g : given_up_) {
-    if ((g.p_map - p).norm() <= options_.blacklist_m) {
+    if ((g.place.p_map() - place.p_map()).norm() <= options_.blacklist_m) {
       g.for_s *= 2;
       g.until = now + from_seconds(g.for_s);
       return;
     }
   }
-  given_up_.push_back({p, now + from_seconds(for_s), for_s});
+  given_up_.push_back({place, now + from_seconds(for_s), for_s});
 }
 
 void Explorer::reached() {
   if (goal_ && goal_->heading_matters) {
-    looked_map_ = goal_->pose_map;
+    looked_ = goal_place_;
   }
   goal_.reset();
 }
 
+void Explorer::follow(std::span<const Pose2> T_map_keyframes) {
+  if (goal_) {
+    goal_place_->follow(T_map_keyframes);
+    goal_->pose_map = goal_place_->T_map_place();
+  }
+  for (GivenUp& g : given_up_) {
+    g.place.follow(T_map_keyframes);
+  }
+  for (InVain& cell : looked_in_vain_) {
+    cell.place.follow(T_map_keyframes);
+  }
+  if (looked_) {
+    looked_->follow(T_map_keyframes);
+  }
+  if (area_) {
+    area_->follow(T_map_keyframes);
+  }
+}
+
 void Explorer::strike_off(const DrivableGrid& grid, const std::vector<std::uint8_t>& hopeful,
-                          const Pose2& T_map_body) {
+                          const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes) {
   const OccupancyMap& map = grid.clearance.map;
   const double step_rad = 0.5 * map.cell_m / wedge_.far_m;
-  std::set<std::pair<int, int>> seen;
+  std::map<FixedCell, Vec2> seen;
   for (double a = -0.5 * wedge_.width_rad; a <= 0.5 * wedge_.width_rad; a += step_rad) {
     const Vec2 ray = T_map_body.rotation() * Vec2(std::cos(a), std::sin(a));
     for (double r = map.cell_m; r < wedge_.far_m; r += 0.5 * map.cell_m) {
@@ -198,40 +217,57 @@ void Explorer::strike_off(const DrivableGrid& grid, const std::vector<std::uint8
       }
       const std::size_t i = grid.clearance.index(column, row);
       if (map.cells[i] == Cell::kUnknown && hopeful[i] != 0) {
-        seen.insert(fixed_cell(map, column, row));
+        const Vec2 centre = map.centre(column, row);
+        seen.emplace(fixed_cell(map, centre), centre);
       }
     }
   }
-  for (const auto& cell : seen) {
-    ++looked_in_vain_[cell];
+  std::map<FixedCell, std::size_t> before;
+  for (std::size_t i = 0; i < looked_in_vain_.size(); ++i) {
+    before.emplace(fixed_cell(map, looked_in_vain_[i].place.p_map()), i);
+  }
+  for (const auto& [cell, centre] : seen) {
+    if (const auto again = before.find(cell); again != before.end()) {
+      ++looked_in_vain_[again->second].times;
+    } else {
+      looked_in_vain_.push_back({HeldPose({centre.x(), centre.y(), 0}, T_map_keyframes), 1});
+    }
   }
 }
 
-ExploreChoice Explorer::choose(Time now, const OccupancyMap& map, const Pose2& T_map_body) {
+ExploreChoice Explorer::choose(Time now, const OccupancyMap& map, const Pose2& T_map_body,
+                               std::span<const Pose2> T_map_keyframes) {
+  follow(T_map_keyframes);
   // As far as the camera sees beyond what is mapped: unknown floor out there counts too.
   const DrivableGrid grid = drivable_grid_of_coarse(
       options_.search, body_, coarsen(map, options_.search.cell_m, wedge_.far_m));
-  ExploreChoice choice =
-      std::holds_alternative<DirectedOptions>(options_.method)
-          ? choose_directed(std::get<DirectedOptions>(options_.method), now, grid, T_map_body)
-          : choose_random(std::get<RandomOptions>(options_.method), now, grid, T_map_body);
+  ExploreChoice choice = std::holds_alternative<DirectedOptions>(options_.method)
+                             ? choose_directed(std::get<DirectedOptions>(options_.method), now,
+                                               grid, T_map_body, T_map_keyframes)
+                             : choose_random(std::get<RandomOptions>(options_.method), now, grid,
+                                             T_map_body, T_map_keyframes);
+  const bool kept = goal_ && choice.goal && goal_->pose_map == choice.goal->pose_map;
   goal_ = choice.goal;
+  if (goal_ && !kept) {
+    goal_place_.emplace(goal_->pose_map, T_map_keyframes);
+  }
   return choice;
 }
 
 ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
-                                        const DrivableGrid& grid, const Pose2& T_map_body) {
+                                        const DrivableGrid& grid, const Pose2& T_map_body,
+                                        std::span<const Pose2> T_map_keyframes) {
   ExploreChoice out;
   const OccupancyMap& map = grid.clearance.map;
   const CostField field = flood(options_.search, grid, T_map_body.position());
   std::vector<std::uint8_t> hopeful = hopeful_cells(grid, body_, field);
-  if (looked_map_) {
-    strike_off(grid, hopeful, *looked_map_);
-    looked_map_.reset();
+  if (looked_) {
+    strike_off(grid, hopeful, looked_->T_map_place(), T_map_keyframes);
+    looked_.reset();
   }
   constexpr int kVain = 2;
-  for (const auto& [cell, times] : looked_in_vain_) {
-    const Vec2 p = map.cell_m * Vec2(cell.first + 0.5, cell.second + 0.5);
+  for (const auto& [place, times] : looked_in_vain_) {
+    const Vec2 p = place.p_map();
     const int column = grid.clearance.column(p);
     const int row = grid.clearance.row(p);
     if (times >= kVain && map.contains(column, row)) {
@@ -363,14 +399,15 @@ ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
 }
 
 ExploreChoice Explorer::choose_random(const RandomOptions& o, Time now, const DrivableGrid& grid,
-                                      const Pose2& T_map_body) {
+                                      const Pose2& T_map_body,
+                                      std::span<const Pose2> T_map_keyframes) {
   ExploreChoice out;
   out.frontier_reachable = true;  // a random goal knows of no frontier: it is never done
   const OccupancyMap& map = grid.clearance.map;
   const CostField field = flood(options_.search, grid, T_map_body.position());
   const Vec2 here = T_map_body.position();
-  if (!area_map_ || (*area_map_ - here).norm() > o.area_m) {
-    area_map_ = here;
+  if (!area_ || (area_->p_map() - here).norm() > o.area_m) {
+    area_.emplace(T_map_body, T_map_keyframes);
     area_since_ = now;
   }
   const auto reachable = [&](const Vec2& p) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -13,6 +13,7 @@
 #include "core/base/time.h"
 #include "core/config/fields.h"
 #include "core/geometry/body.h"
+#include "core/graph/held_pose.h"
 #include "core/plan/path_search.h"
 
 namespace panoptes {
@@ -73,13 +74,15 @@ struct ExploreChoice {
 };
 
 /// Chooses the next place to look from. Remembers the present goal (to keep it while it is about as
-/// good as any) and goals given up. Ask every second or two and after every relaxation: the map may
-/// have moved, and the goal is judged anew each time. About 10 ms for 12 x 12 m.
+/// good as any), goals given up and what it looked for in vain, all held by the keyframes nearest
+/// to them. Ask every second or two and after every relaxation: the map may have moved, and the
+/// goal is judged anew each time. About 10 ms for 12 x 12 m.
 class Explorer {
  public:
   Explorer(const ExploreOptions& options, const Body& body, const FloorWedge& wedge, Rng rng);
 
-  ExploreChoice choose(Time now, const OccupancyMap& map, const Pose2& T_map_body);
+  ExploreChoice choose(Time now, const OccupancyMap& map, const Pose2& T_map_body,
+                       std::span<const Pose2> T_map_keyframes = {});
 
   /// The present goal could not be reached: leave its surroundings alone for a while.
   void give_up(Time now);
@@ -90,17 +93,22 @@ class Explorer {
 
  private:
   struct GivenUp {
-    Vec2 p_map;
+    HeldPose place;
     Time until;
     double for_s;
   };
+  struct InVain {  // a cell that did not come into view
+    HeldPose place;
+    int times;
+  };
 
   ExploreChoice choose_directed(const DirectedOptions& o, Time now, const DrivableGrid& grid,
-                                const Pose2& T_map_body);
+                                const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes);
   ExploreChoice choose_random(const RandomOptions& o, Time now, const DrivableGrid& grid,
-                              const Pose2& T_map_body);
+                              const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes);
   void strike_off(const DrivableGrid& grid, const std::vector<std::uint8_t>& hopeful,
-                  const Pose2& T_map_body);
+                  const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes);
+  void follow(std::span<const Pose2> T_map_keyframes);
   bool given_up(const Vec2& p_map, Time now) const;
 
   ExploreOptions options_;
@@ -108,10 +116,11 @@ class Explorer {
   FloorWedge wedge_;
   Rng rng_;
   std::optional<ExploreGoal> goal_;
+  std::optional<HeldPose> goal_place_;
   std::vector<GivenUp> given_up_;
-  std::optional<Pose2> looked_map_;                    // from here, since the last choice
-  std::map<std::pair<int, int>, int> looked_in_vain_;  // by cell of a grid through the map's origin
-  std::optional<Vec2> area_map_;                       // where the thesis's way has been staying
+  std::optional<HeldPose> looked_;  // from here, since the last choice
+  std::vector<InVain> looked_in_vain_;
+  std::optional<HeldPose> area_;  // where the thesis's way has been staying
   Time area_since_;
 };
 

@@ -47,8 +47,13 @@ Bounds own_bounds(const GridCrop& grid) {
       any = true;
     }
   }
-  return {grid.cell_m * Vec2(begin, grid.first_row),
-          grid.cell_m * Vec2(end, grid.first_row + static_cast<int>(grid.rows.size()))};
+  Bounds bounds{grid.cell_m * Vec2(begin, grid.first_row),
+                grid.cell_m * Vec2(end, grid.first_row + static_cast<int>(grid.rows.size()))};
+  for (const Vec2& p : grid.driven) {
+    bounds.low = bounds.low.cwiseMin(p - Vec2::Constant(grid.body_radius_m));
+    bounds.high = bounds.high.cwiseMax(p + Vec2::Constant(grid.body_radius_m));
+  }
+  return bounds;
 }
 
 Bounds placed_bounds(const Bounds& own, const Pose2& T_map_keyframe) {
@@ -153,7 +158,7 @@ void for_each_contribution(const PlacedGrid& placed, double cell_m, const Each& 
 
 }  // namespace
 
-EvidenceSum::EvidenceSum(double cell_m) : cell_m_(cell_m) {
+EvidenceSum::EvidenceSum(double cell_m, Driven driven) : cell_m_(cell_m), driven_(driven) {
   PANOPTES_CHECK(cell_m > 0, "a map has cells of some size");
 }
 
@@ -194,13 +199,13 @@ void EvidenceSum::reserve(int low_column, int low_row, int high_column, int high
 template <int kSign>
 void EvidenceSum::apply(const PlacedGrid& placed) {
   PANOPTES_CHECK(placed.grid != nullptr, "a placed grid is there");
-  if (placed.grid->rows.empty()) {
+  if (placed.grid->rows.empty() && placed.grid->driven.empty()) {
     return;
   }
   finer_m_ = placed.grid->cell_m;
   const Bounds bounds = placed_bounds(own_bounds(*placed.grid), placed.T_map_keyframe);
   const Vec2 farthest = bounds.low.cwiseAbs().cwiseMax(bounds.high.cwiseAbs());
-  if (!(farthest.maxCoeff() < kFarthest_cells * cell_m_)) {
+  if (!farthest.allFinite() || farthest.maxCoeff() >= kFarthest_cells * cell_m_) {
     throw too_large(farthest, cell_m_);
   }
   reserve(to_cell(bounds.low.x(), cell_m_) - 1, to_cell(bounds.low.y(), cell_m_) - 1,
@@ -218,12 +223,40 @@ void EvidenceSum::apply(const PlacedGrid& placed) {
       sum.occupied -= kSign * evidence;
     }
   });
+  if (driven_ == Driven::kFree) {
+    drive_over(placed, kSign);
+  }
+}
+
+// Cells that lie wholly under the body, so that nothing beside it is taken for floor.
+void EvidenceSum::drive_over(const PlacedGrid& placed, int sign) {
+  const double radius = placed.grid->body_radius_m / cell_m_;
+  for (const Vec2& p_keyframe : placed.grid->driven) {
+    const Vec2 p = placed.T_map_keyframe * p_keyframe / cell_m_;
+    for (int row = static_cast<int>(std::floor(p.y() - radius)); row < p.y() + radius; ++row) {
+      const double dy = std::max(p.y() - row, row + 1 - p.y());
+      if (dy >= radius) {
+        continue;
+      }
+      const double half = std::sqrt(radius * radius - dy * dy);
+      const int begin = static_cast<int>(std::ceil(p.x() - half));
+      const int end = static_cast<int>(std::floor(p.x() + half));
+      for (int column = begin; column < end; ++column) {
+        sums_[static_cast<std::size_t>(row - first_row_) * static_cast<std::size_t>(columns_) +
+              static_cast<std::size_t>(column - first_column_)]
+            .driven += sign;
+      }
+    }
+  }
 }
 
 void EvidenceSum::add(const PlacedGrid& placed) { apply<1>(placed); }
 void EvidenceSum::subtract(const PlacedGrid& placed) { apply<-1>(placed); }
 
 Cell EvidenceSum::verdict(const Sum& sum, double finer_m) const {
+  if (sum.driven > 0) {
+    return Cell::kFree;
+  }
   // A wall one grid cell thick fills one of `ratio` grid cells of a coarser cell, so its evidence
   // counts that much more; half of the cell's floor must have been seen to call it free.
   const int ratio = std::max(1, static_cast<int>(std::lround(cell_m_ / finer_m)));
@@ -254,7 +287,7 @@ OccupancyMap EvidenceSum::map() const {
   for (int row = 0; row < rows_; ++row) {
     const Sum* sums = &sums_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_)];
     for (int column = 0; column < columns_; ++column) {
-      if (sums[column].free != 0 || sums[column].occupied != 0) {
+      if (sums[column].free != 0 || sums[column].occupied != 0 || sums[column].driven != 0) {
         low_column = std::min(low_column, column);
         high_column = std::max(high_column, column);
         low_row = std::min(low_row, row);
@@ -348,7 +381,7 @@ OccupancyMap fuse(std::span<const PlacedGrid> grids, double cell_m) {
   Bounds all;
   bool any = false;
   for (const PlacedGrid& grid : grids) {
-    if (!grid.grid->rows.empty()) {
+    if (!grid.grid->rows.empty() || !grid.grid->driven.empty()) {
       const Bounds one = placed_bounds(own_bounds(*grid.grid), grid.T_map_keyframe);
       all = any ? Bounds{all.low.cwiseMin(one.low), all.high.cwiseMax(one.high)} : one;
       any = true;
@@ -369,7 +402,7 @@ OccupancyMap fuse(std::span<const PlacedGrid> grids, double cell_m) {
 }
 
 LocalMap::LocalMap(double cell_m, double half_width_m, int keyframes)
-    : half_width_m_(half_width_m), keep_(keyframes), sum_(cell_m) {
+    : half_width_m_(half_width_m), keep_(keyframes), sum_(cell_m, Driven::kAsSeen) {
   PANOPTES_CHECK(half_width_m > 0 && keyframes >= 0, "a window has a size");
 }
 
@@ -379,7 +412,7 @@ void LocalMap::close(std::shared_ptr<const GridCrop> grid, const Pose2& T_odom_k
     closed_.erase(closed_.begin());
   }
   // made anew, so that it stays as large as the window and not as the way driven
-  sum_ = EvidenceSum(sum_.cell_m());
+  sum_ = EvidenceSum(sum_.cell_m(), Driven::kAsSeen);
   for (const PlacedGrid& placed : closed_) {
     sum_.add(placed);
   }

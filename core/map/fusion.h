@@ -18,16 +18,20 @@ struct PlacedGrid {
   Pose2 T_map_keyframe;
 };
 
-/// A map that has more cells takes more memory than a computer that drives has (2 GB while it is
+/// A map that has more cells takes more memory than a computer that drives has (3 GB while it is
 /// made): 800 m a side with cells of 5 cm.
 inline constexpr double kMostCells = 1 << 28;
+
+/// What the body has driven over: floor, for the map of a place; for the window that is driven by,
+/// where somebody may have stepped in behind it, evidence as any other.
+enum class Driven { kFree, kAsSeen };
 
 /// Sums of evidence on a lattice that grows: cell (column, row) covers
 /// cell_m * [column, column + 1) x [row, row + 1). Free and occupied are summed apart, so that a
 /// thin obstacle does not drown in the free floor of a coarser cell.
 class EvidenceSum {
  public:
-  explicit EvidenceSum(double cell_m);
+  explicit EvidenceSum(double cell_m, Driven driven = Driven::kFree);
 
   /// Throws ConfigError where the lattice would get more than kMostCells.
   void add(const PlacedGrid& placed);
@@ -41,16 +45,19 @@ class EvidenceSum {
   struct Sum {
     std::int32_t free = 0;
     std::int32_t occupied = 0;
+    std::int32_t driven = 0;  ///< places of the body that the whole cell lay under
   };
 
  private:
   friend class LocalMap;
   template <int kSign>
   void apply(const PlacedGrid& placed);
+  void drive_over(const PlacedGrid& placed, int sign);
   void reserve(int low_column, int low_row, int high_column, int high_row);
   Cell verdict(const Sum& sum, double finer_m) const;
 
   double cell_m_;
+  Driven driven_;
   double finer_m_ = 0.01;  // cell of the grids
   int first_column_ = 0;
   int first_row_ = 0;

@@ -24,6 +24,9 @@ struct GridCrop {
   std::vector<Row> rows;
   std::vector<std::int8_t> cells;
 
+  std::vector<Vec2> driven;  ///< where the middle of the body has been,
+  double body_radius_m = 0;  ///< and how far it reaches from there
+
   std::int8_t at(int column, int row) const;  ///< 0 outside
 };
 
@@ -40,6 +43,9 @@ class KeyframeGrid {
   /// The disc about `p_keyframe` is free: the body stands there, or it is assumed at the start.
   void add_free_disc(const Vec2& p_keyframe, double radius_m);
 
+  /// The body is there, and the disc under it floor, whatever pictures say before or after.
+  void add_body(const Vec2& p_keyframe, double radius_m);
+
   /// The disc about `p_keyframe` is occupied: something was touched there.
   void add_occupied_disc(const Vec2& p_keyframe, double radius_m);
 
@@ -55,6 +61,8 @@ class KeyframeGrid {
   int columns_ = 0;
   int rows_ = 0;
   std::vector<std::int8_t> cells_;
+  std::vector<Vec2> driven_;
+  double body_radius_m_ = 0;
   // Where each eye's last independent reading was taken.
   std::map<int, Pose2> T_keyframe_last_;
 };

@@ -14,6 +14,9 @@ namespace {
 
 /// A thing touched once is kept clear of by this much around the touched point.
 constexpr double kTouched_m = 0.05;
+/// As long as a goal given up is left alone, and likewise doubled each time. A thing that no camera
+/// sees and that stays is so touched a few times in a run, the logarithm of its length, at most.
+constexpr double kTouched_s = 30;
 constexpr double kTrackStep_m = 0.02;
 constexpr double kTrackLength_m = 2.0;
 /// The local map is laid over the global one this far around the robot when a path is planned.
@@ -196,8 +199,8 @@ void Driver::plan(const DriveTask& task) {
     coarse = unknown_around(T_map_body.position(), coarse.cell_m);
   }
   overlay(*task.local_odom, task.T_map_odom, T_map_body.position(), coarse);
-  for (const Vec2& p : touched_odom_) {
-    stamp(coarse, task.T_map_odom * p, kTouched_m);
+  for (const Vec2& p : touched_map(task.stamp)) {
+    stamp(coarse, p, kTouched_m);
   }
   grid_ = drivable_grid_of_coarse(options_.search, body_, std::move(coarse));
   PathSearch found =
@@ -242,13 +245,13 @@ Twist2 Driver::brake(const Twist2& twist_body) const {
 void Driver::start_retreat(const DriveTask& task, const std::string& why) {
   mode_ = Mode::kRetreat;
   mode_since_ = task.stamp;
+  turning_ = false;
   why_ = why;
   retreat_left_m_ = options_.retreat_m;
 }
 
 void Driver::recover(const DriveTask& task, const std::string& why, DriveStep& out) {
   turning_ = false;
-  blocked_since_.reset();
   count_as_getting_on(task);
   out.state = NavState::kRecovering;
   out.command_body = brake(task.twist_body);
@@ -271,13 +274,6 @@ void Driver::recover(const DriveTask& task, const std::string& why, DriveStep& o
   }
 }
 
-bool Driver::blocked_too_long(const DriveTask& task) {
-  if (!blocked_since_) {
-    blocked_since_ = task.stamp;
-  }
-  return to_seconds(task.stamp - *blocked_since_) >= options_.blocked_s;
-}
-
 void Driver::count_as_getting_on(const DriveTask& task) {
   got_on_ = task.stamp;
   got_on_odom_ = task.T_odom_body.position();
@@ -294,7 +290,42 @@ bool Driver::getting_on(const DriveTask& task) {
   return to_seconds(task.stamp - got_on_) - turning_s < options_.stuck_s;
 }
 
-void Driver::drive(const DriveTask& task, DriveStep& out) {
+void Driver::touch(const DriveTask& task) {
+  const double side = last_command_.v_mps < 0 ? -1.0 : 1.0;
+  const Vec2 p_body(side * (body_.radius_m + kTouched_m), 0);
+  const Vec2 p_map = task.T_map_odom * task.T_odom_body * p_body;
+  const auto again = std::find_if(touched_.begin(), touched_.end(), [&](const Touched& t) {
+    return (t.place.p_map() - p_map).norm() <= body_.radius_m;
+  });
+  const double for_s = again == touched_.end() ? kTouched_s : 2 * again->for_s;
+  if (again != touched_.end()) {
+    touched_.erase(again);
+  }
+  touched_.push_back({HeldPose({p_map.x(), p_map.y(), 0}, task.T_map_keyframes),
+                      task.stamp + from_seconds(for_s), for_s});
+}
+
+void Driver::follow_touched(const DriveTask& task) {
+  for (Touched& touched : touched_) {
+    touched.place.follow(task.T_map_keyframes);
+  }
+  // gone for as long as it was remembered: another thing would be met there
+  std::erase_if(touched_, [&task](const Touched& touched) {
+    return to_seconds(task.stamp - touched.until) > touched.for_s;
+  });
+}
+
+std::vector<Vec2> Driver::touched_map(Time now) const {
+  std::vector<Vec2> places_map;
+  for (const Touched& touched : touched_) {
+    if (now < touched.until) {
+      places_map.push_back(touched.place.p_map());
+    }
+  }
+  return places_map;
+}
+
+void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, DriveStep& out) {
   const Pose2 T_map_body = task.T_map_odom * task.T_odom_body;
   const bool due = !planned_ || !path_ || task.relaxed ||
                    to_seconds(task.stamp - *planned_) >= options_.replan_s;
@@ -379,7 +410,12 @@ void Driver::drive(const DriveTask& task, DriveStep& out) {
   const double left = std::max(0.0, carrot.to_go_m - 0.5 * options_.reached_m);
   request.speed_limit_mps = std::max(kStanding_mps, std::sqrt(body_.max_accel_mps2 * left));
   constexpr double kCap_m = 1.0;
-  const ClearanceMap window = clearance_map(window_map(options_.dwa, task, touched_odom_), kCap_m);
+  std::vector<Vec2> touched_odom = touched_map(task.stamp);
+  const Pose2 T_odom_map = task.T_map_odom.inverse();
+  for (Vec2& p : touched_odom) {
+    p = T_odom_map * p;
+  }
+  const ClearanceMap window = clearance_map(window_map(options_.dwa, task, touched_odom), kCap_m);
   DwaResult result = choose_arc(options_.dwa, body_, window, request);
   out.window = std::move(result.window);
   out.state = NavState::kDriving;
@@ -391,11 +427,10 @@ void Driver::drive(const DriveTask& task, DriveStep& out) {
     out.reason = "following the path";
   }
   if (!result.choice || out.command_body.v_mps < 1e-3) {
-    if (blocked_too_long(task)) {
+    blocked_since_ = blocked_since.value_or(task.stamp);
+    if (to_seconds(task.stamp - *blocked_since_) >= options_.blocked_s) {
       recover(task, "no arc gets on", out);
     }
-  } else {
-    blocked_since_.reset();
   }
 }
 
@@ -469,23 +504,25 @@ DriveStep Driver::step(const DriveTask& task) {
   remember_track(task);
   const bool hit = task.bumper_pressed && !bumper_was_;
   bumper_was_ = task.bumper_pressed;
+  follow_touched(task);
   if (hit) {
-    const double side = last_command_.v_mps < 0 ? -1.0 : 1.0;
-    touched_odom_.push_back(task.T_odom_body * Vec2(side * (body_.radius_m + kTouched_m), 0));
+    touch(task);
   }
+  // a wait goes on only where this step is blocked as well, by the same goal
+  std::optional<Time> blocked_since = std::exchange(blocked_since_, std::nullopt);
   if (!task.goal) {
     goal_.reset();
     path_.reset();
     mode_ = Mode::kDrive;
     recoveries_ = 0;
     turning_ = false;
-    blocked_since_.reset();
     count_as_getting_on(task);
     out.command_body = brake(task.twist_body);
     out.reason = "no goal";
   } else {
     const bool moved = !goal_ || !(goal_->pose_map == task.goal->pose_map);
     if (moved) {
+      blocked_since.reset();
       plans_failed_ = 0;
       path_.reset();
       planned_.reset();
@@ -518,7 +555,7 @@ DriveStep Driver::step(const DriveTask& task) {
     } else if (!getting_on(task)) {
       recover(task, "not getting on", out);
     } else {
-      drive(task, out);
+      drive(task, blocked_since, out);
     }
   }
   if (path_) {

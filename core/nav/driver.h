@@ -3,12 +3,14 @@
 
 #include <deque>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/base/time.h"
 #include "core/config/fields.h"
 #include "core/geometry/body.h"
+#include "core/graph/held_pose.h"
 #include "core/nav/nav_step.h"
 #include "core/plan/dwa.h"
 #include "core/plan/path_search.h"
@@ -42,6 +44,7 @@ struct DriveTask {
   const OccupancyMap* local_odom =
       nullptr;  ///< last keyframes and the open one; what it does not know is taken from the map
   const OccupancyMap* map = nullptr;
+  std::span<const Pose2> T_map_keyframes;  ///< what was touched is held by them
   Pose2 T_map_odom;
   Pose2 T_odom_body;
   Twist2 twist_body;
@@ -81,14 +84,24 @@ class Driver {
  private:
   enum class Mode { kDrive, kLook, kRetreat };
 
+  /// Where the bumper was pressed: an obstacle until whoever stood there has had time to go. For
+  /// what stays, twice as long each time that it is touched again.
+  struct Touched {
+    HeldPose place;
+    Time until;
+    double for_s = 0;
+  };
+
   void plan(const DriveTask& task);
   void remember_track(const DriveTask& task);
   void recover(const DriveTask& task, const std::string& why, DriveStep& out);
   void start_retreat(const DriveTask& task, const std::string& why);
-  void drive(const DriveTask& task, DriveStep& out);
+  void touch(const DriveTask& task);
+  void follow_touched(const DriveTask& task);
+  std::vector<Vec2> touched_map(Time now) const;
+  void drive(const DriveTask& task, std::optional<Time> blocked_since, DriveStep& out);
   void look(const DriveTask& task, DriveStep& out);
   void retreat(const DriveTask& task, DriveStep& out);
-  bool blocked_too_long(const DriveTask& task);
   bool took_too_long(const DriveTask& task) const;  // this recovery
   void count_as_getting_on(const DriveTask& task);
   bool getting_on(const DriveTask& task);
@@ -117,9 +130,9 @@ class Driver {
   Twist2 last_command_;
   Vec2 got_on_odom_ = Vec2::Zero();  // last place that counted as progress
   Time got_on_;
-  double turned_rad_ = 0;  // on the spot since then
-  std::optional<Time> blocked_since_;
-  std::vector<Vec2> touched_odom_;  // where the bumper was pressed
+  double turned_rad_ = 0;              // on the spot since then
+  std::optional<Time> blocked_since_;  // and at every step from then on
+  std::vector<Touched> touched_;
 };
 
 }  // namespace panoptes

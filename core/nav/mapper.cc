@@ -15,6 +15,9 @@ namespace {
 // off.
 constexpr Duration kShyAfterBump = std::chrono::seconds(3);
 
+// The sweep of the body between two steps is filled in by places so far apart.
+constexpr double kSweep_m = 0.05;
+
 }  // namespace
 
 std::vector<std::string> floor_cameras(const Rig& rig) {
@@ -109,11 +112,32 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
       out.reading = std::move(reading);
     }
   }
-  open_.add_free_disc(located.T_last_body.position(), body_.radius_m);  // the body stands there
+  drive_over(located.T_last_body, seen.odometry.T_odom_body, seen.health.bumper_pressed);
   out.local_odom =
       local_.map(open_, keyframes[static_cast<std::size_t>(open_keyframe_)].T_odom_body,
                  located.T_odom_body.position());
   return out;
+}
+
+// The body is there, and has come there straight. Farther than its own radius it may have come some
+// other way; and wheels that turn against what it touches tell of no way at all.
+void Mapper::drive_over(const Pose2& T_keyframe_body, const Pose2& T_wheels_body, bool touches) {
+  const Vec2 here = T_keyframe_body.position();
+  if (touches) {
+    open_.add_free_disc(here, body_.radius_m);
+  } else {
+    Vec2 way = Vec2::Zero();
+    if (T_wheels_last_) {
+      way = here - T_keyframe_body * (T_wheels_body.inverse() * *T_wheels_last_).position();
+    }
+    const int places = way.norm() <= body_.radius_m
+                           ? std::max(1, static_cast<int>(std::ceil(way.norm() / kSweep_m)))
+                           : 1;
+    for (int k = places - 1; k >= 0; --k) {
+      open_.add_body(here - way * k / places, body_.radius_m);
+    }
+  }
+  T_wheels_last_ = T_wheels_body;
 }
 
 std::vector<PlacedGrid> Mapper::placed(const std::vector<Pose2>& T_map_keyframes) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,8 +44,8 @@ struct Mapped {
 std::vector<std::string> floor_cameras(const Rig& rig);
 
 /// Free space (thesis 6.3.4): every picture of the floor goes into the open keyframe's grid; the
-/// last few grids make the window that is driven by, all of them the map. Relaxation moves grids,
-/// never their content.
+/// last few grids make the window that is driven by, all of them the map, in which all that the
+/// body has driven over is free. Relaxation moves grids, never their content.
 class Mapper {
  public:
   Mapper(const MapperOptions& options, const Body& body, const Rig& rig);
@@ -70,6 +71,8 @@ class Mapper {
   std::vector<PlacedGrid> placed(const std::vector<Pose2>& T_map_keyframes) const;
 
  private:
+  void drive_over(const Pose2& T_keyframe_body, const Pose2& T_wheels_body, bool touches);
+
   MapperOptions options_;
   Body body_;
   struct Eye {
@@ -85,6 +88,7 @@ class Mapper {
   bool bumped_ = false;
   Time bumped_at_;
   Time last_step_;
+  std::optional<Pose2> T_wheels_last_;
 };
 
 }  // namespace panoptes

@@ -22,6 +22,13 @@ FloorWedge wedge_of(const FloorProjection& projection, const Rig& rig, const Bod
   return wedge;
 }
 
+bool tells_numbers(const Odometry& odometry) {
+  const Pose2& T = odometry.T_odom_body;
+  const Twist2& twist = odometry.twist_body;
+  return std::isfinite(T.x_m) && std::isfinite(T.y_m) && std::isfinite(T.theta_rad) &&
+         std::isfinite(twist.v_mps) && std::isfinite(twist.w_radps);
+}
+
 }  // namespace
 
 void bind(Fields& f, NavigatorOptions& o) {
@@ -66,7 +73,8 @@ void Navigator::choose_goal(const Observation& seen, const Located& located, Nav
   chosen_ = seen.stamp;
   plan_map_ = planning_map();
   step.mapped_free_m2 = plan_map_.free_m2();
-  const ExploreChoice choice = explorer_.choose(seen.stamp, plan_map_, step.T_map_body);
+  const ExploreChoice choice =
+      explorer_.choose(seen.stamp, plan_map_, step.T_map_body, localiser_.graph().T_map_node);
   frontier_reachable_ = choice.frontier_reachable;
   exploring_ = choice.goal.has_value();
   why_no_goal_ = choice.reason;
@@ -89,11 +97,15 @@ void Navigator::choose_revisit_goal(const Observation& seen, const Located& loca
       places.push_back({graph.T_map_node[k], localiser_.keyframes()[k].stamp,
                         std::sqrt(covariances[k].topLeftCorner<2, 2>().trace())});
     }
+    std::vector<Vec2> revisited_map;
+    for (const int keyframe : revisited_) {
+      revisited_map.push_back(graph.T_map_node[static_cast<std::size_t>(keyframe)].position());
+    }
     if (const auto stretch =
             choose_revisit(options_.revisit, options_.explore.search, body_, plan_map_,
-                           step.T_map_body, seen.stamp, places, revisited_)) {
+                           step.T_map_body, seen.stamp, places, revisited_map)) {
       revisit_.assign(stretch->places.begin(), stretch->places.end());
-      revisited_.push_back(graph.T_map_node[static_cast<std::size_t>(revisit_.front())].position());
+      revisited_.push_back(revisit_.front());
       ++revisits_;
     }
   }
@@ -123,6 +135,7 @@ DriveTask Navigator::task_of(const Observation& seen, const Located& located,
   task.stamp = seen.stamp;
   task.local_odom = &mapped.local_odom;
   task.map = &plan_map_;
+  task.T_map_keyframes = localiser_.graph().T_map_node;
   task.T_map_odom = located.T_map_body * located.T_odom_body.inverse();
   task.T_odom_body = located.T_odom_body;
   task.twist_body = seen.odometry.twist_body;
@@ -181,6 +194,17 @@ void Navigator::drive(const Observation& seen, const Located& located, const Map
 }
 
 NavStep Navigator::step(const Observation& raw) {
+  if (!tells_numbers(raw.odometry)) {
+    NavStep stands;
+    stands.stamp = raw.stamp;
+    stands.T_map_body = T_map_body_;
+    stands.T_odom_body = T_odom_body_;
+    stands.reason = "the wheels tell no number";
+    stands.cameras_told = told(cameras_.reports());
+    stands.mapped_free_m2 = plan_map_.free_m2();
+    stands.frontier_reachable = frontier_reachable_;
+    return stands;
+  }
   if (told(cameras_.look(raw)).empty()) {
     return step_believed(raw);
   }
@@ -208,6 +232,7 @@ NavStep Navigator::step_straight(const Observation& seen) {
       seen, [&](int keyframe) { return mapper_.contour(keyframe, T_map_nodes); }, listener_,
       cameras_.reports());
   T_map_body_ = located.T_map_body;
+  T_odom_body_ = located.T_odom_body;
   step.T_map_body = located.T_map_body;
   step.T_odom_body = located.T_odom_body;
   step.keyframe_made = located.keyframe_made;

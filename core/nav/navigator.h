@@ -41,7 +41,8 @@ void bind(Fields& f, NavigatorOptions& o);
 /// steps, bit for bit. Knows no clock, no file and no truth. Pictures of cameras that are not good
 /// are left out; while one of those is lost that the floor is mapped by, it stands and chooses
 /// nothing. Pictures that a lens bends are straightened: all that follows, the floor likelihood
-/// kept in a step as well, is of pinholes.
+/// kept in a step as well, is of pinholes. An observation whose wheels tell no number is passed
+/// over, standing.
 class Navigator {
  public:
   Navigator(const NavigatorOptions& options, const Body& body, const Rig& rig, Rng rng,
@@ -98,6 +99,7 @@ class Navigator {
   Driver driver_;
 
   Pose2 T_map_body_;
+  Pose2 T_odom_body_;
   bool looked_at_floor_ = false;
   std::string start_fault_;
   bool done_ = false;
@@ -109,8 +111,8 @@ class Navigator {
   std::string why_no_goal_;
   std::deque<int> revisit_;  // keyframes of the stretch still to be driven over
   int revisits_ = 0;
-  int looks_in_vain_ = 0;        // choices in a row that found nothing left to do
-  std::vector<Vec2> revisited_;  // where stretches were begun
+  int looks_in_vain_ = 0;       // choices in a row that found nothing left to do
+  std::vector<int> revisited_;  // keyframes that stretches were begun at
 };
 
 }  // namespace panoptes

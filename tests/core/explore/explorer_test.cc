@@ -2,6 +2,7 @@
 #include "core/explore/explorer.h"
 
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -94,6 +95,61 @@ TEST(Explorer, StopsHopingForWhatNeverComesIntoView) {
     explorer.reached();
   }
   EXPECT_LT(looks, 100);
+}
+
+// What a relaxation does that takes every keyframe, and with them the map, as far.
+constexpr double kMoved_m = 0.5;
+OccupancyMap moved(OccupancyMap map) {
+  map.origin += Vec2::Constant(kMoved_m);
+  return map;
+}
+Pose2 moved(const Pose2& T) { return {T.x_m + kMoved_m, T.y_m + kMoved_m, T.theta_rad}; }
+
+TEST(Explorer, ItsGoalAndThoseGivenUpMoveWithTheMap) {
+  ExploreOptions options;
+  constexpr double kRoundoff = 1e-9;
+  const std::vector<Pose2> before = {{1, 2, 0}, {2.5, 2, 1}};
+  const std::vector<Pose2> after = {moved(before[0]), moved(before[1])};
+  for (const bool given_up : {false, true}) {
+    Explorer explorer = make_explorer(options);
+    const ExploreChoice first = explorer.choose(Time(), half_known(), {1, 2, 0}, before);
+    ASSERT_TRUE(first.goal);
+    if (given_up) {
+      explorer.give_up(Time());
+    }
+    const ExploreChoice second =
+        explorer.choose(time_at(1), moved(half_known()), moved({1, 2, 0}), after);
+    ASSERT_TRUE(second.goal);
+    const double off =
+        (second.goal->pose_map.position() - moved(first.goal->pose_map).position()).norm();
+    if (given_up) {
+      EXPECT_GT(off, options.blacklist_m);
+    } else {
+      EXPECT_NEAR(off, 0, kRoundoff);
+    }
+  }
+}
+
+TEST(Explorer, WhatNeverCameIntoViewIsNotHopedForAgainWhereTheMapHasMoved) {
+  Explorer explorer = make_explorer();
+  const OccupancyMap map = half_known();
+  Pose2 T_map_body{1, 2, 0};
+  std::vector<Pose2> T_map_keyframes = {T_map_body};
+  double at_s = 0;
+  for (; at_s < 500; at_s += 5) {
+    const ExploreChoice choice = explorer.choose(time_at(at_s), map, T_map_body, T_map_keyframes);
+    if (!choice.goal) {
+      break;
+    }
+    T_map_body = choice.goal->pose_map;
+    T_map_keyframes.push_back(T_map_body);
+    explorer.reached();
+  }
+  ASSERT_LT(at_s, 500);
+  for (Pose2& T : T_map_keyframes) {
+    T = moved(T);
+  }
+  EXPECT_FALSE(explorer.choose(time_at(at_s), moved(map), moved(T_map_body), T_map_keyframes).goal);
 }
 
 TEST(Explorer, DrawsTheThesissRandomGoalsInItsSquareAndFartherAfterTooLong) {

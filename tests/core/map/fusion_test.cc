@@ -146,6 +146,65 @@ TEST_P(EveryCellSize, LeavesNoHoles) {
   EXPECT_NEAR(map.free_m2(), 2, 6 * GetParam());  // a cell along the outline
 }
 
+// A wall across the way that the body takes along x, from -0.2 to 0.2 m.
+std::shared_ptr<const GridCrop> driven_through_a_wall() {
+  auto crop = std::make_shared<GridCrop>(
+      *crop_of(Vec2(-1, -1), Vec2(1, 1), [](double x, double) { return x < 0.1 ? 60 : -100; }));
+  crop->body_radius_m = 0.25;
+  for (int k = -10; k <= 10; ++k) {
+    crop->driven.emplace_back(0.02 * k, 0);
+  }
+  return crop;
+}
+
+TEST_P(EveryCellSize, WhatTheBodyHasDrivenThroughIsFreeAndNothingBesideIt) {
+  const auto wall = crop_of(Vec2(-1, -1), Vec2(1, 1), [](double, double) { return -100; });
+  const Pose2 T{0.013, -0.021, 0.7};
+  const auto crop = driven_through_a_wall();
+  // five other keyframes saw nothing but walls there, before and after
+  const OccupancyMap map = fuse(
+      std::vector<PlacedGrid>{{wall, T}, {wall, T}, {crop, T}, {wall, T}, {wall, T}, {wall, T}},
+      GetParam());
+  const double cell_m = 1.5 * GetParam();
+  for (double x = -0.5; x <= 0.5; x += 0.01) {
+    for (double y = -0.5; y <= 0.5; y += 0.01) {
+      const double way_m = (Vec2(x, y) - Vec2(std::clamp(x, -0.2, 0.2), 0)).norm();
+      if (way_m < crop->body_radius_m - cell_m) {
+        ASSERT_EQ(map.at(T * Vec2(x, y)), Cell::kFree) << x << " " << y;
+      } else if (way_m > crop->body_radius_m) {
+        ASSERT_EQ(map.at(T * Vec2(x, y)), Cell::kOccupied) << x << " " << y;
+      }
+    }
+  }
+}
+
+TEST_P(EveryCellSize, WhatWasDrivenThroughMovesToTheBitAsFromScratch) {
+  Rng rng(3);
+  GlobalMap global(GetParam());
+  std::vector<PlacedGrid> placed;
+  std::vector<Pose2> poses;
+  for (int i = 0; i < 8; ++i) {
+    auto crop = std::make_shared<GridCrop>(*random_crop(rng));
+    crop->body_radius_m = 0.25;
+    for (int k = 0; k < 5; ++k) {  // beyond what was seen as well
+      crop->driven.emplace_back(rng.uniform(-1, 1), rng.uniform(-1, 1));
+    }
+    placed.push_back({crop, random_pose(rng)});
+    global.add(crop, placed.back().T_map_keyframe);
+  }
+  for (PlacedGrid& grid : placed) {
+    grid.T_map_keyframe = random_pose(rng);
+    poses.push_back(grid.T_map_keyframe);
+  }
+  global.move(poses);
+  global.refuse(8);
+  const OccupancyMap moved = global.map();
+  const OccupancyMap scratch = fuse(placed, GetParam());
+  EXPECT_EQ(moved.origin, scratch.origin);
+  EXPECT_EQ(moved.columns, scratch.columns);
+  EXPECT_EQ(moved.cells, scratch.cells);
+}
+
 INSTANTIATE_TEST_SUITE_P(Metres, EveryCellSize, testing::Values(0.01, 0.02, 0.05, 0.1));
 
 TEST(GlobalMap, LeavesAloneWhatMovedByLessThanHalfACell) {
@@ -189,6 +248,14 @@ TEST(LocalMap, KeepsTheLastFewAndTheOpenOne) {
   EXPECT_EQ(map.rows, 350);
   // asked again it says the same: the open keyframe leaves nothing behind
   EXPECT_EQ(local.map(open, {3, 0, 0}, Vec2(2, 0)).cells, map.cells);
+}
+
+TEST(LocalMap, WhoStepsInBehindTheBodyIsSeenThere) {
+  LocalMap local(0.02, 3.5, 2);
+  local.close(driven_through_a_wall(), {});
+  const OccupancyMap map = local.map(KeyframeGrid(), {}, Vec2(0, 0));
+  EXPECT_EQ(map.at(Vec2(0.15, 0.01)), Cell::kOccupied);
+  EXPECT_EQ(map.at(Vec2(-0.15, 0.01)), Cell::kFree);
 }
 
 TEST(Fuse, OfNothingIsEmpty) {

@@ -125,6 +125,17 @@ TEST(KeyframeGrid, DiscsOverruleAPicture) {
   EXPECT_LT(grid.crop().at(20, 20), 0);
 }
 
+TEST(KeyframeGrid, RemembersWhereTheBodyHasBeenAndNoPlaceTwice) {
+  KeyframeGrid grid;
+  for (int k = 0; k < 100; ++k) {
+    grid.add_body(Vec2(0.001 * k, 0), 0.25);
+  }
+  const GridCrop crop = grid.crop();
+  EXPECT_EQ(crop.driven.size(), 5U);  // 2 cm apart
+  EXPECT_EQ(crop.body_radius_m, 0.25);
+  EXPECT_EQ(crop.at(0, 0), 48);
+}
+
 TEST(KeyframeGrid, AnEmptyGridCropsToNothing) {
   const GridCrop crop = KeyframeGrid().crop();
   EXPECT_TRUE(crop.rows.empty());

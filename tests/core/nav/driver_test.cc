@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <functional>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -204,6 +205,77 @@ TEST(Driver, RecoversInOrderAndGivesUpWhenHeld) {
   EXPECT_TRUE(looked);
   EXPECT_TRUE(retreated);
   EXPECT_TRUE(last.goal_given_up) << last.reason;
+}
+
+bool recovers(const DriveStep& s) { return s.state == NavState::kRecovering; }
+
+TEST(Driver, WaitsAfreshWhereItIsBlockedAfterATurnAndForAnotherGoal) {
+  DriverOptions options;
+  options.dwa.margin_m = 5;  // no nearer to any wall than it is: blocked ahead, free behind
+  const DriveGoal ahead{{5.5, 2, 0}, false};
+  const double nearly_s = options.blocked_s - 0.3;
+  const auto wait = [&](const DriveGoal& first, const DriveGoal& between, const DriveGoal& then) {
+    Ride r = ride();
+    r.driver = Driver(options, Body());
+    r.T_map_body = {5, 2, 0};
+    EXPECT_FALSE(recovers(r.drive(first, nearly_s, recovers)));
+    EXPECT_FALSE(recovers(r.drive(between, 0.8, recovers)));
+    const Time since = r.now;
+    EXPECT_TRUE(recovers(r.drive(then, 5, recovers)));
+    return to_seconds(r.now - since);
+  };
+  EXPECT_GE(wait(ahead, DriveGoal{{1, 2, 0}, false}, ahead), options.blocked_s);
+  const DriveGoal beside{{5.5, 2.05, 0}, false};
+  EXPECT_GE(wait(ahead, beside, ahead), options.blocked_s);
+}
+
+/// Walls with one gap of 0.88 m, which what was touched in its middle closes.
+Ride ride_to_a_gap() {
+  Ride r = ride();
+  test::fill(r.map, 2.9, 0, 3.1, 1.56, Cell::kOccupied);
+  test::fill(r.map, 2.9, 2.44, 3.1, 4, Cell::kOccupied);
+  r.local = r.map;
+  return r;
+}
+
+// Drives until the goal is reached, though it be given up, for so long; touches what stands in the
+// gap the first `touches` times that it comes there. When it touched it.
+std::vector<double> touch_in_the_gap(Ride& r, int touches, double at_most_s, bool& reached) {
+  const DriveGoal goal{{5, 2, 0}, false};
+  std::vector<double> touched_s;
+  while (to_seconds(r.now - Time()) < at_most_s) {
+    const bool there = r.T_map_body.x_m > 2.7 && r.T_map_body.x_m < 3;
+    r.bumper =
+        there && !r.bumper && r.twist.v_mps > 0 && static_cast<int>(touched_s.size()) < touches;
+    if (r.bumper) {
+      r.twist = r.pending = {};
+      touched_s.push_back(to_seconds(r.now - Time()));
+    }
+    if (r.step(goal).goal_reached) {
+      reached = true;
+      break;
+    }
+  }
+  return touched_s;
+}
+
+TEST(Driver, GoesWhereSomebodyWasBumpedOnceHeHasHadTimeToGo) {
+  Ride r = ride_to_a_gap();
+  bool reached = false;
+  const std::vector<double> touched_s = touch_in_the_gap(r, 1, 120, reached);
+  EXPECT_EQ(touched_s.size(), 1U);
+  EXPECT_TRUE(reached);
+}
+
+TEST(Driver, LeavesWhatItTouchesAgainAloneForTwiceAsLong) {
+  Ride r = ride_to_a_gap();
+  bool reached = false;
+  const std::vector<double> touched_s = touch_in_the_gap(r, 3, 300, reached);
+  ASSERT_EQ(touched_s.size(), 3U);
+  EXPECT_TRUE(reached);
+  EXPECT_GE(touched_s[1] - touched_s[0], 30);
+  EXPECT_GE(touched_s[2] - touched_s[1], 60);
+  EXPECT_GE(to_seconds(r.now - Time()) - touched_s[2], 120);
 }
 
 TEST(Driver, HandsBackTheWindowWhenAsked) {

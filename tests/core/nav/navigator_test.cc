@@ -268,6 +268,69 @@ TEST(Navigator, StandsStillWhereTheStartShowsNoFloor) {
   }
 }
 
+TEST(Navigator, StandsWhileTheWheelsTellNoNumberAndGoesOnWhenTheyDo) {
+  test::RoomRobot robot(12);
+  Navigator navigator({}, Body{}, robot.rig(), Rng(7));
+  test::RoomRobot same(12);
+  Navigator undisturbed({}, Body{}, same.rig(), Rng(7));
+  const Pose2 start{-1, 0, 0.4};
+  Pose2 T_odom_body;
+  for (int i = 0; i < 10; ++i) {
+    const Observation seen = robot.look(i * kFrame_s, start * T_odom_body, T_odom_body);
+    for (const double no_number : {std::nan(""), HUGE_VAL}) {
+      Observation broken = seen;
+      (i % 2 == 0 ? broken.odometry.T_odom_body.theta_rad : broken.odometry.twist_body.v_mps) =
+          no_number;
+      const NavStep stands = navigator.step(broken);
+      EXPECT_EQ(stands.command_body.v_mps, 0);
+      EXPECT_EQ(stands.command_body.w_radps, 0);
+      EXPECT_EQ(stands.state, NavState::kStopped);
+      EXPECT_EQ(stands.reason, "the wheels tell no number");
+    }
+    const NavStep step = navigator.step(seen);
+    const NavStep wanted = undisturbed.step(seen);
+    EXPECT_EQ(step.T_map_body, wanted.T_map_body);
+    EXPECT_EQ(step.command_body.w_radps, wanted.command_body.w_radps);
+    EXPECT_EQ(step.reason, wanted.reason);
+    T_odom_body = T_odom_body * exp_twist(step.command_body, kFrame_s);
+  }
+}
+
+// The map after the robot was driven by hand along y = 1 through where it sees a box.
+OccupancyMap map_driven_through_the_box(double step_m, bool touching) {
+  test::RoomRobot robot(12);
+  Navigator navigator({}, Body{}, robot.rig(), Rng(7));
+  const Pose2 start{0.2, 1, 0};
+  double at_s = 0;
+  for (double x_m = 0; x_m <= 1.7; x_m += step_m) {
+    Observation seen = robot.look(at_s += kFrame_s, start * Pose2{x_m, 0, 0}, {x_m, 0, 0});
+    seen.health.bumper_pressed = touching;
+    navigator.step(seen);
+  }
+  return navigator.map(0.01);
+}
+
+TEST(Navigator, WhatTheBodyHasDrivenThroughIsFreeInTheMap) {
+  const double radius_m = Body().radius_m;
+  for (const double step_m : {0.04, 0.2}) {
+    const OccupancyMap map = map_driven_through_the_box(step_m, false);
+    for (double x = 0; x < 1.7; x += 0.01) {
+      for (const double y : {-0.9 * radius_m, 0.0, 0.9 * radius_m}) {
+        ASSERT_EQ(map.at(Vec2(x, y)), Cell::kFree) << step_m << ": " << x << " " << y;
+      }
+    }
+  }
+}
+
+TEST(Navigator, WheelsThatTurnAgainstWhatTheBumperTouchesDriveThroughNothing) {
+  const OccupancyMap map = map_driven_through_the_box(0.04, true);
+  int occupied = 0;
+  for (double x = 1; x < 1.7; x += 0.01) {
+    occupied += map.at(Vec2(x, 0)) == Cell::kOccupied ? 1 : 0;
+  }
+  EXPECT_GT(occupied, 0);
+}
+
 TEST(Navigator, EveryStageThatBeginsEnds) {
   test::RoomRobot robot(14);
   std::map<std::string, int> open;
