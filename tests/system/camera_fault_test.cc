@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Cameras that fail in the middle of a run.
+#include <algorithm>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 
@@ -13,6 +16,7 @@
 namespace panoptes {
 namespace {
 
+namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 class CameraFaults : public SystemTest {
@@ -98,6 +102,32 @@ TEST_F(CameraFaults, AFloorCameraThatLosesEveryPictureIsNoCompletedRun) {
   EXPECT_EQ(said.status, 3);
   EXPECT_EQ(metrics("run")["outcome"], "device_lost");
   EXPECT_LT(metrics("run")["run_s"], 11);
+}
+
+TEST_F(CameraFaults, OfARecordingMapNothing) {
+  ASSERT_EQ(
+      panoptes({"record", kOffice, "--seed", "3", "--duration", "14", "--quiet", "--out", "drive"})
+          .status,
+      0);
+  const std::vector<std::string> more{"--set", "require=[]", "--set",
+                                      "navigator.camera_patience_s=3"};
+  EXPECT_EQ(explore("drive", "whole", more).status, 0);
+  std::vector<fs::path> pictures;
+  for (const auto& entry : fs::directory_iterator(folder_ / "work/drive/mav0/floor/data")) {
+    pictures.push_back(entry.path());
+  }
+  std::sort(pictures.begin(), pictures.end(), [](const fs::path& a, const fs::path& b) {
+    return std::stoll(a.stem().string()) < std::stoll(b.stem().string());
+  });
+  const std::size_t frozen_from = 9 * 15;
+  ASSERT_GT(pictures.size(), frozen_from);
+  for (std::size_t i = frozen_from; i < pictures.size(); ++i) {
+    fs::copy_file(pictures[frozen_from - 1], pictures[i], fs::copy_options::overwrite_existing);
+  }
+  EXPECT_EQ(explore("drive", "frozen", more).status, 3);
+  EXPECT_EQ(metrics("frozen")["outcome"], "device_lost");
+  EXPECT_GE(metrics("frozen")["cameras"]["floor"]["frozen"], 40);
+  EXPECT_LE(metrics("frozen")["map"]["mapped_free_m2"], metrics("whole")["map"]["mapped_free_m2"]);
 }
 
 TEST_F(CameraFaults, NobodySaysExploredInTheDark) {
