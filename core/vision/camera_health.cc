@@ -228,7 +228,7 @@ const CameraReports& CameraHealth::look(const Observation& seen) {
     if (!last_) {
       camera.since = seen.stamp;
     } else if (report.state != CameraState::kGood) {
-      report.lost += seen.stamp - *last_;
+      report.lost += std::max(Duration{}, seen.stamp - *last_);
     }
     const auto found = seen.pictures.find(name);
     const bool is_there = found != seen.pictures.end() &&
@@ -258,7 +258,7 @@ const CameraReports& CameraHealth::look(const Observation& seen) {
       report.since = seen.stamp;
     }
   }
-  last_ = seen.stamp;
+  last_ = std::max(seen.stamp, last_.value_or(seen.stamp));  // a late set follows a deadline
   return reports_;
 }
 
