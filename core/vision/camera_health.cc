@@ -253,10 +253,10 @@ const CameraReports& CameraHealth::look(const Observation& seen) {
       report.saturated += state == CameraState::kSaturated ? 1 : 0;
       report.covered += state == CameraState::kCovered ? 1 : 0;
     }
-    if (state != report.state) {
-      report.state = state;
+    if ((state == CameraState::kGood) != (report.state == CameraState::kGood)) {
       report.since = seen.stamp;
     }
+    report.state = state;
   }
   last_ = std::max(seen.stamp, last_.value_or(seen.stamp));  // a late set follows a deadline
   return reports_;

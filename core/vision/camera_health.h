@@ -31,7 +31,7 @@ std::string_view name_of(CameraState state);
 /// How a camera is, and how it was.
 struct CameraReport {
   CameraState state = CameraState::kGood;
-  Time since{};     ///< it is in this state
+  Time since{};     ///< it is good, or not
   int missing = 0;  ///< pictures, by its rate
   int late = 0;     ///< pictures counted so, each once
   int frozen = 0;

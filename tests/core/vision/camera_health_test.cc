@@ -103,6 +103,17 @@ TEST(CameraHealth, CountsTheTimeThatACameraIsLost) {
   EXPECT_NEAR(to_seconds(report.lost), 2, 1e-6);
 }
 
+TEST(CameraHealth, IsLostSinceItsFirstFaultWhateverTheNext) {
+  Watch w;
+  w.see_things(5);
+  const Time first = w.see(w.scene.dark()).since;
+  w.see(w.scene.plain(cv::Scalar::all(255)));
+  const CameraReport report = w.see(w.scene.dark());
+  EXPECT_EQ(report.state, CameraState::kDark);
+  EXPECT_EQ(report.since, first);
+  EXPECT_GT(w.see(w.scene.things()).since, first);
+}
+
 TEST(CameraHealth, ThreePicturesMissingInARowAreALostCamera) {
   Watch w;
   w.see_things(3);
