@@ -87,7 +87,9 @@ void Recorder::add(const Observation& seen, const NavStep& step) {
     kept.contour_recent = {};
     run_.closures.emplace_back(seen.stamp, std::move(kept));
   }
-  if (seen.pictures.empty() && !run_.info.blind) {
+  // a deadline that comes just before a late report tells of an instant after the report's
+  const bool later = run_.frames.empty() || seen.stamp > run_.frames.back().stamp;
+  if (seen.pictures.empty() && !(run_.info.blind && later)) {
     return;
   }
   run_.frames.push_back({seen.stamp, seen.odometry.T_odom_body, step.goal_map.has_value()});

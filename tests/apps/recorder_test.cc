@@ -381,6 +381,22 @@ TEST_F(RecorderTest, LeavesNothingOfARunThatNeverBegan) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_ / "run"));
 }
 
+TEST_F(RecorderTest, KeepsTheInstantsOfABlindRunInOrder) {
+  const auto out = folder_ / "run";
+  std::filesystem::create_directories(out);
+  RunInfo info;
+  info.blind = true;
+  Recorder recorder(out, info, nullptr);
+  for (const double t_s : {0.0, 0.1003, 0.1002, 0.1003, 0.2}) {
+    Observation seen;
+    seen.stamp = time_at(t_s);
+    recorder.add(seen, {});
+  }
+  recorder.write_report(std::nullopt, {}, {"completed", "duration"});
+  EXPECT_EQ(read_tum(out / "odometry.tum").size(), 3U);  // else it throws
+  EXPECT_EQ(read_csv(out / "steps.csv").rows.size(), 3U);
+}
+
 TEST_F(RecorderTest, KeepsARunThatEndedAtOnce) {
   const auto out = folder_ / "run";
   std::filesystem::create_directories(out);
