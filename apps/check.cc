@@ -6,16 +6,19 @@
 #include <memory>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 #include "apps/command.h"
 #include "apps/run/mission.h"
 #include "apps/run/open_robot.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/config/geometry_fields.h"
 #include "core/io/dataset.h"
+#include "core/io/dataset_gaps.h"
 #include "core/io/keyframe_files.h"
 #include "core/io/map_server.h"
-#include "hw/replay/truth_files.h"
+#include "hw/replay/tracked_truth.h"
 #include "sim/world/load.h"
 
 namespace panoptes {
@@ -92,28 +95,66 @@ const FileKind& kind_of(const std::string& file) {
       "waypoints: or tour:, a map image: and occupied_thresh:");
 }
 
-// A recorded run: as it is replayed, or as another program's, which has no mission.
-void check_dataset(const std::string& folder) {
+// What was gathered from somebody else's dataset.
+void tell_gathered(const Dataset& dataset, const Rig& rig) {
+  std::vector<std::string> rates;
+  for (const auto& [name, rate] : picture_rates(dataset, rig)) {
+    rates.push_back(
+        fmt::format("{} {:.1f} pictures a second, {} missing", name, rate.rate_hz(), rate.missing));
+  }
+  const auto sets = std::count_if(dataset.observations.begin(), dataset.observations.end(),
+                                  [](const auto& seen) { return !seen.pictures.empty(); });
+  fmt::print("{}: {} frame sets in {:.1f} s gathered: {}; odometry interpolated from {} rows\n",
+             dataset.folder, sets, to_seconds(dataset.observations.back().now), joined(rates),
+             dataset.odometry_rows.size());
+}
+
+// A recorded run as it is replayed; one that no rig is known of as far as it can be read.
+std::vector<std::string> check_replay(const std::string& folder, Rig& rig) {
   std::error_code ignored;
-  std::vector<std::string> remarks;
-  if (std::filesystem::exists(std::filesystem::path(folder) / "mission.yaml", ignored)) {
-    const auto mission = load_mission<ExploreMission>(folder);
-    remarks = open_robot(mission, Rng(mission.seed)).remarks;
-  } else {
+  const bool has_mission =
+      std::filesystem::exists(std::filesystem::path(folder) / "mission.yaml", ignored);
+  const std::string own_mission = "platform: {kind: recorded, dataset: " + folder + "}";
+  if (!has_mission && !read_beliefs(folder).rig) {
     Dataset dataset = read_dataset(folder);
-    check_pictures(dataset, dataset.believed.rig.value_or(Rig()));
-    if (const auto truth = hw::RecordedTruth::read(folder)) {
-      truth->cut_to_fit(dataset);
-    }
-    remarks = dataset.remarks;
-    remarks.push_back(folder +
-                      ": has no mission.yaml; to replay it, write a mission with "
-                      "platform: {kind: recorded, dataset: " +
-                      folder + "}");
+    check_pictures(dataset, rig);
+    hw::truth_of(folder, dataset);
+    dataset.remarks.push_back(folder +
+                              ": has no rig.yaml; to replay it, put one there, or write a mission "
+                              "with rig: and " +
+                              own_mission);
+    return dataset.remarks;
+  }
+  const auto mission =
+      load_mission<ExploreMission>(folder, {}, has_mission ? Needs::kDriver : Needs::kNothing);
+  OpenRobot open = open_robot(mission, Rng(mission.seed));
+  rig = open.rig;
+  if (!has_mission) {
+    open.remarks.push_back(folder +
+                           ": has no mission.yaml; it is replayed with every setting's default, or "
+                           "by a mission with " +
+                           own_mission);
+  }
+  if (!has_mission && !can_navigate(rig)) {
+    open.remarks.push_back(folder +
+                           "/rig.yaml: has not all of the roles loop_front, loop_back and floor; "
+                           "panoptes explore cannot map with it");
+  }
+  return open.remarks;
+}
+
+// The exit status.
+int check_dataset(const std::string& folder) {
+  Rig rig;
+  const std::vector<std::string> remarks = check_replay(folder, rig);
+  const Dataset dataset = read_dataset(folder, rig);
+  if (!dataset.ours) {
+    tell_gathered(dataset, rig);
   }
   for (const std::string& remark : remarks) {
     std::printf("%s\n", remark.c_str());
   }
+  return gap_lines(dataset, rig).empty() ? 0 : 1;
 }
 
 // What a run keeps of its places.
@@ -135,15 +176,14 @@ int check_file(const std::string& file) {
         std::filesystem::is_directory(std::filesystem::path(file) / "keyframes", ignored);
     const bool dataset =
         std::filesystem::is_directory(std::filesystem::path(file) / "mav0", ignored);
-    if (dataset) {
-      check_dataset(file);
-    }
+    const int status = dataset ? check_dataset(file) : 0;
     if (run) {
       check_keyframes(file);
     }
     if (run || dataset) {
-      std::printf("%s: ok (%s)\n", file.c_str(), dataset ? "dataset" : "run");
-      return 0;
+      std::printf("%s: %s (%s)\n", file.c_str(), status == 0 ? "ok" : "has gaps",
+                  dataset ? "dataset" : "run");
+      return status;
     }
     const FileKind& kind = kind_of(file);
     kind.check(file);
@@ -163,7 +203,7 @@ int check(const std::vector<std::string>& files) {
   int status = 0;
   for (const std::string& file : files) {
     const int one = check_file(file);
-    status = one == 2 || status == 0 ? one : status;
+    status = one == 2 || status == 0 || (one == 3 && status == 1) ? one : status;
   }
   return status;
 }

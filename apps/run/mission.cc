@@ -33,20 +33,9 @@ std::vector<std::string> missing_roles(const Rig& rig) {
 
 bool is_standin(const PioneerOptions& o) { return o.base.starts_with("standin:"); }
 
-// Throws for one that nobody has recorded a mission with.
 bool is_dataset(const std::filesystem::path& folder) {
   std::error_code error;
-  if (!std::filesystem::is_directory(folder / "mav0", error)) {
-    return false;
-  }
-  read_beliefs(folder);  // tells what is no dataset of ours
-  if (!std::filesystem::exists(folder / "mission.yaml", error)) {
-    throw ConfigError(folder.string() +
-                      ": has no mission.yaml; write a mission with platform: {kind: recorded, "
-                      "dataset: " +
-                      folder.string() + "}");
-  }
-  return true;
+  return std::filesystem::is_directory(folder / "mav0", error);
 }
 
 /// A rig that may have no cameras, told from one that could not be read.
@@ -57,6 +46,10 @@ struct SaidRig {
 void bind(Fields& f, SaidRig& o) {
   bind(f, o.rig);
   o.said = o.said || f.present("cameras");
+}
+
+std::string folder_name(const std::string& folder) {
+  return std::filesystem::canonical(folder).filename().string();
 }
 
 std::string quoted(const std::string& text) {
@@ -191,10 +184,15 @@ ExploreMission load_mission(const std::string& file, const std::vector<std::stri
   ExploreMission defaults;
   defaults.needs = needs;
   if (is_dataset(file)) {
+    read_beliefs(file);  // tells what cannot be replayed
     std::vector<std::string> replayed{"platform={kind: recorded, dataset: " + quoted(file) + "}"};
     replayed.insert(replayed.end(), overrides.begin(), overrides.end());
-    return read_settings((std::filesystem::path(file) / "mission.yaml").string(), replayed,
-                         defaults);
+    const std::string mission = (std::filesystem::path(file) / "mission.yaml").string();
+    if (std::filesystem::exists(mission)) {
+      return read_settings(mission, replayed, defaults);
+    }
+    defaults.name = folder_name(file);
+    return read_settings_text("{}", mission, replayed, defaults);  // somebody else's
   }
   defaults.name = std::filesystem::path(file).stem().string();
   return read_settings(file, overrides, defaults);

@@ -103,7 +103,7 @@ void bind(Fields& f, ExploreMission& o);
 
 /// Reads a mission with everything it refers to, checks it wholly and throws ConfigError with every
 /// fault. `overrides` are `key.path=value`. The folder of a dataset is the mission it was recorded
-/// with, on the recording.
+/// with, on the recording; of one without mission.yaml a mission with every setting's default.
 template <class Mission>
 Mission load_mission(const std::string& file, const std::vector<std::string>& overrides = {},
                      Needs needs = Needs::kDriver);

@@ -7,8 +7,10 @@
 #include <variant>
 
 #include "core/base/error.h"
+#include "core/io/dataset_gaps.h"
 #include "hw/physical/physical_robot.h"
 #include "hw/pioneer/base.h"
+#include "hw/replay/tracked_truth.h"
 #include "hw/standin/link.h"
 #include "sim/world/load.h"
 
@@ -38,15 +40,17 @@ OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& missi
 
 OpenRobot open(const hw::RecordedOptions& options, const ExploreMission& mission,
                const Rng& /*rng*/, const sim::RendererOptions& /*renderer*/) {
-  Dataset dataset = read_dataset(options.dataset);
+  Dataset dataset = read_dataset(options.dataset, mission.rig);
   OpenRobot out;
   out.rig = hw::recorded_rig(options, dataset, mission.rig);
   out.route_done = [] { return false; };  // the recording ends
   check_pictures(dataset, out.rig);
-  auto robot = std::make_unique<hw::RecordedRobot>(std::move(dataset), out.rig,
-                                                   hw::RecordedTruth::read(options.dataset));
+  const std::vector<std::string> gaps = gap_lines(dataset, out.rig);
+  std::optional<hw::RecordedTruth> truth = hw::truth_of(options.dataset, dataset);
+  auto robot = std::make_unique<hw::RecordedRobot>(std::move(dataset), out.rig, std::move(truth));
   out.length = robot->length();
   out.remarks = robot->remarks();
+  out.remarks.insert(out.remarks.end(), gaps.begin(), gaps.end());
   out.paced = false;
   out.recorded = robot.get();
   out.robot = std::move(robot);

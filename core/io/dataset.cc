@@ -5,37 +5,30 @@
 #include <array>
 #include <cerrno>
 #include <system_error>
+#include <unordered_set>
 #include <utility>
 
 #include <fcntl.h>
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/core.hpp>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/config/geometry_fields.h"
+#include "core/io/dataset_rows.h"
 #include "core/io/dataset_table.h"
-#include "core/io/digits.h"
 #include "core/io/file.h"
+#include "core/io/gathering.h"
+#include "core/io/picture.h"
 
 namespace panoptes {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kOdometry = "mav0/odom0/data.csv";
 constexpr std::string_view kCommands = "mav0/cmd0/data.csv";
 constexpr std::string_view kEvents = "mav0/events.csv";
-
-// Between two rows of one drive: a robot of ours answers within a minute (frame_deadline_s).
-constexpr Duration kLongestGap = std::chrono::hours(1);
-// What odometry may jump besides, where stamps are rough.
-constexpr double kJump_m = 1;
-
-std::string in_folder(const std::string& folder, std::string_view file) {
-  return (fs::path(folder) / file).string();
-}
 
 template <class T>
 std::optional<T> settings(const std::string& folder, const DatasetText& text, const char* file) {
@@ -50,11 +43,33 @@ RecordedBeliefs beliefs(const std::string& folder, const DatasetText& text) {
 }
 
 ConfigError no_odometry(const std::string& folder, const std::vector<std::string>& cameras) {
-  return ConfigError(folder + ": has pictures of " +
-                     (cameras.empty() ? "no camera" : joined(cameras)) + " but no " +
-                     std::string(kOdometry) +
-                     " (#timestamp [ns], x [m], y [m], theta [rad], v [m/s], w [rad/s]): the "
-                     "wheels' odometry at the instant of each picture is needed");
+  std::string message =
+      folder + ": has pictures of " + (cameras.empty() ? "no camera" : joined(cameras)) +
+      " but no " + std::string(kOdometryFile) +
+      " (#timestamp [ns], x [m], y [m], theta [rad], v [m/s], w [rad/s]; the last "
+      "two may be absent): the wheels' odometry is needed, at whatever instants, "
+      "from the first pictures to the last";
+  if (!cameras.empty()) {
+    message += "; without it panoptes loops " +
+               in_folder(folder, "mav0/" + cameras.front() + "/data") +
+               " finds places by their looks alone";
+  }
+  return ConfigError(message);
+}
+
+// What stands before the first comma of each row.
+std::unordered_set<std::string> first_fields(const std::optional<std::string>& text) {
+  std::unordered_set<std::string> fields;
+  std::string_view rest = text ? std::string_view(*text) : std::string_view();
+  while (!rest.empty()) {
+    const std::string_view line = rest.substr(0, rest.find('\n'));
+    rest.remove_prefix(std::min(line.size() + 1, rest.size()));
+    const std::size_t comma = line.find(',');
+    if (comma != std::string_view::npos && !line.starts_with('#')) {
+      fields.emplace(line.substr(0, comma));
+    }
+  }
+  return fields;
 }
 
 /// What happened at an observation besides what its row of odometry says.
@@ -76,37 +91,25 @@ class Reader {
     dataset_.cameras = cameras;
   }
 
-  Dataset read() {
-    const std::optional<DatasetTable> odometry = table(kOdometry, 6);
-    if (!odometry) {
+  Dataset read(const Rig& rig) {
+    if (!text_(std::string(kOdometryFile))) {
       throw no_odometry(folder_, dataset_.cameras);
     }
     if (dataset_.cameras.empty()) {
       throw ConfigError(folder_ + ": has no pictures: no mav0/<camera>/data.csv is there");
     }
-    for (const std::string& camera : dataset_.cameras) {
-      read_camera(camera);
+    dataset_.ours = is_ours();
+    if (dataset_.ours) {
+      read_ours();
+    } else {
+      gather(dataset_, rig, text_);
     }
-    read_events();
-    for (std::size_t row = 0; row < odometry->size(); ++row) {
-      observe(*odometry, row);
-    }
-    if (next_event_ < events_.size() && !dataset_.observations.empty() &&
-        events_[next_event_].stamp <= dataset_.observations.back().stamp) {
-      throw no_row_for(events_[next_event_]);
-    }
-    look_at_what_is_left();
-    if (dataset_.observations.empty()) {
-      throw ConfigError(in_folder(folder_, kOdometry) + ": holds no observation");
-    }
-    read_commands();
     dataset_.believed = beliefs(folder_, text_);
     return std::move(dataset_);
   }
 
  private:
   struct Camera {
-    std::optional<DatasetTable> table;
     std::vector<RecordedPicture> pictures;
     std::size_t next = 0;
   };
@@ -125,25 +128,62 @@ class Reader {
     return read;
   }
 
+  // It has files that nobody else writes, and most rows of its odometry are of a picture's instant
+  // or an event's; one that was changed afterwards is as another program's.
+  bool is_ours() const {
+    if (!text_("recording.yaml") && !text_(std::string(kEvents)) &&
+        !text_(std::string(kCommands))) {
+      return false;
+    }
+    std::unordered_set<std::string> instants = first_fields(text_(std::string(kEvents)));
+    for (const std::string& camera : dataset_.cameras) {
+      instants.merge(first_fields(text_(data_csv(camera))));
+    }
+    const std::unordered_set<std::string> rows = first_fields(text_(std::string(kOdometryFile)));
+    const auto of_an_instant = std::count_if(
+        rows.begin(), rows.end(), [&](const std::string& row) { return instants.contains(row); });
+    return 2 * static_cast<std::size_t>(of_an_instant) >= rows.size();
+  }
+
+  void read_ours() {
+    const DatasetTable odometry = *table(kOdometryFile, 6);
+    if (odometry.size() > 0 &&
+        std::chrono::abs(odometry.stamp(0, 0).time_since_epoch()) > kLongestGap) {
+      dataset_.epoch = odometry.stamp(0, 0).time_since_epoch();
+    }
+    for (const std::string& camera : dataset_.cameras) {
+      read_camera(camera);
+    }
+    read_events();
+    for (std::size_t row = 0; row < odometry.size(); ++row) {
+      observe(odometry, row);
+    }
+    if (next_event_ < events_.size() && !dataset_.observations.empty() &&
+        events_[next_event_].stamp <= dataset_.observations.back().stamp) {
+      throw no_row_for(events_[next_event_]);
+    }
+    look_at_what_is_left();
+    if (dataset_.observations.empty()) {
+      throw ConfigError(odometry.file() + ": holds no observation");
+    }
+    read_commands();
+  }
+
+  // On the clock of the run.
+  Time stamp(const DatasetTable& rows, std::size_t row, std::size_t column) const {
+    return rows.stamp(row, column) - dataset_.epoch;
+  }
+
   void read_camera(const std::string& name) {
-    const std::string folder = "mav0/" + name;
-    std::optional<DatasetTable> rows = table(folder + "/data.csv", 2);
+    const std::optional<DatasetTable> rows = table(data_csv(name), 2);
     if (!rows) {
-      throw ConfigError(in_folder(folder_, folder) + ": has no data.csv");
+      throw no_pictures(folder_, name);
     }
     Camera& camera = cameras_[name];
-    for (std::size_t row = 0; row < rows->size(); ++row) {
-      const Time stamp = rows->stamp(row, 0);
-      const std::string& file = rows->text(row, 1);
-      if (!camera.pictures.empty() && stamp <= camera.pictures.back().stamp) {
-        throw rows->fault(row, "is not after the row before");
-      }
-      if (file.empty() || file.find('/') != std::string::npos || file == "." || file == "..") {
-        throw rows->fault(row, "must name a file of data/");
-      }
-      camera.pictures.push_back({stamp, folder + "/data/" + file, rows->place(row)});
+    camera.pictures = picture_rows(*rows, name);
+    for (RecordedPicture& picture : camera.pictures) {
+      picture.stamp -= dataset_.epoch;
     }
-    camera.table = std::move(rows);
   }
 
   void read_events() {
@@ -162,7 +202,7 @@ class Reader {
                          "missing and contact");
       }
       if (kind != "contact") {  // a matter of the truth
-        events_.push_back({row, rows.stamp(row, 0), kind, rows.text(row, 2), rows.text(row, 3)});
+        events_.push_back({row, stamp(rows, row, 0), kind, rows.text(row, 2), rows.text(row, 3)});
       }
     }
   }
@@ -177,12 +217,8 @@ class Reader {
   // Pictures of the observation's own instant are its own, and those that its events name.
   void observe(const DatasetTable& odometry, std::size_t row) {
     RecordedObservation seen;
-    seen.stamp = seen.now = odometry.stamp(row, 0);
-    seen.odometry.T_odom_body = {odometry.bounded(row, 1, kFarthest_m),
-                                 odometry.bounded(row, 2, kFarthest_m),
-                                 odometry.bounded(row, 3, kMostTurned_rad)};
-    seen.odometry.twist_body = {odometry.bounded(row, 4, kFastest_mps),
-                                odometry.bounded(row, 5, kFastest_radps)};
+    seen.stamp = seen.now = stamp(odometry, row, 0);
+    seen.odometry = odometry_row(odometry, row);
     bool waited = false;
     std::map<std::string, std::size_t> named;  // rows of events
     for (bool first = true; next_event_ < events_.size(); ++next_event_, first = false) {
@@ -193,7 +229,7 @@ class Reader {
       if (event.kind == "deadline") {
         waited = true;
       } else if (event.kind == "now") {
-        seen.now = events_table_->stamp(event.row, 3);
+        seen.now = stamp(*events_table_, event.row, 3);
       } else if (event.kind == "bumper") {
         health_.bumper_pressed = flag(event);
       } else if (event.kind == "motors") {
@@ -212,13 +248,14 @@ class Reader {
     }
     for (auto& [name, camera] : cameras_) {
       const auto other = named.find(name);
-      const Time stamp = other == named.end() ? seen.stamp : events_table_->stamp(other->second, 3);
+      const Time taken =
+          other == named.end() ? seen.stamp : stamp(*events_table_, other->second, 3);
       const RecordedPicture* next =
           waited || camera.next == camera.pictures.size() ? nullptr : &camera.pictures[camera.next];
-      if (next != nullptr && next->stamp < stamp) {
+      if (next != nullptr && next->stamp < taken) {
         throw no_row_for(*next, "before " + odometry.place(row));
       }
-      if (next != nullptr && next->stamp == stamp) {
+      if (next != nullptr && next->stamp == taken) {
         seen.pictures.emplace(name, *next);
         ++camera.next;
       } else if (other != named.end()) {
@@ -237,7 +274,7 @@ class Reader {
 
   ConfigError no_row_for(const Event& event) const {
     return events_table_->fault(event.row,
-                                "no row of " + std::string(kOdometry) + " has this instant");
+                                "no row of " + std::string(kOdometryFile) + " has this instant");
   }
 
   // Rows are in the order they were handed over in, as far apart as a robot on wheels gets.
@@ -247,11 +284,6 @@ class Reader {
       throw odometry.fault(row, "is over an hour away from its \"now\" in " + std::string(kEvents));
     }
     if (dataset_.observations.empty()) {
-      if (std::chrono::abs(seen.now.time_since_epoch()) > kLongestGap) {
-        throw odometry.fault(row,
-                             "is over an hour away from 0, when a run begins; subtract it from "
-                             "every time stamp of the dataset, and from its pictures' names");
-      }
       return;
     }
     const RecordedObservation& before = dataset_.observations.back();
@@ -263,14 +295,7 @@ class Reader {
                            "is over an hour after the row before; that is no single drive: cut the "
                            "dataset there, or mend the stamp");
     }
-    const double way_m =
-        (seen.odometry.T_odom_body.position() - before.odometry.T_odom_body.position()).norm();
-    const double time_s = std::abs(to_seconds(seen.stamp - before.stamp));
-    if (way_m > kJump_m + kFastest_mps * time_s) {
-      throw odometry.fault(row, "jumps " + shortest(way_m) + " m in " + shortest(time_s) +
-                                    " s; no robot on wheels is faster than " +
-                                    shortest(kFastest_mps) + " m/s: mend or remove what is wrong");
-    }
+    check_way(odometry, row, before.odometry, seen.odometry, seen.stamp - before.stamp);
   }
 
   // Pictures that no observation took, after the last one that could have: the frame set that was
@@ -286,7 +311,7 @@ class Reader {
           camera.next < camera.pictures.size() ? &camera.pictures[camera.next] : first_left;
     }
     if (taken == 0 && left > 0) {
-      throw no_row_for(*first_left, "of " + std::string(kOdometry));
+      throw no_row_for(*first_left, "of " + std::string(kOdometryFile));
     }
     if (left > 0) {
       dataset_.remarks.push_back(in_folder(folder_, "mav0") + ": " + std::to_string(left) +
@@ -300,12 +325,12 @@ class Reader {
       return;
     }
     for (std::size_t row = 0; row < rows->size(); ++row) {
-      const Time stamp = rows->stamp(row, 0);
-      if (!dataset_.commands.empty() && stamp < dataset_.commands.back().stamp) {
+      const Time told = stamp(*rows, row, 0);
+      if (!dataset_.commands.empty() && told < dataset_.commands.back().stamp) {
         throw rows->fault(row, "is before the row before");
       }
       dataset_.commands.push_back(
-          {stamp, {rows->finite(row, 1), rows->finite(row, 2)}, Duration(rows->whole(row, 3))});
+          {told, {rows->finite(row, 1), rows->finite(row, 2)}, Duration(rows->whole(row, 3))});
     }
   }
 
@@ -377,10 +402,58 @@ class OpenFile {
   int fd_;
 };
 
-int big_endian(const unsigned char* bytes) {
-  return static_cast<int>((static_cast<unsigned>(bytes[0]) << 24U) |
-                          (static_cast<unsigned>(bytes[1]) << 16U) |
-                          (static_cast<unsigned>(bytes[2]) << 8U) | bytes[3]);
+/// The first and the last bytes of a picture.
+struct PictureEnds {
+  std::string head;
+  std::string tail;
+};
+
+PictureEnds ends_of(const Dataset& dataset, const RecordedPicture& picture) {
+  constexpr off_t kHead = 64;
+  constexpr off_t kTail = 4096;  // some cameras pad their files
+  const OpenFile file(in_folder(dataset.folder, picture.file));
+  if (file.fd() < 0) {
+    throw picture_fault(dataset, picture, errno == ENOENT ? "is not there" : "cannot be read");
+  }
+  struct stat status {};
+  if (::fstat(file.fd(), &status) != 0 || !S_ISREG(status.st_mode)) {
+    throw picture_fault(dataset, picture, "is not a file");
+  }
+  const auto read = [&](off_t from, off_t bytes) {
+    std::string part(static_cast<std::size_t>(bytes), '\0');
+    if (::pread(file.fd(), part.data(), part.size(), from) != bytes) {
+      throw picture_fault(dataset, picture, "cannot be read");
+    }
+    return part;
+  };
+  PictureEnds ends{read(0, std::min(status.st_size, kHead)), {}};
+  ends.tail = read(std::max<off_t>(0, status.st_size - kTail), std::min(status.st_size, kTail));
+  if (ends.head.starts_with("\xff\xd8") && !picture_size(ends.head)) {
+    ends.head = read(0, status.st_size);  // its size stands behind what the camera says of itself
+  }
+  return ends;
+}
+
+// What is wrong with a picture as far as its ends tell; empty where nothing is.
+std::string fault_of(const PictureEnds& ends) {
+  constexpr std::string_view kPngEnd = "IEND\xae\x42\x60\x82";
+  constexpr std::size_t kPngBits = 24;  // of a sample
+  const bool is_png = ends.head.starts_with("\x89PNG\r\n\x1a\n");
+  const bool is_jpeg = ends.head.starts_with("\xff\xd8");
+  if ((!is_png && !is_jpeg) || !picture_size(ends.head) || ends.head.size() <= kPngBits) {
+    return "is not a PNG or JPEG picture";
+  }
+  if (is_png && !ends.tail.ends_with(kPngEnd)) {
+    return "is torn: the end of the PNG picture is missing";
+  }
+  if (is_jpeg && ends.tail.rfind("\xff\xd9") == std::string::npos) {
+    return "is torn: the end of the JPEG picture is missing";
+  }
+  const int bits = is_png ? static_cast<unsigned char>(ends.head[kPngBits]) : 8;
+  return bits <= 8 ? ""
+                   : "has " + std::to_string(bits) +
+                         " bits a sample; save the camera's pictures with 8 (mogrify -depth "
+                         "8 of ImageMagick does it)";
 }
 
 }  // namespace
@@ -405,88 +478,61 @@ std::optional<std::string> read_part(const fs::path& file) {
   return read_file(file);
 }
 
-Dataset parse_dataset(const std::string& folder, const std::vector<std::string>& cameras,
-                      const DatasetText& text) {
-  return Reader(folder, cameras, text).read();
+std::optional<std::int64_t> start_unix_ns(const Dataset& dataset) {
+  constexpr Duration kYear2000 = std::chrono::seconds(946'684'800);  // no robot has run that long
+  return dataset.epoch >= kYear2000 ? std::optional<std::int64_t>(dataset.epoch.count())
+                                    : std::nullopt;
 }
 
-Dataset read_dataset(const fs::path& folder) {
+Dataset parse_dataset(const std::string& folder, const std::vector<std::string>& cameras,
+                      const DatasetText& text, const Rig& rig) {
+  return Reader(folder, cameras, text).read(rig);
+}
+
+Dataset read_dataset(const fs::path& folder, const Rig& rig) {
   const DatasetText text = text_of(folder);
-  return parse_dataset(folder.string(), camera_folders(folder / "mav0"), text);
+  return parse_dataset(folder.string(), camera_folders(folder / "mav0"), text, rig);
 }
 
 RecordedBeliefs read_beliefs(const fs::path& folder) {
   const DatasetText text = text_of(folder);
   std::error_code error;
-  if (!fs::exists(folder / kOdometry, error)) {
+  if (!fs::exists(folder / kOdometryFile, error)) {
     throw no_odometry(folder.string(), camera_folders(folder / "mav0"));
   }
   return beliefs(folder.string(), text);
 }
 
 void check_pictures(const Dataset& dataset, const Rig& rig) {
-  constexpr std::array<unsigned char, 8> kBegin{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-  constexpr std::array<unsigned char, 4> kEnd{'I', 'E', 'N', 'D'};
-  // signature, length and name of IHDR, width, height, bits of a sample
-  constexpr std::size_t kHead = 25;
-  constexpr std::size_t kTail = 8;  // name and checksum of IEND
   for (const RecordedObservation& seen : dataset.observations) {
     for (const auto& [name, picture] : seen.pictures) {
-      const OpenFile file(in_folder(dataset.folder, picture.file));
-      if (file.fd() < 0) {
-        throw picture_fault(dataset, picture, errno == ENOENT ? "is not there" : "cannot be read");
-      }
-      struct stat status {};
-      std::array<unsigned char, kHead> head{};
-      std::array<unsigned char, kTail> tail{};
-      const bool whole =
-          ::fstat(file.fd(), &status) == 0 && status.st_size >= static_cast<off_t>(kHead + kTail) &&
-          ::pread(file.fd(), head.data(), kHead, 0) == kHead &&
-          ::pread(file.fd(), tail.data(), kTail, status.st_size - static_cast<off_t>(kTail)) ==
-              kTail;
-      if (!whole || !std::equal(kBegin.begin(), kBegin.end(), head.begin())) {
-        throw picture_fault(dataset, picture, "is not a PNG picture");
-      }
-      if (!std::equal(kEnd.begin(), kEnd.end(), tail.begin())) {
-        throw picture_fault(dataset, picture, "is torn: the end of the PNG picture is missing");
-      }
-      if (head[24] > 8) {
-        throw picture_fault(dataset, picture,
-                            "has " + std::to_string(head[24]) +
-                                " bits a sample; save the camera's pictures with 8 (mogrify -depth "
-                                "8 of ImageMagick does it)");
+      const PictureEnds ends = ends_of(dataset, picture);
+      if (const std::string fault = fault_of(ends); !fault.empty()) {
+        throw picture_fault(dataset, picture, fault);
       }
       const auto camera = rig.cameras.find(name);
-      const int width = big_endian(head.data() + 16);
-      const int height = big_endian(head.data() + 20);
-      if (camera != rig.cameras.end() && (width != camera->second.intrinsics.width_px ||
-                                          height != camera->second.intrinsics.height_px)) {
+      const PictureSize size = picture_size(ends.head).value();
+      if (camera != rig.cameras.end() && (size.width_px != camera->second.intrinsics.width_px ||
+                                          size.height_px != camera->second.intrinsics.height_px)) {
         throw picture_fault(dataset, picture,
-                            "has " + std::to_string(width) + " x " + std::to_string(height) +
-                                " pixels, the rig's " + name + " has " +
-                                std::to_string(camera->second.intrinsics.width_px) + " x " +
-                                std::to_string(camera->second.intrinsics.height_px));
+                            "has " + std::to_string(size.width_px) + " x " +
+                                std::to_string(size.height_px) + " pixels, the rig's " + name +
+                                " has " + std::to_string(camera->second.intrinsics.width_px) +
+                                " x " + std::to_string(camera->second.intrinsics.height_px));
       }
     }
   }
 }
 
 cv::Mat read_picture(const Dataset& dataset, const RecordedPicture& picture) {
-  cv::Mat bgr;
+  const std::string bytes = read_file(in_folder(dataset.folder, picture.file));
   try {
-    const std::string bytes = read_file(in_folder(dataset.folder, picture.file));
-    if (!bytes.empty()) {
-      const cv::Mat view(1, static_cast<int>(bytes.size()), CV_8UC1,
-                         const_cast<char*>(bytes.data()));
-      bgr = cv::imdecode(view, cv::IMREAD_COLOR);
-    }
-  } catch (const cv::Exception&) {  // said below
-    bgr.release();
-  }
-  if (bgr.empty()) {
+    return decode_picture(bytes, kMostPictureSide_px, PictureColours::kBgr);
+  } catch (const ConfigError& error) {
+    throw picture_fault(dataset, picture, error.what());
+  } catch (const cv::Exception&) {
     throw picture_fault(dataset, picture, "cannot be decoded: it is no whole picture");
   }
-  return bgr;
 }
 
 }  // namespace panoptes

@@ -77,21 +77,30 @@ struct Dataset {
   std::vector<RecordedCommand> commands;
   RecordedBeliefs believed;
   std::vector<std::string> remarks;  ///< what a recording that was cut short lacks, in words
+  Duration epoch{};                  ///< what its files call the instant that is 0 here
+  bool ours = true;  ///< it says of itself what was perceived together; else that was gathered
+  std::vector<Time> odometry_rows = {};  ///< of others: when the wheels were read
 };
+
+/// The wall instant of time 0, since 1970, where the stamps of the files are of that clock.
+std::optional<std::int64_t> start_unix_ns(const Dataset& dataset);
 
 /// The files of a dataset as text, by their names from the dataset's folder; empty where there is
 /// none.
 using DatasetText = std::function<std::optional<std::string>(const std::string& file)>;
 
 /// Reads the tables and settings of a dataset. `folder` is for messages, `cameras` are the names of
-/// its folders of pictures. A recording that was cut short is read to its last complete frame set.
-/// Throws ConfigError with the file and line for what is missing or wrong: rows that are lost or
-/// swapped before the end, and odometry that no robot on wheels has.
+/// its folders of pictures. A recording of ours that was cut short is read to its last complete
+/// frame set. A dataset that has no file of ours (recording.yaml, mav0/events.csv, mav0/cmd0), or
+/// whose odometry is mostly of instants without a picture, is somebody else's: its frame sets are
+/// gathered (core/io/gathering.h) from the cameras of `rig` (all where it has none of them),
+/// and the first of them is at 0. Throws ConfigError with the file and line for what is missing or
+/// wrong: rows that are lost or swapped before the end, and odometry that no robot on wheels has.
 Dataset parse_dataset(const std::string& folder, const std::vector<std::string>& cameras,
-                      const DatasetText& text);
+                      const DatasetText& text, const Rig& rig = {});
 
 /// The same from a folder. Throws IoError for files that the machine cannot read.
-Dataset read_dataset(const std::filesystem::path& folder);
+Dataset read_dataset(const std::filesystem::path& folder, const Rig& rig = {});
 
 /// Its settings alone. Throws ConfigError for what is no dataset of a robot with wheels.
 RecordedBeliefs read_beliefs(const std::filesystem::path& folder);

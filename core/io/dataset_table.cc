@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/io/dataset_table.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -39,37 +40,41 @@ void separate(std::string& row) { row += row.empty() ? "" : ","; }
 
 }  // namespace
 
-DatasetTable::DatasetTable(std::string file, std::string_view text, std::size_t columns)
+DatasetTable::DatasetTable(std::string file, std::string_view text, std::size_t columns, TableBy by)
     : file_(std::move(file)), columns_(columns) {
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // editors write it
+  if (text.starts_with(kByteOrderMark)) {
+    text.remove_prefix(kByteOrderMark.size());
+  }
   const auto place = [this](int line) { return file_ + ":" + std::to_string(line) + ": "; };
   int line = 0;
   while (!text.empty()) {
     ++line;
     const auto end = text.find('\n');
-    if (end == std::string_view::npos) {
+    if (end == std::string_view::npos && by == TableBy::kPanoptes) {
       torn_ = true;
       break;
     }
     std::string_view rest = trimmed(text.substr(0, end));
-    text.remove_prefix(end + 1);
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     if (line == 1 && !rest.starts_with('#')) {
       throw ConfigError(place(line) + "must name the columns, after a #; it holds " + shown(rest));
     }
     if (rest.empty() || rest.front() == '#') {
       continue;
     }
-    std::size_t count = 0;
-    for (bool more = true; more; ++count) {
-      const auto comma = rest.find(',');
-      more = comma != std::string_view::npos;
-      if (count < columns) {
-        fields_.emplace_back(trimmed(rest.substr(0, comma)));
-      }
-      rest.remove_prefix(more ? comma + 1 : rest.size());
+    const auto count = 1 + static_cast<std::size_t>(std::count(rest.begin(), rest.end(), ','));
+    if (by == TableBy::kOthers && lines_.empty()) {
+      columns_ = std::max(columns, count);
     }
-    if (count != columns) {
+    if (count != columns_) {
       throw ConfigError(place(line) + "has " + std::to_string(count) + " fields, must have " +
-                        std::to_string(columns));
+                        std::to_string(columns_));
+    }
+    for (std::size_t column = 0; column < columns_; ++column) {
+      const auto comma = std::min(rest.find(','), rest.size());
+      fields_.emplace_back(trimmed(rest.substr(0, comma)));
+      rest.remove_prefix(std::min(comma + 1, rest.size()));
     }
     lines_.push_back(line);
   }

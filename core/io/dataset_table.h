@@ -11,15 +11,23 @@
 
 namespace panoptes {
 
+/// Whose hand a table is of.
+enum class TableBy {
+  kPanoptes,  ///< a last row without an end of line was torn when the recording was cut short, and
+              ///< is left out; rows have as many fields as is asked for
+  kOthers     ///< such a row is whole; rows have as many fields as the first, or more than is asked
+};
+
 /// A table of a EuRoC dataset: a first line that begins with # and names the columns, then rows of
 /// fields between commas. Every fault is a ConfigError with the file's name and the line.
 class DatasetTable {
  public:
-  /// `file` is for messages. Rows have `columns` fields; a last row without an end of line was torn
-  /// when the recording was cut short, and is left out.
-  DatasetTable(std::string file, std::string_view text, std::size_t columns);
+  /// `file` is for messages.
+  DatasetTable(std::string file, std::string_view text, std::size_t columns,
+               TableBy by = TableBy::kPanoptes);
 
   std::size_t size() const { return lines_.size(); }
+  std::size_t columns() const { return columns_; }
   bool torn() const { return torn_; }
   const std::string& file() const { return file_; }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -49,6 +50,9 @@ class RecordedRobot final : public Robot {
   void stop() override {}
   Time now() const override { return now_; }
   std::optional<Truth> truth() const override;
+  std::optional<std::int64_t> start_unix_ns() const override {
+    return panoptes::start_unix_ns(dataset_);
+  }
 
   /// What the robot was told in the recording after what has just been observed; empty where it
   /// was told nothing.

@@ -40,7 +40,7 @@ class RecordingRobot::Writer {
   Writer(const fs::path& folder, const RecordingInfo& info, const Rig& rig, const Body& body,
          const std::optional<Truth>& truth, const std::vector<std::string>& things)
       : folder_(folder), rig_(rig), writer_(folder, info, rig, body) {
-    if (truth) {
+    if (truth && truth->touches_known) {
       truth_.emplace(folder, *truth);
     }
     if (!things.empty()) {

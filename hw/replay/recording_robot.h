@@ -31,7 +31,8 @@ struct TruePictures {
 /// bit, millimetres, 0 where nothing is, 65535 where it is farther than 16 bits tell; along the
 /// camera's axis, of an equidistant lens along each pixel's ray), <camera>_labels (16 bit, the
 /// thing's number in mav0/things.csv) and <camera>_floor (255 on the floor); the sensor.yaml of
-/// each folder says so.
+/// each folder says so. A truth that does not know of contacts is not kept: it has come from a
+/// dataset, which has it still.
 class RecordingRobot final : public Robot {
  public:
   /// `folder` is claimed; `rig` is what the robot believes, its floor marks surveyed.

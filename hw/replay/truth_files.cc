@@ -231,7 +231,7 @@ void TruthWriter::add_seen(Time observation, const TruthLayer& seen) {
   }
 }
 
-std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset) {
+std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset, Duration epoch) {
   const fs::path folder = dataset / kTruth;
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
@@ -246,7 +246,7 @@ std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset) {
   const DatasetTable poses = read_table(folder / "poses.csv", 10);
   for (std::size_t row = 0; row < poses.size(); ++row) {
     TruePose pose;
-    pose.stamp = poses.stamp(row, 0);
+    pose.stamp = poses.stamp(row, 0) - epoch;
     pose.T_scene_body = {poses.bounded(row, 1, kFarthest_m), poses.bounded(row, 2, kFarthest_m),
                          poses.bounded(row, 3, kMostTurned_rad)};
     pose.twist_body = {poses.bounded(row, 4, kFastest_mps), poses.bounded(row, 5, kFastest_radps)};
@@ -259,7 +259,7 @@ std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset) {
   const DatasetTable contacts = read_table(folder / "contacts.csv", 5);
   for (std::size_t row = 0; row < contacts.size(); ++row) {
     out.all_.contacts.push_back(
-        {contacts.stamp(row, 0),
+        {contacts.stamp(row, 0) - epoch,
          {contacts.bounded(row, 1, kFarthest_m), contacts.bounded(row, 2, kFarthest_m)},
          contacts.text(row, 4),
          contacts.whole(row, 3) != 0});
@@ -287,14 +287,14 @@ std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset) {
       }
       return static_cast<std::size_t>(n);
     };
-    const Known known{data.stamp(row, 0),
+    const Known known{data.stamp(row, 0) - epoch,
                       data.place(row),
                       data.finite(row, 1),
                       count_of(2, before.poses, poses),
                       count_of(3, before.contacts, contacts),
                       count_of(4, before.seen_runs, seen)};
-    const auto check_last = [&known](std::size_t rows, const DatasetTable& of) {
-      if (rows > 0 && of.stamp(rows - 1, 0) > known.stamp) {
+    const auto check_last = [&known, epoch](std::size_t rows, const DatasetTable& of) {
+      if (rows > 0 && of.stamp(rows - 1, 0) - epoch > known.stamp) {
         throw of.fault(rows - 1, "is later than the observation that knows of it (" +
                                      known.mention + "); rows before it are missing");
       }
@@ -306,6 +306,21 @@ std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset) {
       out.known_.push_back(known);
     }
     before = known;
+  }
+  return out;
+}
+
+RecordedTruth RecordedTruth::of_poses(const std::vector<TruePose>& poses, const std::string& file) {
+  RecordedTruth out;
+  out.file_ = file;
+  out.all_.touches_known = false;
+  out.all_.poses = poses;
+  double path_m = 0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    path_m +=
+        i == 0 ? 0
+               : (poses[i].T_scene_body.position() - poses[i - 1].T_scene_body.position()).norm();
+    out.known_.push_back({poses[i].stamp, file, path_m, i + 1, 0, 0});
   }
   return out;
 }
@@ -341,6 +356,7 @@ Truth RecordedTruth::after(std::size_t observations) const {
   truth.body = all_.body;
   truth.seen = all_.seen;
   truth.path_m = known.path_m;
+  truth.touches_known = all_.touches_known;
   for (std::size_t i = 0; i < known.seen_runs; ++i) {
     const auto first = truth.seen.cells.begin() + count(seen_runs_[i].first);
     std::fill(first, first + count(seen_runs_[i].count), std::uint8_t{1});

@@ -54,9 +54,13 @@ class TruthWriter {
 class RecordedTruth {
  public:
   /// Up to the last observation that all tables know whole: a recording may have been cut short.
-  /// Throws ConfigError with the file and line for what is wrong; empty where the dataset has no
-  /// truth.
-  static std::optional<RecordedTruth> read(const std::filesystem::path& folder);
+  /// Its stamps are moved by `epoch` (Dataset::epoch). Throws ConfigError with the file and line
+  /// for what is wrong; empty where the dataset has no truth of ours.
+  static std::optional<RecordedTruth> read(const std::filesystem::path& folder,
+                                           Duration epoch = {});
+
+  /// A trajectory with a pose for each observation, and nothing else; `file` is for messages.
+  static RecordedTruth of_poses(const std::vector<TruePose>& poses, const std::string& file);
 
   std::size_t observations() const { return known_.size(); }
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/io/dataset_gaps.h"
+#include "core/io/euroc_truth.h"
 #include "tests/fuzz/fuzz.h"
 
 namespace panoptes::fuzz {
@@ -36,6 +38,8 @@ std::vector<std::string> words() {
           "=== recording.yaml\n",
           "=== rig.yaml\n",
           "=== mav0/front/data.csv\n",
+          "=== mav0/state_groundtruth_estimate0/data.csv\n",
+          "1700000000000000000,",
           "\r\n",
           "\"",
           "#"};
@@ -49,16 +53,18 @@ void read_input(std::string_view bytes) {
     const std::size_t end = name.rfind("/data.csv");
     if (name.starts_with(folder) && end != std::string::npos && end > folder.size()) {
       const std::string camera = name.substr(folder.size(), end - folder.size());
-      if (camera != "odom0" && camera != "cmd0") {
+      if (camera != "odom0" && camera != "cmd0" && camera != "state_groundtruth_estimate0") {
         cameras.insert(camera);
       }
     }
   }
-  parse_dataset("recording", {cameras.begin(), cameras.end()},
-                [&files](const std::string& name) -> std::optional<std::string> {
-                  const auto found = files.find(name);
-                  return found == files.end() ? std::nullopt : std::optional(found->second);
-                });
+  const auto text = [&files](const std::string& name) -> std::optional<std::string> {
+    const auto found = files.find(name);
+    return found == files.end() ? std::nullopt : std::optional(found->second);
+  };
+  read_euroc_truth("recording", text);
+  const Dataset dataset = parse_dataset("recording", {cameras.begin(), cameras.end()}, text);
+  gap_lines(dataset, dataset.believed.rig.value_or(Rig()));
 }
 
 }  // namespace panoptes::fuzz

@@ -271,7 +271,7 @@ TEST_F(DatasetTest, PicturesThatAreNoneAreTold) {
   cut("mav0/a/data/300000000.png", 10);
   EXPECT_EQ(fault(), place + "is torn: the end of the PNG picture is missing");
   write_file(picture, "no picture, but long enough to be one");
-  EXPECT_EQ(fault(), place + "is not a PNG picture");
+  EXPECT_EQ(fault(), place + "is not a PNG or JPEG picture");
   fs::remove(picture);
   EXPECT_EQ(fault(), place + "is not there");
   cv::imwrite(picture.string(), cv::Mat(6, 8, CV_16UC1, cv::Scalar(300)));
@@ -314,8 +314,11 @@ TEST_F(DatasetTest, WhatIsNoDatasetIsToldApart) {
   write_file(folder_ / "mav0/cam0/data.csv", "#timestamp [ns],filename\n");
   EXPECT_EQ(fault(), folder_.string() +
                          ": has pictures of cam0 but no mav0/odom0/data.csv (#timestamp [ns], x "
-                         "[m], y [m], theta [rad], v [m/s], w [rad/s]): the wheels' odometry at "
-                         "the instant of each picture is needed");
+                         "[m], y [m], theta [rad], v [m/s], w [rad/s]; the last two may be "
+                         "absent): the wheels' odometry is needed, at whatever instants, from the "
+                         "first pictures to the last; without it panoptes loops " +
+                         (folder_ / "mav0/cam0/data").string() +
+                         " finds places by their looks alone");
   EXPECT_THROW(read_beliefs(folder_), ConfigError);
   folder_ /= "nowhere";
   EXPECT_EQ(fault(), folder_.string() + ": no such folder");
@@ -328,6 +331,9 @@ TEST_F(DatasetTest, NothingIsWrittenOver) {
 
 TEST(DatasetText, IsReadWithoutAnyFile) {
   const auto text = [](const std::string& file) -> std::optional<std::string> {
+    if (file == "mav0/events.csv") {
+      return "#\n";
+    }
     if (file == "mav0/odom0/data.csv") {
       return "#\n0,0,0,0,0,0\n5,1,0,0,0,0\n";
     }
@@ -346,6 +352,9 @@ TEST(DatasetText, IsReadWithoutAnyFile) {
 // What is said of a dataset whose last row of odometry is `last`.
 std::string fault_of_last_row(const std::string& last) {
   const auto text = [&](const std::string& file) -> std::optional<std::string> {
+    if (file == "mav0/events.csv") {
+      return "#\n";
+    }
     if (file == "mav0/odom0/data.csv") {
       return "#\n0,0,0,0,0,0\n100000000,0.05,0,0,0.5,0\n" + last + "\n";
     }
@@ -376,21 +385,27 @@ TEST(DatasetText, OdometryOfAnotherClockIsRefused) {
   EXPECT_THROW(parse_dataset("d", {"cam"}, text), ConfigError);
 }
 
-TEST(DatasetText, StampsOfAnotherEpochAreRefused) {  // they would end the run before it begins
+TEST(DatasetText, StampsOfAnotherEpochBeginWithTheRun) {
   const auto text = [](const std::string& file) -> std::optional<std::string> {
-    return file == "mav0/odom0/data.csv" ? std::optional("#\n1403636579763555584,0,0,0,0,0\n")
-           : file == "mav0/cam/data.csv" ? std::optional("#\n1403636579763555584,a.png\n")
-                                         : std::nullopt;
+    return file == "mav0/odom0/data.csv"
+               ? std::optional("#\n1403636579763555584,0,0,0,0,0\n1403636579863555584,0,0,0,0,0\n")
+           : file == "mav0/cam/data.csv"
+               ? std::optional("#\n1403636579763555584,a.png\n1403636579863555580,b.png\n")
+           : file == "mav0/events.csv"
+               ? std::optional(
+                     "#\n1403636579863555584,now,,1403636579873555584\n"
+                     "1403636579863555584,picture,cam,1403636579863555580\n")
+           : file == "mav0/cmd0/data.csv" ? std::optional("#\n1403636579873555584,0.1,0,5\n")
+                                          : std::nullopt;
   };
-  try {
-    parse_dataset("d", {"cam"}, text);
-    ADD_FAILURE() << "stamps since 1970";
-  } catch (const ConfigError& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "d/mav0/odom0/data.csv:2: is over an hour away from 0, when a run begins; subtract "
-        "it from every time stamp of the dataset, and from its pictures' names");
-  }
+  const Dataset dataset = parse_dataset("d", {"cam"}, text);
+  EXPECT_TRUE(dataset.ours);
+  EXPECT_EQ(start_unix_ns(dataset), 1403636579763555584);
+  ASSERT_EQ(dataset.observations.size(), 2U);
+  EXPECT_EQ(dataset.observations[0].stamp, Time());
+  EXPECT_EQ(dataset.observations[1].now, at_ns(110'000'000));
+  EXPECT_EQ(dataset.observations[1].pictures.at("cam").stamp, at_ns(99'999'996));
+  EXPECT_EQ(dataset.commands.at(0).stamp, at_ns(110'000'000));
 }
 
 TEST(DatasetText, WhatNoRobotOnWheelsDoesIsRefused) {
