@@ -53,8 +53,19 @@ TEST_F(SystemTest, ARunIsToldWhatItWouldHaveSaidItself) {
   ASSERT_TRUE(recorded);
   const Truth truth = recorded->after(recorded->observations());
 
-  // driven again by a robot that has no truth, as the served one saw it
+  // what EuRoC's columns hold of the truth tells the same of the way, and nothing of the walls
   fs::remove_all(work / "live" / "mav0" / "truth0");
+  ASSERT_EQ(explore("live", "tracked", {}).status, 1);  // nothing is known of collisions
+  for (const char* key : {"T_scene_map", "trajectory", "checkpoints", "loops", "distance_m"}) {
+    expect_near(metrics("live").value(key, json()), metrics("tracked").value(key, json()), key);
+  }
+  for (const char* key : {"collisions", "min_clearance_m"}) {
+    EXPECT_FALSE(metrics("tracked").contains(key)) << key;
+  }
+  EXPECT_FALSE(metrics("tracked")["map"].contains("coverage"));
+
+  // driven again by a robot that has no truth, as the served one saw it
+  fs::remove_all(work / "live" / "mav0" / "state_groundtruth_estimate0");
   ASSERT_EQ(explore("live", "blind", {}).status, 1);  // nothing is known of collisions
   json blind = metrics("blind");
   EXPECT_FALSE(blind.contains("trajectory"));

@@ -180,10 +180,11 @@ TEST_F(Replay, NeedsNoFileButTheDatasets) {
   EXPECT_EQ(cut.status, 2);
   EXPECT_THAT(cut.out, StartsWith("again/keyframes/features.bin: byte 100: the file ends"));
   fs::remove(folder_ / "work/data/mission.yaml");  // as another program's
-  EXPECT_THAT(panoptes({"check", "data"}).out,
-              MatchesRegex("data: has no mission.yaml; to replay it, write a mission with "
-                           "platform: .kind: recorded, dataset: data.\n" +
-                           kept + "data: ok .dataset.\n"));
+  EXPECT_THAT(
+      panoptes({"check", "data"}).out,
+      MatchesRegex("data: has no mission.yaml; it is replayed with every setting's default, "
+                   "or by a mission with platform: .kind: recorded, dataset: data.\n" +
+                   kept + "data: ok .dataset.\n"));
   const fs::path rows = folder_ / "work/data/mav0/odom0/data.csv";
   write_file(rows, read_file(rows) + "3000000000,1e9,0,0,0,0\n");
   const Said said = panoptes({"check", "data"});
