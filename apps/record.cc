@@ -34,7 +34,8 @@ int record(const RecordArguments& args) {
     open.robot = std::make_unique<hw::RecordingRobot>(
         std::move(open.robot), folder,
         RecordingInfo{std::string(kDatasetSchema), PANOPTES_VERSION, mission.name, mission.seed},
-        open.rig, mission.robot, open.true_pictures);
+        open.rig, mission.robot, open.true_pictures,
+        open.recorded == nullptr || open.recorded->touches_known());
   };
   return run_mission(mission, {"record", args.common.out_dir.value_or(default_out_dir(mission)),
                                args.common.quiet, keep_all, false});

@@ -40,6 +40,7 @@ struct RunEnd {
   std::map<std::string, std::map<std::string, double>> devices =
       {};                      ///< what each of them counted, by its name
   CameraReports cameras = {};  ///< empty where nobody watched them
+  bool touches_known = true;   ///< the truth, where there is one, tells of contacts
 };
 
 /// A run that is over, as plain values: all that its figures are made of but the truth.

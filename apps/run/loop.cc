@@ -158,8 +158,12 @@ RunEnd run_end(const Until& until, const ExploreMission& mission,
   const std::optional<Time> diverged =
       replayed ? open.recorded->commands_diverged_at() : std::nullopt;
   const auto end = [&](const char* outcome, const std::string& reason) {
-    return RunEnd{outcome, reason, diverged, open.robot->devices(),
-                  navigator ? navigator->cameras() : CameraReports{}};
+    return RunEnd{outcome,
+                  reason,
+                  diverged,
+                  open.robot->devices(),
+                  navigator ? navigator->cameras() : CameraReports{},
+                  !replayed || open.recorded->touches_known()};
   };
   if (!until.device_fault().empty()) {
     return end("device_lost", until.device_fault());

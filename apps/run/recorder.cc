@@ -127,8 +127,7 @@ RunReport Recorder::write_report(std::optional<Truth> truth, const RunResult& re
   run_.end_delay = run_.last_step - last_frontier_.value_or(Time{});
   std::optional<RunTruth> known;
   if (truth) {
-    const bool touches_known = truth->touches_known;
-    known = RunTruth{std::move(*truth), touches_known};
+    known = RunTruth{std::move(*truth), run_.end.touches_known};
   }
   const RunFindings findings = find_out(run_, known ? &*known : nullptr);
   std::vector<PlaceRow> place_rows;

@@ -65,7 +65,6 @@ struct Truth {
   TruthLayer seen;    ///< 5 cm: 1 where the mapped part of a floor camera saw the floor or the foot
                       ///< of a thing, unoccluded, at some frame set
   double path_m = 0;  ///< length of the true way
-  bool touches_known = true;  ///< `contacts` and clearances; a trajectory alone does not tell them
 };
 
 }  // namespace panoptes

@@ -50,6 +50,8 @@ class RecordedRobot final : public Robot {
   void stop() override {}
   Time now() const override { return now_; }
   std::optional<Truth> truth() const override;
+  /// Whether the truth, if there is one, would tell of contacts.
+  bool touches_known() const { return !truth_ || truth_->touches_known(); }
   std::optional<std::int64_t> start_unix_ns() const override {
     return panoptes::start_unix_ns(dataset_);
   }

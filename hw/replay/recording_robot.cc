@@ -40,7 +40,7 @@ class RecordingRobot::Writer {
   Writer(const fs::path& folder, const RecordingInfo& info, const Rig& rig, const Body& body,
          const std::optional<Truth>& truth, const std::vector<std::string>& things)
       : folder_(folder), rig_(rig), writer_(folder, info, rig, body) {
-    if (truth && truth->touches_known) {
+    if (truth) {
       truth_.emplace(folder, *truth);
     }
     if (!things.empty()) {
@@ -183,10 +183,11 @@ class RecordingRobot::Writer {
 
 RecordingRobot::RecordingRobot(std::unique_ptr<Robot> robot, fs::path folder,
                                const RecordingInfo& info, const Rig& rig, const Body& body,
-                               TruePictures true_pictures)
+                               TruePictures true_pictures, bool keep_truth)
     : robot_(std::move(robot)),
       true_pictures_(std::move(true_pictures)),
-      writer_(std::make_unique<Writer>(folder, info, rig, body, robot_->truth(),
+      writer_(std::make_unique<Writer>(folder, info, rig, body,
+                                       keep_truth ? robot_->truth() : std::nullopt,
                                        true_pictures_.things)) {}
 
 RecordingRobot::~RecordingRobot() = default;

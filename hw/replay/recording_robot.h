@@ -31,14 +31,14 @@ struct TruePictures {
 /// bit, millimetres, 0 where nothing is, 65535 where it is farther than 16 bits tell; along the
 /// camera's axis, of an equidistant lens along each pixel's ray), <camera>_labels (16 bit, the
 /// thing's number in mav0/things.csv) and <camera>_floor (255 on the floor); the sensor.yaml of
-/// each folder says so. A truth that does not know of contacts is not kept: it has come from a
-/// dataset, which has it still.
+/// each folder says so.
 class RecordingRobot final : public Robot {
  public:
-  /// `folder` is claimed; `rig` is what the robot believes, its floor marks surveyed.
+  /// `folder` is claimed; `rig` is what the robot believes, its floor marks surveyed. A truth that
+  /// knows of no contacts is not to be kept: it has come from a dataset, which has it still.
   RecordingRobot(std::unique_ptr<Robot> robot, std::filesystem::path folder,
                  const RecordingInfo& info, const Rig& rig, const Body& body,
-                 TruePictures true_pictures = {});
+                 TruePictures true_pictures = {}, bool keep_truth = true);
   ~RecordingRobot() override;
 
   /// Besides what the robot throws: IoError, with the place and until when the recording is whole,

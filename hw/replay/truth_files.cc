@@ -313,7 +313,7 @@ std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset, Durati
 RecordedTruth RecordedTruth::of_poses(const std::vector<TruePose>& poses, const std::string& file) {
   RecordedTruth out;
   out.file_ = file;
-  out.all_.touches_known = false;
+  out.touches_known_ = false;
   out.all_.poses = poses;
   double path_m = 0;
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -356,7 +356,6 @@ Truth RecordedTruth::after(std::size_t observations) const {
   truth.body = all_.body;
   truth.seen = all_.seen;
   truth.path_m = known.path_m;
-  truth.touches_known = all_.touches_known;
   for (std::size_t i = 0; i < known.seen_runs; ++i) {
     const auto first = truth.seen.cells.begin() + count(seen_runs_[i].first);
     std::fill(first, first + count(seen_runs_[i].count), std::uint8_t{1});

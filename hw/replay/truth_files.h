@@ -64,6 +64,9 @@ class RecordedTruth {
 
   std::size_t observations() const { return known_.size(); }
 
+  /// Whether it would tell of contacts and clearances; a trajectory does not.
+  bool touches_known() const { return touches_known_; }
+
   /// Leaves out the dataset's observations that this truth does not reach to, and remarks on it.
   /// Throws ConfigError with the file and line where the two are not of the same observations.
   void cut_to_fit(Dataset& dataset) const;
@@ -86,6 +89,7 @@ class RecordedTruth {
   };
 
   Truth all_;  // but for the layer `seen`, which is empty, and the way
+  bool touches_known_ = true;
   std::vector<Known> known_;
   std::vector<Run> seen_runs_;
   std::string file_;  // that says what was known when

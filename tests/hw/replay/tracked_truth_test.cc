@@ -76,7 +76,7 @@ TEST_F(TrackedTruth, IsOfTheObservationsInstants) {
   EXPECT_THAT(dataset.remarks, IsEmpty());
   const Truth all = truth->after(dataset.observations.size());
   expect_true(all, dataset);
-  EXPECT_FALSE(all.touches_known);
+  EXPECT_FALSE(truth->touches_known());
   EXPECT_THAT(all.floor.cells, IsEmpty());
   EXPECT_NEAR(all.path_m, 2, 1e-9);
   EXPECT_EQ(truth->after(3).poses.size(), 3U);
