@@ -118,8 +118,11 @@ bool NormalEquations::factorise(double damping) {
   } else {
     solver_.factorize(H_);
   }
-  return solver_.info() == Eigen::Success;
+  // a pivot that is not a number is no error to the solver
+  return solver_.info() == Eigen::Success && solver_.vectorD().allFinite();
 }
+
+double NormalEquations::promised_gain() const { return -gradient_.dot(step()); }
 
 Eigen::MatrixXd NormalEquations::coloured(const Eigen::MatrixXd& white) const {
   // P H P^T = L D L^T, so P^T L^-T D^-1/2 white has the covariance H^-1

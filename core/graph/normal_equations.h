@@ -33,6 +33,8 @@ class NormalEquations {
 
   void linearise(const PoseGraph& graph);
   bool factorise(double damping);  ///< false when the equations cannot be solved
+  double promised_gain() const;    ///< of chi2, by a whole step, were the graph linear
+  double work() const { return solver_.work(); }  ///< multiplications of a factorisation
 
   Eigen::VectorXd step() const { return solver_.solve(-gradient_); }
   Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const { return solver_.solve(right); }
@@ -43,6 +45,11 @@ class NormalEquations {
   void move(const Eigen::VectorXd& step, std::vector<Pose2>& poses) const;
 
  private:
+  // Its pattern known, half the squares of the columns' lengths.
+  struct Solver : Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> {
+    double work() const { return 0.5 * m_nonZerosPerCol.cast<double>().squaredNorm(); }
+  };
+
   int place(int row, int column) const;
   void add_diagonal(double* values, int k, const Mat3& block);
 
@@ -53,7 +60,7 @@ class NormalEquations {
   Eigen::SparseMatrix<double> H_;  ///< the lower half
   Eigen::SparseMatrix<double> damped_;
   Eigen::VectorXd gradient_;
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver_;
+  Solver solver_;
 };
 
 }  // namespace panoptes

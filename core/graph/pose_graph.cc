@@ -17,6 +17,7 @@
 
 #include "core/base/check.h"
 #include "core/geometry/covariance.h"
+#include "core/graph/descent.h"
 #include "core/graph/normal_equations.h"
 
 namespace panoptes {
@@ -29,6 +30,7 @@ constexpr int kMaxIterations = 200;
 constexpr double kConverged = 1e-10;  // relative change of chi2 at which nothing more is gained
 constexpr double kBadStart = 10;      // chi2 a degree of freedom that no good graph has: start anew
 constexpr double kSmallestDamping = 1e-9;  // of the diagonal: keeps loose nodes solvable
+constexpr double kMostDamping = 1e6;       // steps are a millionth of what the diagonal asks for
 
 void check(const PoseGraph& graph) {
   const int nodes = static_cast<int>(graph.T_map_node.size());
@@ -45,14 +47,45 @@ void tell(const RelaxProgress& progress, const RelaxReport& report, double now) 
   }
 }
 
+bool stopped(const RelaxStop& stop, const NormalEquations& normals) {
+  return stop && stop(normals.work());
+}
+
+// The chi2 that rounding alone may give a graph whose edges all agree: of numbers as large as its
+// coordinates, each a few ulps off.
+double rounding_of(const PoseGraph& graph) {
+  constexpr double kUlps = 8;
+  double largest = 1;
+  for (const Pose2& T : graph.T_map_node) {
+    largest = std::max({largest, std::abs(T.x_m), std::abs(T.y_m)});
+  }
+  double information = 0;
+  for (const GraphEdge& edge : graph.edges) {
+    information += edge.information.trace();
+  }
+  const double off = kUlps * std::numeric_limits<double>::epsilon() * largest;
+  return information * off * off;
+}
+
+// Whether the graph, linearised where it lies, promises no gain that rounding would not hide.
+bool at_bottom(const PoseGraph& graph, NormalEquations& normals, double now) {
+  if (!std::isfinite(now) || !(normals.factorise(0) || normals.factorise(kSmallestDamping))) {
+    return false;
+  }
+  const double gain = normals.promised_gain();
+  const double rounding = rounding_of(graph);
+  // an error of chi2 by rounding: twice the residuals times what they are off
+  return gain <= kConverged * now + rounding + 2 * std::sqrt(now * rounding);
+}
+
 // Full steps of Gauss-Newton, uphill ones too: from a fair start they pass what makes a damped
 // descent creep. False, and the poses as they were, when that does not settle below the start.
 bool newton(PoseGraph& graph, NormalEquations& normals, RelaxReport& report,
-            const RelaxProgress& progress) {
+            const RelaxProgress& progress, const RelaxStop& stop) {
   constexpr int kSteps = 20;
   const std::vector<Pose2> before = graph.T_map_node;
   double now = report.chi2_start;
-  for (int k = 0; k < kSteps; ++k) {
+  for (int k = 0; k < kSteps && !stopped(stop, normals); ++k) {
     tell(progress, report, now);
     ++report.iterations;
     normals.linearise(graph);
@@ -77,19 +110,25 @@ bool newton(PoseGraph& graph, NormalEquations& normals, RelaxReport& report,
 }
 
 // Gauss-Newton, else Levenberg-Marquardt, from the poses as they are.
-RelaxReport descend(PoseGraph& graph, NormalEquations& normals, const RelaxProgress& progress) {
+RelaxReport descend(PoseGraph& graph, NormalEquations& normals, const RelaxProgress& progress,
+                    const RelaxStop& stop) {
   RelaxReport report;
   double now = chi2(graph);
   report.chi2_start = now;
-  if (newton(graph, normals, report, progress)) {
+  if (newton(graph, normals, report, progress, stop)) {
     return report;
   }
   report.iterations = 0;
   double damping = kSmallestDamping;
-  while (report.iterations < kMaxIterations && !report.converged) {
+  bool given_up = false;
+  while (report.iterations < kMaxIterations && !report.converged && !given_up) {
     normals.linearise(graph);
     bool better = false;
-    while (!better && !report.converged && report.iterations < kMaxIterations) {
+    while (!better && !report.converged && !given_up) {
+      if (report.iterations == kMaxIterations || stopped(stop, normals)) {
+        given_up = true;
+        break;
+      }
       tell(progress, report, now);
       ++report.iterations;
       const std::vector<Pose2> before = graph.T_map_node;
@@ -108,8 +147,12 @@ RelaxReport descend(PoseGraph& graph, NormalEquations& normals, const RelaxProgr
         damping = std::max(kSmallestDamping, damping / 10);
       } else {
         graph.T_map_node = before;
-        // no step, however small, helps any more: this is the bottom to within rounding
-        report.converged = then - now <= kConverged * now || damping > 1e6;
+        report.converged = then - now <= kConverged * now;
+        if (!report.converged && damping > kMostDamping) {
+          // no step, however small, helps any more: the bottom, or nothing can be solved
+          given_up = true;
+          report.converged = at_bottom(graph, normals, now);
+        }
         damping *= damping < 1e-6 ? 1e3 : 10;
       }
     }
@@ -219,9 +262,17 @@ bool start_positions(PoseGraph& graph) {
   return true;
 }
 
-bool start_linear(PoseGraph& graph) { return start_orientations(graph) && start_positions(graph); }
-
 }  // namespace
+
+bool start_linearly(PoseGraph& graph) {
+  check(graph);
+  const std::vector<Pose2> before = graph.T_map_node;
+  if (graph.T_map_node.size() > 1 && !(start_orientations(graph) && start_positions(graph))) {
+    graph.T_map_node = before;
+    return false;
+  }
+  return true;
+}
 
 double chi2(const PoseGraph& graph, const GraphEdge& edge) {
   const Vec3 r = residual_of(edge, graph.T_map_node[edge.from], graph.T_map_node[edge.to]);
@@ -288,7 +339,22 @@ std::optional<int> dead_reckon(PoseGraph& graph) {
                               : std::optional(static_cast<int>(lost - placed.begin()));
 }
 
+RelaxReport descend(PoseGraph& graph, const RelaxProgress& progress, const RelaxStop& stop) {
+  check(graph);
+  if (graph.T_map_node.size() < 2 || graph.edges.empty()) {
+    const double now = chi2(graph);
+    return {now, now, 0, true};
+  }
+  NormalEquations normals(graph, 0);
+  return descend(graph, normals, progress, stop);
+}
+
 RelaxReport relax(PoseGraph& graph, RelaxStart start, const RelaxProgress& progress) {
+  return relax(graph, start, progress, {});
+}
+
+RelaxReport relax(PoseGraph& graph, RelaxStart start, const RelaxProgress& progress,
+                  const RelaxStop& stop) {
   check(graph);
   RelaxReport report;
   report.chi2_start = chi2(graph);
@@ -301,17 +367,20 @@ RelaxReport relax(PoseGraph& graph, RelaxStart start, const RelaxProgress& progr
   const PoseGraph given = graph;
   const double freedom = std::max(3.0, 3.0 * static_cast<double>(graph.edges.size()) -
                                            3.0 * static_cast<double>(graph.T_map_node.size() - 1));
-  bool from_given = start == RelaxStart::kCurrent;
+  const bool from_given = start == RelaxStart::kCurrent;
   if (from_given) {
-    report = descend(graph, normals, progress);
+    report = descend(graph, normals, progress, stop);
     if (report.converged && report.chi2_end <= kBadStart * freedom) {
       return report;
     }
   }
+  if (stopped(stop, normals)) {
+    return report;
+  }
   PoseGraph other = given;
-  if (start_linear(other)) {
-    const RelaxReport linear = descend(other, normals, progress);
-    if (!from_given || linear.chi2_end < report.chi2_end) {
+  if (start_linearly(other)) {
+    const RelaxReport linear = descend(other, normals, progress, stop);
+    if (!from_given || !(report.chi2_end <= linear.chi2_end)) {
       graph.T_map_node = other.T_map_node;
       report = {chi2(given), linear.chi2_end, report.iterations + linear.iterations,
                 linear.converged};
@@ -320,7 +389,7 @@ RelaxReport relax(PoseGraph& graph, RelaxStart start, const RelaxProgress& progr
   if (!from_given && report.chi2_end >= chi2(given)) {
     // the start was better than where the linear one led, or there was none
     graph = given;
-    report = descend(graph, normals, progress);
+    report = descend(graph, normals, progress, stop);
   }
   return report;
 }

@@ -207,7 +207,11 @@ struct Weight {
     return log_peak - 1.5 * std::log(scale2) - 0.5 * d2 / scale2;
   }
 };
+// Beyond every gate where either is not a number or the covariance is unknown.
 Weight weigh(const Vec3& error, const Mat3& covariance) {
+  if (!error.allFinite() || !covariance.allFinite()) {
+    return {};
+  }
   const Eigen::LLT<Mat3> llt(covariance);
   if (llt.info() != Eigen::Success) {
     return {};
@@ -368,8 +372,9 @@ Ratios least_ratios(const Chain& chain, const std::vector<Closure>& closures, do
 
 // Which closures another one supports, by a ring that hardly closes by chance. Returns the square
 // of the scale of the noise: that where most are supported.
+// What is not looked at when it is stopped is not supported.
 double find_support(const Chain& chain, std::vector<Closure>& closures,
-                    const RingProgress& progress) {
+                    const RingProgress& progress, const RelaxStop& stop) {
   const double room = log_room(chain.poses());
   const Ratios least = least_ratios(chain, closures, room);
   double enough = least[0][0];
@@ -379,7 +384,7 @@ double find_support(const Chain& chain, std::vector<Closure>& closures,
   enough = std::exp(enough - room);
   std::array<std::vector<std::size_t>, kScales2.size()> steps;
   steps.fill(std::vector<std::size_t>(closures.size(), 0));
-  for (std::size_t u = 0; u < closures.size(); ++u) {
+  for (std::size_t u = 0; u < closures.size() && !(stop && stop(0)); ++u) {
     for (std::size_t v = u + 1; v < closures.size(); ++v) {
       const std::optional<Weight> weight = promising(Ring(chain, closures[u], closures[v]), enough);
       for (std::size_t s = 0; weight && s < kScales2.size(); ++s) {
@@ -462,8 +467,9 @@ class Judge {
   double scale2() const { return tails2_.empty() ? support_scale2_ : tails2_.front(); }
 
   // Closures leave and come in; false when none did. At first those that are supported come in, and
-  // need only agree.
-  bool judge(const PoseGraph& graph, const PoseGraph& trusted, std::vector<bool>& kept) {
+  // need only agree. Ended by `stop` nothing comes in.
+  bool judge(const PoseGraph& graph, const PoseGraph& trusted, const RelaxStop& stop,
+             std::vector<bool>& kept) {
     const bool first = std::exchange(first_, false);
     set_tails(trusted);
     const double gate = kGate * tails2_.back();
@@ -483,6 +489,9 @@ class Judge {
         continue;
       }
       ++left;
+      if (stop && stop(0)) {
+        return true;
+      }
       const Vec3 error = residual_of(edge, graph.T_map_node[edge.from], graph.T_map_node[edge.to]);
       const Mat3 rough = 2 * uncertainty.relative_roughly(edge.from, edge.to) + closure.covariance;
       if (times_out_[closure.edge] > 1 || weigh(error, rough).d2 > 2 * gate) {
@@ -572,8 +581,8 @@ std::optional<int> odometry_gap(const PoseGraph& graph) {
                               : std::optional(static_cast<int>(gap - edge_to.begin()));
 }
 
-RobustReport relax_robustly(PoseGraph& graph, const RingProgress& rings,
-                            const RelaxProgress& steps) {
+RobustReport relax_robustly(PoseGraph& graph, const RingProgress& rings, const RelaxProgress& steps,
+                            const RelaxStop& stop) {
   PANOPTES_CHECK(!odometry_gap(graph), "every node is joined to the one before it");
   RobustReport report;
   report.kept.assign(graph.edges.size(), false);
@@ -594,28 +603,78 @@ RobustReport relax_robustly(PoseGraph& graph, const RingProgress& rings,
   }
   const double chi2_start = chi2(graph);
   if (closures.empty()) {
-    report.relax = relax(graph, RelaxStart::kLinear, steps);
+    report.relax = relax(graph, RelaxStart::kLinear, steps, stop);
     return report;
   }
-  const double scale2 = find_support(Chain(graph, edge_to), closures, rings);
+  double work = 0;  // of the last step asked for
+  const RelaxStop watched = [&](double multiplications) {
+    work = std::max(work, multiplications);
+    report.stopped = report.stopped || (stop && stop(multiplications));
+    return report.stopped;
+  };
+  const std::vector<bool> odometry = report.kept;
+  const double scale2 = find_support(Chain(graph, edge_to), closures, rings, watched);
   for (const Closure& closure : closures) {
     report.kept[closure.edge] = closure.steps == kChances.size();
   }
   Judge judge(closures, graph.edges.size(), scale2);
   bool changed = true;
-  for (int round = 0; round < kMostRounds && changed; ++round) {
+  bool relaxed_once = false;
+  for (int round = 0; round < kMostRounds && changed && !report.stopped; ++round) {
     PoseGraph trusted = with_edges(graph, report.kept);
     const int iterations = report.relax.iterations;
-    report.relax = relax(trusted, round == 0 ? RelaxStart::kLinear : RelaxStart::kCurrent, steps);
+    report.relax =
+        relax(trusted, round == 0 ? RelaxStart::kLinear : RelaxStart::kCurrent, steps, watched);
     report.relax.iterations += iterations;
+    if (report.stopped && round == 0) {
+      break;  // what is trusted at first may be false, and nothing has been tried
+    }
     graph.T_map_node = trusted.T_map_node;
-    changed = judge.judge(graph, trusted, report.kept);
+    // the judge's own factorisation is a step more
+    if (!report.stopped && !watched(work)) {
+      const std::vector<bool> kept = report.kept;
+      changed = judge.judge(graph, trusted, watched, report.kept);
+      if (report.stopped) {
+        report.kept = kept;
+      }
+    }
+    relaxed_once = true;
+  }
+  if (!relaxed_once) {
+    report.kept = odometry;
+    PoseGraph alone = with_edges(graph, odometry);
+    dead_reckon(alone);
+    graph.T_map_node = alone.T_map_node;
+    report.relax.chi2_end = chi2(alone);
+    report.relax.converged = false;
   }
   report.noise_scale = std::sqrt(judge.scale2());
-  report.relax.converged = report.relax.converged && !changed;
+  report.relax.converged = report.relax.converged && !changed && !report.stopped;
   report.relax.chi2_start = chi2_start;
   report.rejected = static_cast<int>(std::count(report.kept.begin(), report.kept.end(), false));
   return report;
+}
+
+Plausibility plausibility(const PoseGraph& relaxed) {
+  constexpr double kSigma = 3.09;  // a Gaussian exceeds it once in a thousand
+  Plausibility result;
+  result.freedom = 3 * static_cast<int>(relaxed.edges.size()) -
+                   3 * static_cast<int>(relaxed.T_map_node.size()) + 3;
+  if (result.freedom <= 0) {
+    return result;
+  }
+  // the quantile of chi2 by Wilson and Hilferty (1931)
+  const double ninth = 2.0 / (9.0 * result.freedom);
+  const double quantile = result.freedom * std::pow(1 - ninth + kSigma * std::sqrt(ninth), 3);
+  result.chi2_most = kScales2.front() * quantile;
+  result.plausible = chi2(relaxed) <= result.chi2_most;
+  for (int e = 0; e < static_cast<int>(relaxed.edges.size()); ++e) {
+    const GraphEdge& edge = relaxed.edges[e];
+    if (std::abs(edge.from - edge.to) != 1 && !(chi2(relaxed, edge) <= kScales2.front() * kGate)) {
+      result.disagreeing.push_back(e);
+    }
+  }
+  return result;
 }
 
 }  // namespace panoptes

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/graph/descent.h"
 #include "core/graph/pose_graph.h"
 
 namespace panoptes {
@@ -14,7 +15,17 @@ struct RobustReport {
   std::vector<bool> kept;  ///< an edge each
   int rejected = 0;        ///< edges that are not kept
   double noise_scale = 1;  ///< errors are about so many times what the information says
+  bool stopped = false;    ///< before it was done: the best so far
 };
+
+/// Whether what is left of a relaxed graph's errors can be noise.
+struct Plausibility {
+  int freedom = 0;        ///< 3 (edges - nodes + 1)
+  double chi2_most = 0;   ///< that errors twice those stated exceed once in a thousand graphs
+  bool plausible = true;  ///< chi2 does not; so where nothing is free
+  std::vector<int> disagreeing;  ///< closures that are off by more than such errors, an edge each
+};
+Plausibility plausibility(const PoseGraph& relaxed);
 
 /// The first node that no edge joins to the one before it, if there is one: such a graph has no
 /// odometry that closures could be judged by.
@@ -37,8 +48,10 @@ using RingProgress = std::function<void(double)>;
 /// A false closure that happens to agree with the graph within its uncertainty cannot be told from
 /// a true one, and is kept; so are false ones that agree closely with each other.
 /// The poses given are not looked at but for the first, which stays. The cost grows with the square
-/// of the number of closures. One thread, same bits every time.
+/// of the number of closures, and with its cube where they join everything with everything. Where
+/// `stop` ends it, what was kept last stays, relaxed as far as it went; odometry alone at the
+/// least. One thread, same bits every time.
 RobustReport relax_robustly(PoseGraph& graph, const RingProgress& rings = {},
-                            const RelaxProgress& steps = {});
+                            const RelaxProgress& steps = {}, const RelaxStop& stop = {});
 
 }  // namespace panoptes

@@ -193,7 +193,7 @@ class Descent {
 }  // namespace
 
 RelaxReport relax_by_tree(PoseGraph& graph, const TreeDescentOptions& options,
-                          const RelaxProgress& progress) {
+                          const RelaxProgress& progress, const RelaxStop& stop) {
   for (const GraphEdge& edge : graph.edges) {
     const int nodes = static_cast<int>(graph.T_map_node.size());
     PANOPTES_CHECK(edge.from >= 0 && edge.from < nodes && edge.to >= 0 && edge.to < nodes &&
@@ -207,7 +207,7 @@ RelaxReport relax_by_tree(PoseGraph& graph, const TreeDescentOptions& options,
     return report;
   }
   Descent descent(graph);
-  while (report.iterations < options.iterations && !report.converged) {
+  while (report.iterations < options.iterations && !report.converged && !(stop && stop(0))) {
     if (progress) {
       progress(report);
     }

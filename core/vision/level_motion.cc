@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include <Eigen/LU>
 
@@ -46,12 +47,46 @@ bool agrees(const Eigen::Vector4f& f, const PixelPair& pair, float noise_squared
   return of_a * of_b < 0 && off * off < noise_squared * slope_squared;
 }
 
+// The share of wrong matches, each point with the partner of another one, that agree as well: up to
+// kOthers partners a point, so that the many cost no more than the motions that were tried.
+double agreeing_by_chance(const Eigen::Vector4f& f, const std::vector<PixelPair>& pairs,
+                          float noise_squared) {
+  constexpr std::size_t kOthers = 20;
+  const std::size_t count = pairs.size();
+  const std::size_t others = std::min(kOthers, count - 1);
+  std::size_t agreeing = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t k = 1; k <= others; ++k) {
+      const std::size_t other = (i + k * (count - 1) / others) % count;
+      agreeing += agrees(f, {pairs[i].a_px, pairs[other].b_px}, noise_squared) ? 1U : 0U;
+    }
+  }
+  // one more than counted: nothing is known to be impossible
+  return static_cast<double>(agreeing + 1) / static_cast<double>(count * others + 1);
+}
+
+double log_choose(int n, int k) {
+  return std::lgamma(n + 1.0) - std::lgamma(k + 1.0) - std::lgamma(n - k + 1.0);
+}
+
+// Of `count` pairs `inliers` agree, one by chance with probability p: the number of sizes, of sets
+// so large and of samples in them that the motion may come from, times that the others agree.
+double log_false_alarms(int count, int inliers, double p) {
+  return std::log(count - kSample) + log_choose(count, inliers) + log_choose(inliers, kSample) +
+         (inliers - kSample) * std::log(p);
+}
+
 }  // namespace
 
 int level_inliers(const LevelMotionOptions& options, const std::vector<PixelPair>& pairs, Rng rng) {
+  return level_agreement(options, pairs, rng).inliers;
+}
+
+LevelAgreement level_agreement(const LevelMotionOptions& options,
+                               const std::vector<PixelPair>& pairs, Rng rng) {
   const int count = static_cast<int>(pairs.size());
   if (count <= kSample) {
-    return 0;
+    return {};
   }
   // numbers near one, so that the minors are exact enough in single precision
   float scale = 1;
@@ -65,6 +100,7 @@ int level_inliers(const LevelMotionOptions& options, const std::vector<PixelPair
   }
   const float noise = static_cast<float>(options.noise_px) / scale;
   int most = 0;
+  Eigen::Vector4f best = Eigen::Vector4f::Zero();
   for (int hypothesis = 0; hypothesis < options.hypotheses; ++hypothesis) {
     const std::array<int, kSample> drawn{rng.index(count), rng.index(count), rng.index(count)};
     if (drawn[0] == drawn[1] || drawn[0] == drawn[2] || drawn[1] == drawn[2]) {
@@ -74,9 +110,15 @@ int level_inliers(const LevelMotionOptions& options, const std::vector<PixelPair
     const auto agreeing = std::count_if(scaled.begin(), scaled.end(), [&](const PixelPair& pair) {
       return agrees(f, pair, noise * noise);
     });
-    most = std::max(most, static_cast<int>(agreeing));
+    if (agreeing > most) {
+      most = static_cast<int>(agreeing);
+      best = f;
+    }
   }
-  return most;
+  if (most <= kSample) {
+    return {most, 0};
+  }
+  return {most, log_false_alarms(count, most, agreeing_by_chance(best, scaled, noise * noise))};
 }
 
 }  // namespace panoptes

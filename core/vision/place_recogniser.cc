@@ -28,6 +28,7 @@ PlaceView place_view(const RecogniserOptions& options, const cv::Mat& picture) {
   view.features = local_features(options.features, grey);
   view.middle_px =
       0.5F * Eigen::Vector2f(static_cast<float>(grey.cols - 1), static_cast<float>(grey.rows - 1));
+  view.content = picture_content(grey);
   return view;
 }
 
@@ -41,7 +42,7 @@ std::vector<PlaceCandidate> PlaceRecogniser::query(const PlaceView& view, int un
   std::vector<PlaceCandidate> nearest;
   nearest.reserve(std::max(0, until));
   for (int place = 0; place < until; ++place) {
-    nearest.push_back({place, emd_grey(view.signature, places_[place].signature), 0});
+    nearest.push_back({place, emd_grey(view.signature, places_[place].signature)});
   }
   const auto kept = std::min<std::ptrdiff_t>(options_.shortlist, std::ssize(nearest));
   std::partial_sort(nearest.begin(), nearest.begin() + kept, nearest.end(),
@@ -63,8 +64,10 @@ PlaceCandidate PlaceRecogniser::compare(const PlaceView& view, int place) const 
     pairs.push_back({view.features.px[match.a] - view.middle_px,
                      earlier.features.px[match.b] - earlier.middle_px});
   }
-  return {place, emd_grey(view.signature, earlier.signature),
-          level_inliers(options_.motion, pairs, rng_.fork(std::to_string(place)))};
+  const LevelAgreement agreement =
+      level_agreement(options_.motion, pairs, rng_.fork(std::to_string(place)));
+  return {place, emd_grey(view.signature, earlier.signature), agreement.inliers,
+          agreement.log_chance};
 }
 
 }  // namespace panoptes

@@ -9,6 +9,7 @@
 #include "core/base/rng.h"
 #include "core/vision/level_motion.h"
 #include "core/vision/local_features.h"
+#include "core/vision/picture_content.h"
 #include "core/vision/place_signature.h"
 
 namespace panoptes {
@@ -26,6 +27,7 @@ struct PlaceView {
   PlaceSignature signature;
   LocalFeatures features;
   Eigen::Vector2f middle_px;
+  PictureContent content;
 };
 
 /// From an 8-bit picture, BGR or grey. The signature is of equalised greys: another exposure does
@@ -36,7 +38,8 @@ PlaceView place_view(const RecogniserOptions& options, const cv::Mat& picture);
 struct PlaceCandidate {
   int place = 0;
   double emd_grey = 0;
-  int inliers = 0;  ///< matched features that agree with one motion of a level camera
+  int inliers = 0;        ///< matched features that agree with one motion of a level camera
+  double log_chance = 0;  ///< ln of how often as many would by chance (LevelAgreement)
 };
 
 /// Remembers places by one picture each, and says without any prior which a view is most like.

@@ -68,22 +68,30 @@ class Run {
 
   // Of the pictures before and after with those that they would show on the earlier pass; none
   // vouches for more than the picture shows itself.
-  int support(int picture, int earlier) {
+  struct Support {
+    int inliers = 0;
+    double log_chance = 0;  // together with the picture's own
+  };
+  Support support_of(int picture, int earlier) {
     const int own = inliers(picture, earlier);
-    int sum = 0;
+    Support support{0, compare(picture, earlier).log_chance};
     for (const int side : {-1, 1}) {
       int most = 0;
+      double least_log_chance = 0;
       for (int step = 0; step <= kFastest; ++step) {
         const int neighbour = picture + side;
         const int meets = earlier + side * step;
         if (neighbour < size() && meets >= 0 && meets < neighbour) {
           most = std::max(most, inliers(neighbour, meets));
+          least_log_chance = std::min(least_log_chance, compare(neighbour, meets).log_chance);
         }
       }
-      sum += std::min(most, own);
+      support.inliers += std::min(most, own);
+      support.log_chance += least_log_chance;
     }
-    return sum;
+    return support;
   }
+  int support(int picture, int earlier) { return support_of(picture, earlier).inliers; }
 
   // More inliers than the most unlike pictures have, which agree by chance alone: their median and
   // two sigma of a count.
@@ -190,12 +198,9 @@ const PlaceCandidate& best_of(const std::vector<PlaceCandidate>& candidates) {
   return *std::min_element(candidates.begin(), candidates.end(), more_inliers);
 }
 
-}  // namespace
-
-bool RunRecognition::learned() const { return std::isfinite(threshold); }
-
-RunRecognition recognise_run(const RecogniserOptions& options, std::vector<PlaceView> views,
-                             const Rng& rng, const std::function<void(double)>& progress) {
+// Of pictures that all show something.
+RunRecognition recognise_full(const RecogniserOptions& options, std::vector<PlaceView> views,
+                              const Rng& rng, const std::function<void(double)>& progress) {
   Run run(options, std::move(views), rng);
   const int count = run.size();
   RunRecognition result;
@@ -236,6 +241,9 @@ RunRecognition recognise_run(const RecogniserOptions& options, std::vector<Place
     typical = quantile(of_full_lists, 0.5);
   }
 
+  // so that by chance less than one in 1 / kFalseARun runs has a pair that agrees as well
+  const double log_chance_allowed =
+      std::log(kFalseARun / (static_cast<double>(count) * options.shortlist));
   for (int picture = 0; picture < count; ++picture) {
     std::vector<PlaceCandidate> candidates = shortlists[picture];
     for (const int neighbour : {picture - 1, picture + 1}) {
@@ -255,15 +263,51 @@ RunRecognition recognise_run(const RecogniserOptions& options, std::vector<Place
       continue;
     }
     const PlaceCandidate best = best_of(candidates);
-    const int support = run.support(picture, best.place);
+    const auto support = run.support_of(picture, best.place);
     // a picture that matches wrong places better than most must match the right one better, too
     const double harder = 1 + std::max(0.0, elsewhere[picture] - typical) / result.threshold;
-    const double confidence = std::max(best.inliers / result.threshold,
-                                       (best.inliers + support) / result.threshold_support) /
-                              harder;
-    result.pictures[picture] = {best.place, best.emd_grey, best.inliers,
-                                support,    confidence,    confidence >= 1};
+    const double confidence =
+        std::max(best.inliers / result.threshold,
+                 (best.inliers + support.inliers) / result.threshold_support) /
+        harder;
+    result.pictures[picture] = {
+        best.place,   best.emd_grey,
+        best.inliers, support.inliers,
+        confidence,   confidence >= 1 && support.log_chance <= log_chance_allowed};
   }
+  return result;
+}
+
+}  // namespace
+
+bool RunRecognition::learned() const { return std::isfinite(threshold); }
+
+RunRecognition recognise_run(const RecogniserOptions& options, std::vector<PlaceView> views,
+                             const Rng& rng, const std::function<void(double)>& progress) {
+  std::vector<const PictureContent*> contents;
+  contents.reserve(views.size());
+  for (const PlaceView& view : views) {
+    contents.push_back(&view.content);
+  }
+  const std::vector<PictureFault> faults = picture_faults(contents);
+  std::vector<int> full;  // their places in the run
+  std::vector<PlaceView> full_views;
+  for (int picture = 0; picture < std::ssize(views); ++picture) {
+    if (faults[picture] == PictureFault::kNone) {
+      full.push_back(picture);
+      full_views.push_back(std::move(views[picture]));
+    }
+  }
+  RunRecognition result = recognise_full(options, std::move(full_views), rng, progress);
+  std::vector<Recognised> pictures(views.size());
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    pictures[i].fault = faults[i];
+  }
+  for (std::size_t i = 0; i < full.size(); ++i) {
+    Recognised& picture = pictures[full[i]] = result.pictures[i];
+    picture.earlier = picture.earlier < 0 ? -1 : full[picture.earlier];
+  }
+  result.pictures = std::move(pictures);
   return result;
 }
 

@@ -17,6 +17,7 @@ struct Recognised {
   int support = 0;        ///< inliers of the pictures before and after with those about `earlier`
   double confidence = 0;  ///< 1 and more is believed
   bool believed = false;
+  PictureFault fault = PictureFault::kNone;  ///< why it shows nothing, and is compared with nothing
 };
 
 struct RunRecognition {
@@ -33,7 +34,10 @@ struct RunRecognition {
 /// motion; the pictures before and after lend support, at any relative speed between a half and
 /// two. What pictures of different places reach is learned from pictures so far apart that they
 /// hardly overlap and so close in time that the robot cannot have come back; what they reach once
-/// in a hundred runs is believed. `progress` hears the share done.
+/// in a hundred runs is believed, unless the pictures' own features, matched at random among
+/// themselves, would agree as well that often: repeated texture has many that do. Pictures that
+/// show nothing (picture_faults) are left out first, as if they had not been taken. `progress`
+/// hears the share done.
 RunRecognition recognise_run(const RecogniserOptions& options, std::vector<PlaceView> views,
                              const Rng& rng, const std::function<void(double)>& progress = {});
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <Eigen/Eigenvalues>
@@ -11,6 +12,7 @@
 
 #include "core/base/check.h"
 #include "core/base/rng.h"
+#include "core/graph/descent.h"
 
 namespace panoptes {
 namespace {
@@ -156,6 +158,84 @@ TEST(Relax, LeavesALonelyGraphAlone) {
   EXPECT_EQ(graph.T_map_node[1], (Pose2{4, 5, 6}));
   graph.edges.push_back({0, 2, {}, Mat3::Identity(), false});
   EXPECT_THROW(relax(graph), CheckError);
+}
+
+TEST(Relax, SaysThatItGaveUp) {
+  // numbers so large that no step can be computed, though the error can
+  PoseGraph graph;
+  graph.T_map_node = {{0, 0, 0}, {1e6, 0, 0}, {2e6, 0, 0}};
+  for (const int from : {0, 1}) {
+    graph.edges.push_back({from, from + 1, {1e6 - 1, 0, 0}, 1e300 * Mat3::Identity(), false});
+  }
+  PoseGraph alone = graph;
+  EXPECT_FALSE(descend(alone).converged);
+  for (const RelaxStart start : {RelaxStart::kLinear, RelaxStart::kCurrent}) {
+    PoseGraph tried = graph;
+    const RelaxReport report = relax(tried, start);
+    EXPECT_FALSE(report.converged);
+  }
+}
+
+TEST(Relax, HasNotConvergedWhereSomethingIsNotANumber) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const World world = square_walk(3, 20, 0.005, 0.01, Rng(9));
+  PoseGraph best = world.graph;
+  relax(best);
+  PoseGraph lost = world.graph;
+  lost.T_map_node[30].x_m = nan;
+  EXPECT_FALSE(descend(lost).converged);
+  const RelaxReport report = relax(lost, RelaxStart::kCurrent);  // by the linear start
+  EXPECT_TRUE(report.converged);
+  EXPECT_NEAR(report.chi2_end, chi2(best), kRoundoff * chi2(best));
+  PoseGraph unmeasured = world.graph;
+  unmeasured.edges.back().T_from_to.theta_rad = nan;
+  EXPECT_FALSE(relax(unmeasured, RelaxStart::kCurrent).converged);
+  EXPECT_FALSE(relax(unmeasured, RelaxStart::kLinear).converged);
+}
+
+TEST(Relax, HasConvergedAtABottomThatRoundingHides) {
+  World world = square_walk(2, 10, 1e-3, 1e-3, Rng(10));
+  for (GraphEdge& edge : world.graph.edges) {
+    edge.T_from_to = world.truth[edge.from].inverse() * world.truth[edge.to];
+  }
+  world.graph.T_map_node = world.truth;
+  EXPECT_TRUE(descend(world.graph).converged);
+  PoseGraph far = world.graph;
+  far.T_map_node[0] = {3000, -2000, 1};
+  dead_reckon(far);
+  EXPECT_TRUE(descend(far).converged);
+}
+
+TEST(Relax, EndsWithTheBestSoFarWhenToldTo) {
+  World world = square_walk(3, 20, 0.005, 0.01, Rng(11));
+  int left = 2;
+  double most = 0;
+  const RelaxReport report =
+      relax(world.graph, RelaxStart::kCurrent, {}, [&](double multiplications) {
+        most = std::max(most, multiplications);
+        return left-- <= 0;
+      });
+  const auto unknowns = 3.0 * static_cast<double>(world.truth.size() - 1);
+  EXPECT_GT(most, unknowns);  // a chain's factor has as many columns, of a few numbers each
+  EXPECT_LT(most, unknowns * unknowns * unknowns / 6);  // no more than were it full
+  EXPECT_FALSE(report.converged);
+  EXPECT_LE(report.iterations, 3);
+  EXPECT_LE(report.chi2_end, report.chi2_start);
+  EXPECT_NEAR(report.chi2_end, chi2(world.graph), kRoundoff * report.chi2_end);
+}
+
+TEST(RelativeCovariance, IsUnknownWhereTheGraphCannotBeSolved) {
+  PoseGraph graph;
+  graph.T_map_node = {{0, 0, 0}, {1e6, 0, 0}, {2e6, 0, 0}};
+  for (const int from : {0, 1}) {
+    graph.edges.push_back({from, from + 1, {1e6, 0, 0}, 1e300 * Mat3::Identity(), false});
+  }
+  const Mat3 covariance = relative_covariance(graph, 0, 1);
+  EXPECT_FALSE(covariance.array().isNaN().any());
+  EXPECT_TRUE(std::isinf(covariance(0, 0)));
+  const Mat3 unknown = path_covariances(PoseGraph{{{}, {}}, {}}, 0)[1];
+  EXPECT_FALSE(unknown.array().isNaN().any());
+  EXPECT_TRUE(std::isinf(unknown(0, 0)) && std::isinf(unknown(2, 2)));
 }
 
 TEST(RelativeCovariance, OfAChainIsDeadReckoning) {

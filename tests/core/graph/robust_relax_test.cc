@@ -174,6 +174,49 @@ TEST(RobustRelax, GivesTheSameBitsAgain) {
   EXPECT_GE(steps, b.relax.iterations);
 }
 
+TEST(RobustRelax, EndsWithTheBestSoFarWhereverItIsStopped) {
+  Walk walk = random_walk(200, kSide_m, {}, Rng(80));
+  add_false_closures(walk.graph, 40, kSide_m, Rng(81));
+  int asked = 0;
+  PoseGraph whole = walk.graph;
+  const RobustReport done = relax_robustly(whole, {}, {}, [&asked](double) {
+    ++asked;
+    return false;
+  });
+  EXPECT_FALSE(done.stopped);
+  EXPECT_TRUE(done.relax.converged);
+  ASSERT_GT(asked, 10);
+  for (int after = 0; after < asked; after += std::max(1, asked / 20)) {
+    PoseGraph graph = walk.graph;
+    int left = after;
+    const RobustReport report =
+        relax_robustly(graph, {}, {}, [&left](double) { return left-- <= 0; });
+    EXPECT_TRUE(report.stopped) << after;
+    EXPECT_FALSE(report.relax.converged) << after;
+    PoseGraph kept{graph.T_map_node, {}};
+    for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+      if (report.kept[e]) {
+        kept.edges.push_back(graph.edges[e]);
+      }
+    }
+    EXPECT_EQ(odometry_gap(kept), std::nullopt) << after;
+    EXPECT_NEAR(report.relax.chi2_end, chi2(kept), kRoundoff * (1 + chi2(kept))) << after;
+  }
+}
+
+TEST(Plausibility, IsThatOfNoiseUpToTwiceAsLargeAsStated) {
+  for (const double stated : {1.0, 0.55, 0.4}) {
+    Walk walk = random_walk(400, kSide_m, {.stated = stated}, Rng(95));
+    relax(walk.graph);
+    const Plausibility noise = plausibility(walk.graph);
+    EXPECT_EQ(noise.freedom, 3 * closures(walk.graph));
+    EXPECT_EQ(noise.plausible, stated > 0.5) << stated;
+  }
+  Walk walk = random_walk(100, kSide_m, {}, Rng(96));
+  std::erase_if(walk.graph.edges, [](const GraphEdge& e) { return e.closure; });
+  EXPECT_TRUE(plausibility(walk.graph).plausible);
+}
+
 TEST(RobustRelax, NeedsOdometry) {
   Walk walk = random_walk(100, kSide_m, {}, Rng(90));
   EXPECT_EQ(odometry_gap(walk.graph), std::nullopt);

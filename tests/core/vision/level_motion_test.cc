@@ -69,6 +69,22 @@ TEST(LevelMotion, FewAgreeByChance) {
   }
 }
 
+TEST(LevelMotion, ChanceIsKnownFromTruth) {
+  constexpr double kOneInAMillion = -13.8;  // ln
+  for (int seed = 0; seed < 20; ++seed) {
+    for (const int count : {40, 100, 300}) {
+      const LevelAgreement chance = level_agreement({}, at_random(count, Rng(seed)), Rng(1));
+      EXPECT_GT(chance.log_chance, kOneInAMillion / 2)
+          << seed << " " << count << " " << chance.inliers;
+      std::vector<PixelPair> pairs = seen_twice(count / 2, 0.5, Rng(seed));
+      const std::vector<PixelPair> others = at_random(count - count / 2, Rng(seed).fork("others"));
+      pairs.insert(pairs.end(), others.begin(), others.end());
+      EXPECT_LT(level_agreement({}, pairs, Rng(1)).log_chance, kOneInAMillion)
+          << seed << " " << count;
+    }
+  }
+}
+
 TEST(LevelMotion, SaysNothingOfThreePairsWhichAlwaysAgree) {
   EXPECT_EQ(level_inliers({}, seen_twice(3, 0, Rng(1)), Rng(1)), 0);
   EXPECT_EQ(level_inliers({}, {}, Rng(1)), 0);

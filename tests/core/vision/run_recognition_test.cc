@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
 
 #include "tests/support/wall_pictures.h"
 
@@ -74,6 +75,61 @@ TEST(RunRecognition, LearnsHowFarPicturesOverlap) {
   EXPECT_GE(usual, 2);
   EXPECT_LE(usual, 5);
   EXPECT_GE(dense, 2 * usual - 2);
+}
+
+// What a camera takes that is covered, looks at a wall, into the sun, or is jolted.
+cv::Mat showing_nothing(PictureFault fault, const cv::Mat& grey, Rng rng) {
+  cv::Mat picture(grey.size(), CV_8U, cv::Scalar(fault == PictureFault::kDark ? 4 : 130));
+  if (fault == PictureFault::kOverExposed) {
+    grey.convertTo(picture, CV_8U, 10, 150);
+  } else if (fault == PictureFault::kBlurred) {
+    cv::GaussianBlur(grey, picture, cv::Size(), 6);
+  }
+  for (int row = 0; row < picture.rows; ++row) {
+    for (int column = 0; column < picture.cols; ++column) {
+      auto& pixel = picture.at<std::uint8_t>(row, column);
+      const double shade = fault == PictureFault::kBlank ? 0.1 * column : 0;
+      pixel = cv::saturate_cast<std::uint8_t>(pixel + shade + rng.normal(0, 2));
+    }
+  }
+  return picture;
+}
+
+TEST(RunRecognition, PicturesThatShowNothingChangeNothing) {
+  const std::vector<int> at_px = then(lap(kLap), lap(kLap));
+  const RunRecognition alone = recognise_run({}, views_at(at_px, 1), Rng(1));
+  ASSERT_GE(believed(alone), kLap - 1);
+  for (const PictureFault fault : {PictureFault::kBlank, PictureFault::kDark,
+                                   PictureFault::kOverExposed, PictureFault::kBlurred}) {
+    for (const int every : {5}) {
+      std::vector<PlaceView> views = views_at(at_px, 1);
+      std::vector<int> at;  // in the mixture, of each that shows something
+      std::vector<PlaceView> mixed;
+      int nothing = 0;
+      for (std::size_t i = 0; i < views.size(); ++i) {
+        if (i % every == 3) {
+          const cv::Mat grey = wall_picture(at_px[i], Rng(i));
+          mixed.push_back(place_view({}, showing_nothing(fault, grey, Rng(i).fork("nothing"))));
+          ++nothing;
+        }
+        at.push_back(static_cast<int>(mixed.size()));
+        mixed.push_back(std::move(views[i]));
+      }
+      const RunRecognition run = recognise_run({}, mixed, Rng(1));
+      EXPECT_EQ(run.threshold, alone.threshold);
+      EXPECT_EQ(std::count_if(run.pictures.begin(), run.pictures.end(),
+                              [fault](const Recognised& one) { return one.fault == fault; }),
+                nothing)
+          << static_cast<int>(fault);
+      for (std::size_t i = 0; i < at.size(); ++i) {
+        const Recognised& found = run.pictures[at[i]];
+        EXPECT_EQ(found.fault, PictureFault::kNone);
+        EXPECT_EQ(found.believed, alone.pictures[i].believed);
+        const int earlier = alone.pictures[i].earlier;
+        EXPECT_EQ(found.earlier, earlier < 0 ? -1 : at[earlier]);
+      }
+    }
+  }
 }
 
 TEST(RunRecognition, ACoveredOrFrozenCameraRecognisesNothing) {
