@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "apps/command.h"
+#include "apps/run/file_kind.h"
 #include "apps/run/mission.h"
 #include "apps/run/open_robot.h"
 #include "core/base/error.h"
@@ -24,38 +27,19 @@
 namespace panoptes {
 namespace {
 
-struct FileKind {
-  const char* name;
-  const char* folder;             ///< of scenes/, where such files lie
-  std::vector<std::string> keys;  ///< that no other kind has
-  void (*check)(const std::string& file);
-};
+using CheckFile = void (*)(const std::string& file);
 
-const std::array<FileKind, 6>& file_kinds() {
-  static const std::array<FileKind, 6> kKinds{{
+CheckFile check_of(const FileKind& kind) {
+  static const std::map<std::string, CheckFile> kChecks{
       {"mission",
-       "missions",
-       {"platform", "rig", "until", "drive", "navigator", "require"},
        [](const std::string& file) { check_platform(load_mission<ExploreMission>(file)); }},
-      {"world",
-       "worlds",
-       {"objects", "boxes", "lights", "ambient", "generate", "floor_plan", "people", "include"},
-       [](const std::string& file) { sim::load_world(file); }},
-      {"rig", "rigs", {"cameras"}, [](const std::string& file) { read_settings<Rig>(file); }},
-      {"robot",
-       "robots",
-       {"radius_m", "height_m", "wheel_base_m", "wheel_radius_m", "max_speed_mps"},
-       [](const std::string& file) { read_settings<Body>(file); }},
-      {"route",
-       "routes",
-       {"waypoints", "tour"},
-       [](const std::string& file) { read_settings<sim::Route>(file); }},
-      {"map",
-       "maps",
-       {"occupied_thresh", "free_thresh"},
-       [](const std::string& file) { read_turned_map_server(file); }},
-  }};
-  return kKinds;
+      {"world", [](const std::string& file) { sim::load_world(file); }},
+      {"rig", [](const std::string& file) { read_settings<Rig>(file); }},
+      {"robot", [](const std::string& file) { read_settings<Body>(file); }},
+      {"route", [](const std::string& file) { read_settings<sim::Route>(file); }},
+      {"map", [](const std::string& file) { read_turned_map_server(file); }},
+  };
+  return kChecks.at(kind.name);
 }
 
 // A mesh or a picture is named in a world, and judged there.
@@ -72,21 +56,10 @@ void refuse_what_is_no_settings(const std::string& file) {
   }
 }
 
-// By the keys it holds, else by the folder it lies in.
-const FileKind& kind_of(const std::string& file) {
+const FileKind& told_kind_of(const std::string& file) {
   refuse_what_is_no_settings(file);
-  const std::vector<std::string> keys = settings_keys(file);
-  for (const FileKind& kind : file_kinds()) {
-    if (std::find_first_of(keys.begin(), keys.end(), kind.keys.begin(), kind.keys.end()) !=
-        keys.end()) {
-      return kind;
-    }
-  }
-  const std::string folder = std::filesystem::path(file).parent_path().filename().string();
-  for (const FileKind& kind : file_kinds()) {
-    if (folder == kind.folder) {
-      return kind;
-    }
+  if (const FileKind* kind = kind_of(file)) {
+    return *kind;
   }
   throw ConfigError(
       file +
@@ -185,9 +158,9 @@ int check_file(const std::string& file) {
                   dataset ? "dataset" : "run");
       return status;
     }
-    const FileKind& kind = kind_of(file);
-    kind.check(file);
-    std::printf("%s: ok (%s)\n", file.c_str(), kind.name);
+    const FileKind& kind = told_kind_of(file);
+    check_of(kind)(file);
+    std::printf("%s: ok (%s)\n", file.c_str(), kind.name.c_str());
     return 0;
   } catch (const ConfigError& error) {
     std::printf("%s\n", error.what());

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/command.h"
 
+#include <charconv>
+#include <limits>
+#include <system_error>
+
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
@@ -17,6 +21,23 @@ std::vector<std::string> CommonArguments::overrides() const {
   return all;
 }
 
+namespace {
+
+// What is no number at all is left to be told by the conversion.
+std::string seed_fault(const std::string& seed) {
+  if (seed.starts_with('-')) {
+    return "must not be negative, got " + seed;
+  }
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(seed.data(), seed.data() + seed.size(), value);
+  return error == std::errc::result_out_of_range
+             ? fmt::format("must be at most {}, got {}", std::numeric_limits<std::uint64_t>::max(),
+                           seed)
+             : "";
+}
+
+}  // namespace
+
 void add_common(CLI::App& subcommand, CommonArguments& args) {
   subcommand.add_option("--out", args.out_dir, "where the results go (runs/<mission>-<seed>)")
       ->type_name("DIR")
@@ -25,9 +46,7 @@ void add_common(CLI::App& subcommand, CommonArguments& args) {
       });
   subcommand.add_option("--seed", args.seed, "of every random choice")
       ->type_name("N")
-      ->check([](const std::string& seed) {
-        return seed.starts_with('-') ? "must not be negative, got " + seed : std::string();
-      });
+      ->check(seed_fault);
   subcommand.add_option("--duration", args.duration_s, "at most so long, in seconds of the run")
       ->type_name("S");
   subcommand

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/command.h"
+#include "apps/run/folder_lock.h"
 #include "apps/run/given_truth.h"
 #include "apps/run/left_run.h"
 #include "apps/run/loop.h"
@@ -35,6 +36,10 @@ double body_height_m(const std::filesystem::path& run) {
 
 // Adds to a run all that can only be said by who knows the truth.
 int evaluate(const EvaluateArguments& args) {
+  const auto lock = FolderLock::take(args.run);
+  if (!lock) {
+    throw ConfigError(args.run + ": another panoptes is writing there; wait until it has ended");
+  }
   const LeftRun left = read_run(args.run);
   GivenTruth given = read_given_truth(args.truth);
   if (!args.world.empty() && !given.known.truth.body.cells.empty()) {

@@ -17,6 +17,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "apps/command.h"
+#include "apps/run/fault.h"
 #include "apps/run/out_dir.h"
 #include "apps/run/pictures.h"
 #include "apps/run/place_truth.h"
@@ -25,6 +26,7 @@
 #include "apps/run/stage_clock.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/base/utf8.h"
 #include "core/eval/places.h"
 #include "core/eval/recognition.h"
 #include "core/io/csv.h"
@@ -176,14 +178,14 @@ void write_table(const fs::path& path, const std::vector<std::string>& files,
                          "verdict", "truth"});
   for (std::size_t i = 0; i < files.size(); ++i) {
     const Recognised& found = run.pictures[i];
-    table << fs::path(files[i]).filename().string();
+    table << as_utf8(fs::path(files[i]).filename().string());
     if (found.earlier < 0) {
       table.skip().skip().skip().skip().skip() << "nothing alike";
       table.skip().end_row();
       continue;
     }
-    table << fs::path(files[found.earlier]).filename().string() << found.emd_grey << found.inliers
-          << found.support << found.confidence
+    table << as_utf8(fs::path(files[found.earlier]).filename().string()) << found.emd_grey
+          << found.inliers << found.support << found.confidence
           << (found.believed ? "same place" : "too little in common");
     if (truth) {
       const SamePlace same = truth->at(static_cast<int>(i), found.earlier);
@@ -265,16 +267,22 @@ int find_loops(const LoopsArguments& args) {
                          judged["precision"].get<double>(), judged["recall"].get<double>(),
                          judged["recall_at_full_precision"]["features"].get<double>());
   }
-  write_table(out.path() / "loops.csv", files, run, truth);
-  write_file(out.path() / "loops.png", png(drawn(seen, run, truth, title)));
-  write_file(out.path() / "metrics.json", figures.dump(2) + "\n");
   out.keep();
+  Faults faults;
+  faults.attempt([&] { write_table(out.path() / "loops.csv", files, run, truth); });
+  faults.attempt(
+      [&] { write_file(out.path() / "loops.png", png(drawn(seen, run, truth, title))); });
+  if (!faults.none()) {
+    figures["outcome"] = "failed";
+    figures["fault"] = as_utf8(faults.text());
+  }
+  faults.attempt([&] { write_file(out.path() / "metrics.json", figures.dump(2) + "\n"); });
   std::printf("%s\n%s\n", title.c_str(), (out.path() / "loops.csv").c_str());
   if (!run.learned()) {
     std::fprintf(stderr, "%zu pictures are too few to learn from what another place looks like\n",
                  files.size());
   }
-  return 0;
+  return faults.status();
 }
 
 }  // namespace

@@ -31,11 +31,13 @@ int record(const RecordArguments& args) {
   }
   const auto mission = load_mission<ExploreMission>(args.mission, overrides);
   const auto keep_all = [&mission](OpenRobot& open, const std::filesystem::path& folder) {
-    open.robot = std::make_unique<hw::RecordingRobot>(
+    auto robot = std::make_unique<hw::RecordingRobot>(
         std::move(open.robot), folder,
         RecordingInfo{std::string(kDatasetSchema), PANOPTES_VERSION, mission.name, mission.seed},
         open.rig, mission.robot, open.true_pictures,
         open.recorded == nullptr || open.recorded->touches_known());
+    open.finish = [recording = robot.get()] { recording->finish(); };
+    open.robot = std::move(robot);
   };
   return run_mission(mission, {"record", args.common.out_dir.value_or(default_out_dir(mission)),
                                args.common.quiet, keep_all, false});

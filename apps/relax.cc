@@ -11,11 +11,13 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/command.h"
+#include "apps/run/fault.h"
 #include "apps/run/graph_picture.h"
 #include "apps/run/pictures.h"
 #include "apps/run/progress.h"
 #include "apps/run/stage_clock.h"
 #include "core/base/error.h"
+#include "core/base/utf8.h"
 #include "core/graph/robust_relax.h"
 #include "core/graph/tree_descent.h"
 #include "core/io/csv.h"
@@ -54,6 +56,13 @@ fs::path checked_out(const RelaxArguments& args) {
   const fs::path folder = out.has_parent_path() ? out.parent_path() : fs::path(".");
   if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored)) {
     throw ConfigError("--out " + args.out + ": " + folder.string() + " is not a folder");
+  }
+  for (const char* ending : {".g2o", ".png", ".metrics.json", ".rejected.csv"}) {
+    const fs::path beside = fs::path(out).replace_extension(ending);
+    if (fs::exists(beside, ignored)) {
+      throw ConfigError("--out " + args.out + ": " + beside.string() +
+                        " is there already; remove it or name another file");
+    }
   }
   return out;
 }
@@ -172,7 +181,7 @@ int relax_file(const RelaxArguments& args) {
   const double from_s = process_use().cpu_s;
   const RobustReport report = solve(args, file, graph);
   const double solve_s = process_use().cpu_s - from_s;
-  const Json figures = figures_of(args, file, report, solve_s);
+  Json figures = figures_of(args, file, report, solve_s);
   picture.T_map_node_after = graph.T_map_node;
   picture.kept = report.kept;
   picture.title =
@@ -182,12 +191,25 @@ int relax_file(const RelaxArguments& args) {
   if (out.has_parent_path()) {
     fs::create_directories(out.parent_path());
   }
-  write_g2o(out, kept_of(graph, report.kept), file.ids);
-  write_file(fs::path(out).replace_extension(".png"), png(draw_graph(picture)));
-  write_file(fs::path(out).replace_extension(".metrics.json"), figures.dump(2) + "\n");
   std::printf("%s\n", picture.title.c_str());
+  Faults faults;
+  faults.attempt([&] { write_g2o(out, kept_of(graph, report.kept), file.ids); });
   if (args.robust) {
-    name_rejected(file, report.kept, fs::path(out).replace_extension(".rejected.csv"));
+    faults.attempt([&] {
+      name_rejected(file, report.kept, fs::path(out).replace_extension(".rejected.csv"));
+    });
+  }
+  faults.attempt(
+      [&] { write_file(fs::path(out).replace_extension(".png"), png(draw_graph(picture))); });
+  if (!faults.none()) {
+    figures["outcome"] = "failed";
+    figures["fault"] = as_utf8(faults.text());
+  }
+  faults.attempt([&] {
+    write_file(fs::path(out).replace_extension(".metrics.json"), figures.dump(2) + "\n");
+  });
+  if (!faults.none()) {
+    return faults.status();
   }
   if (figures["outcome"] == "failed") {
     std::fprintf(stderr, "%s: did not settle within %d steps%s\n", args.graph.c_str(),

@@ -14,6 +14,7 @@
 
 #include "apps/command.h"
 #include "apps/run/contact_sheet.h"
+#include "apps/run/fault.h"
 #include "apps/run/lookout.h"
 #include "apps/run/loop.h"
 #include "apps/run/mission.h"
@@ -22,6 +23,7 @@
 #include "apps/run/stage_clock.h"
 #include "apps/run/until.h"
 #include "core/base/error.h"
+#include "core/base/utf8.h"
 #include "core/io/dataset_writer.h"
 #include "core/io/file.h"
 
@@ -127,20 +129,24 @@ Json figures_of(const AskedPose& pose, const Lookout::Sight& sight) {
 }
 
 void write_metrics(const std::filesystem::path& out_dir, const ExploreMission& mission,
-                   const std::string& outcome, double at_s, const Json& poses) {
+                   const std::string& outcome, double at_s, const Json& poses,
+                   const std::string& fault) {
   const ProcessUse use = process_use();
-  const Json metrics{{"schema", "panoptes.metrics/1"},
-                     {"command", "render"},
-                     {"version", PANOPTES_VERSION},
-                     {"seed", mission.seed},
-                     {"mission", mission.name},
-                     {"outcome", outcome},
-                     {"requirements", Json::array()},
-                     {"poses", poses},
-                     {"run_s", at_s},
-                     {"wall_s", use.wall_s},
-                     {"cpu_s", use.cpu_s},
-                     {"peak_memory_mb", use.peak_memory_mb}};
+  Json metrics{{"schema", "panoptes.metrics/1"},
+               {"command", "render"},
+               {"version", PANOPTES_VERSION},
+               {"seed", mission.seed},
+               {"mission", mission.name},
+               {"outcome", outcome},
+               {"requirements", Json::array()},
+               {"poses", poses},
+               {"run_s", at_s},
+               {"wall_s", use.wall_s},
+               {"cpu_s", use.cpu_s},
+               {"peak_memory_mb", use.peak_memory_mb}};
+  if (!fault.empty()) {
+    metrics["fault"] = as_utf8(fault);
+  }
   write_file(out_dir / "metrics.json", metrics.dump(2) + "\n");
 }
 
@@ -157,6 +163,7 @@ int render(const RenderArguments& args) {
   const Until until(mission.until);
   Json looked_at = Json::array();
   std::string outcome = "completed";
+  Faults faults;
   try {
     Lookout lookout(mission, *simulated, patient_renderer(until, args.common.quiet));
     for (const AskedPose& pose : poses) {
@@ -180,10 +187,17 @@ int render(const RenderArguments& args) {
     }
   } catch (const sim::BakeStopped&) {
     outcome = "interrupted";
+  } catch (...) {
+    if (!out.kept()) {
+      throw;
+    }
+    faults.attempt([] { throw; });
+    outcome = "failed";
   }
   out.keep();
-  write_metrics(out.path(), mission, outcome, args.at_s, looked_at);
-  return outcome == "completed" ? 0 : 130;
+  faults.attempt(
+      [&] { write_metrics(out.path(), mission, outcome, args.at_s, looked_at, faults.text()); });
+  return !faults.none() ? faults.status() : outcome == "completed" ? 0 : 130;
 }
 
 }  // namespace

@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/run_app.h"
 
+#include <cerrno>
 #include <cstdio>
-#include <exception>
+#include <iostream>
 #include <string>
+#include <system_error>
 
 #include <CLI/CLI.hpp>
 
 #include "apps/command.h"
+#include "apps/run/fault.h"
 #include "apps/run/process.h"
-#include "core/base/check.h"
-#include "core/base/error.h"
 #include "core/config/fields.h"
 
 namespace panoptes {
 namespace {
 
-enum ExitStatus { kDone = 0, kBadInput = 2, kMachine = 3, kOurBug = 4 };
+enum ExitStatus { kDone = 0, kBadInput = 2, kMachine = 3 };
 
-int complain(ExitStatus status, const std::string& what) {
+int complain(int status, const std::string& what) {
   std::fprintf(stderr, "%s\n", what.c_str());
   return status;
 }
@@ -48,27 +49,23 @@ std::string usage_fault(const CLI::App& app, const std::string& first, const CLI
          (near.empty() ? "see panoptes --help" : "did you mean " + near + "?");
 }
 
-int run(const Command& command) {
-  try {
-    return command();
-  } catch (const ConfigError& error) {
-    return complain(kBadInput, error.what());
-  } catch (const IoError& error) {
-    return complain(kMachine, error.what());
-  } catch (const DeviceError& error) {
-    return complain(kMachine, error.what());
-  } catch (const CheckError& error) {
-    return complain(kOurBug, std::string("a bug of panoptes, please report it: ") + error.what());
-  } catch (const std::bad_alloc&) {
-    return complain(kMachine, "out of memory; close other programs or use a smaller world");
-  } catch (const std::exception& error) {
-    return complain(kOurBug, std::string("a bug of panoptes, please report it: ") + error.what());
+// What has been said on stdout must have arrived, or nobody knows that it was said.
+int heard(int status) {
+  errno = 0;
+  std::cout.flush();
+  const bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.good();
+  if (written) {
+    return status;
   }
+  const int why = errno != 0 ? errno : EIO;  // it may have failed before
+  const int told =
+      complain(kMachine, "stdout: cannot be written: " + std::generic_category().message(why));
+  std::clearerr(stdout);  // said once
+  std::cout.clear();
+  return status == kDone ? told : status;
 }
 
-}  // namespace
-
-int run_app(int argc, const char* const* argv) {
+int run(int argc, const char* const* argv) {
   set_up_process();
   CLI::App app("Panoptes lets a wheeled robot map a room with several ordinary cameras.",
                "panoptes");
@@ -90,11 +87,22 @@ int run_app(int argc, const char* const* argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
-    return app.exit(asked) == 0 ? kDone : kBadInput;
+    return heard(app.exit(asked) == 0 ? kDone : kBadInput);
   } catch (const CLI::ParseError& error) {
     return complain(kBadInput, usage_fault(app, argc > 1 ? argv[1] : "", error));
   }
-  return run(chosen);
+  return heard(chosen());
+}
+
+}  // namespace
+
+int run_app(int argc, const char* const* argv) {
+  try {
+    return run(argc, argv);
+  } catch (...) {
+    const Fault fault = current_fault();
+    return complain(fault.status, fault.what);
+  }
 }
 
 }  // namespace panoptes

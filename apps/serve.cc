@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "apps/command.h"
+#include "apps/run/fault.h"
 #include "apps/run/mission.h"
 #include "apps/run/open_robot.h"
 #include "apps/run/out_dir.h"
@@ -57,8 +58,8 @@ std::string doing(const hw::WireServer& server, const Truth& known, Time now) {
 int serve(const ServeArguments& args) {
   const auto mission =
       load_mission<ExploreMission>(args.mission, args.common.overrides(), Needs::kNothing);
-  OutDir out(args.common.out_dir.value_or(default_out_dir(mission)));
   const Until until({args.common.duration_s.value_or(kForEver_s), std::nullopt});
+  OutDir out(args.common.out_dir.value_or(default_out_dir(mission)));
   std::vector<std::unique_ptr<hw::Endpoint>> endpoints = open_endpoints(args);
   std::string names;
   for (const auto& endpoint : endpoints) {
@@ -78,16 +79,22 @@ int serve(const ServeArguments& args) {
     run.keep(*robot);
     return !until.reached(controller.now(), 0);
   };
-  while (go_on()) {
-    server.turn(go_on);
-    if (line.due()) {
-      line.show(doing(server, run.known(), controller.now()));
+  Faults faults;
+  faults.attempt([&] {
+    while (go_on()) {
+      server.turn(go_on);
+      if (line.due()) {
+        line.show(doing(server, run.known(), controller.now()));
+      }
     }
-  }
-  robot->stop();
+  });
+  faults.attempt([&] { robot->stop(); });
+  const char* outcome = until.interrupted() ? "interrupted" : "completed";
+  faults.attempt([&] {
+    run.write_metrics(faults.none() ? outcome : "failed", controller.now(), faults.text());
+  });
   std::printf("%s\n", doing(server, run.known(), controller.now()).c_str());
-  run.write_metrics(until.interrupted() ? "interrupted" : "completed", controller.now());
-  return until.interrupted() ? kInterrupted : 0;
+  return !faults.none() ? faults.status() : until.interrupted() ? kInterrupted : 0;
 }
 
 }  // namespace

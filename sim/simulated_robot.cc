@@ -244,6 +244,14 @@ std::vector<KeyFault> rig_faults(const SimulatedOptions& options, const Rig& rig
                                     "what hangs higher would pass through the camera; mount it "
                                     "lower, or correct the robot's height_m",
                                     eye_body.z(), body.height_m)});
+    } else if (eye_body.head<2>().norm() > 2 * body.radius_m) {
+      faults.push_back(
+          {"rig.cameras." + name,
+           fmt::format(
+               "is mounted {:.3f} m from the robot's middle, but the robot reaches {:.3f} m: "
+               "it would be farther out than the robot is wide, and what stands there would "
+               "pass through it; mount it nearer, or correct the robot's radius_m",
+               eye_body.head<2>().norm(), body.radius_m)});
     } else if (eye_body.z() < body.hull_height_m && eye_body.head<2>().norm() < body.radius_m) {
       faults.push_back(
           {"rig.cameras." + name,
@@ -356,11 +364,55 @@ SimulatedRobot::SimulatedRobot(const SimulatedOptions& options, Surroundings sur
   record({});
 }
 
+namespace {
+
+// Why a body could not drive along this route; empty when it can, as far as what does not move
+// goes.
+std::string route_fault(const Route& route, const Vec2& start_scene, const Body& body,
+                        const Obstacles& obstacles, const WorldBox& box) {
+  constexpr double kStep_m = 1e-3;  // along what is all but touched
+  // Of the body it is what is between the wheels that surely comes by.
+  const double core_m = body.wheel_base_m / 2;
+  Vec2 from = start_scene;
+  for (std::size_t i = 0; i < route.waypoints.size(); ++i) {
+    const Vec2 to(route.waypoints[i].x_m, route.waypoints[i].y_m);
+    const std::string place =
+        fmt::format("drive.route.waypoints[{}]: x_m: {:.3f}, y_m: {:.3f} ", i, to.x(), to.y());
+    const std::string outside = box.outside_fault(to);
+    if (!outside.empty()) {
+      return place + outside + "; move it inside";
+    }
+    const double way_m = (to - from).norm();
+    for (double gone_m = 0; gone_m <= way_m;) {
+      const Vec2 p_scene = way_m > 0 ? Vec2(from + (to - from) * (gone_m / way_m)) : from;
+      const std::optional<Nearest> near = obstacles.nearest(p_scene);
+      const double gap_m = near ? near->distance_m - core_m : way_m + kStep_m;
+      if (gap_m <= 0) {
+        return fmt::format(
+            "{}cannot be reached: on the straight way there the robot would run into {} at "
+            "({:.2f}, {:.2f}); go round it by other way points",
+            place, near->outline->object, near->p_scene.x(), near->p_scene.y());
+      }
+      gone_m += std::max(gap_m, kStep_m);
+    }
+    from = to;
+  }
+  return {};
+}
+
+}  // namespace
+
 void SimulatedRobot::follow(const Route& route) {
   Route driven = route;
   if (route.tour) {
     driven.waypoints =
         tour(*route.tour, surroundings_.body, body_, drive_world_.T_scene_body().position());
+  }
+  const Vec2 start_scene = drive_world_.T_scene_body().position();
+  const std::string fault = route_fault(driven, start_scene, body_, obstacles_,
+                                        world_box(obstacles_, surroundings_.floor_surfaces));
+  if (!fault.empty()) {
+    throw ConfigError(fault);
   }
   follower_.emplace(driven, body_);
 }

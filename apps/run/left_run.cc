@@ -205,7 +205,7 @@ std::string other_figures(const LeftRun& left) {
   for (const char* key : kOfTruth) {
     others.erase(key);
   }
-  return others.dump();
+  return others.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace
@@ -229,10 +229,11 @@ RunReport report_with(const LeftRun& left, const RunTruth& truth) {
   write_exploration(left.folder, findings);
   write_loops(left, findings);
   RunReport report;
-  report.pictures = draw_run(left.folder, left.run, findings, {});
+  Faults faults;
+  report.pictures = draw_run(left.folder, left.run, findings, {}, faults);
   RunVerdict verdict = judge_run(left.run, findings, {}, other_figures(left));
   write_file(left.folder / "metrics.json", verdict.metrics_json);
-  report.exit_status = verdict.exit_status;
+  report.exit_status = faults.none() ? verdict.exit_status : faults.status();
   report.summary = std::move(verdict.summary);
   return report;
 }

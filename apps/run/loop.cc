@@ -131,7 +131,9 @@ RunResult run_result(const std::optional<Navigator>& navigator) {
     return result;
   }
   result.graph = navigator->graph();
-  for (std::size_t i = 0; i < navigator->keyframes().size(); ++i) {
+  // a step that was cut short may have left a keyframe without its node
+  const std::size_t count = std::min(navigator->keyframes().size(), result.graph.T_map_node.size());
+  for (std::size_t i = 0; i < count; ++i) {
     const Keyframe& keyframe = navigator->keyframes()[i];
     result.keyframes.push_back(
         {keyframe.stamp, result.graph.T_map_node[i], keyframe.T_wheels_body});

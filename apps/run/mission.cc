@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/run/mission.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
+#include "apps/run/figure_names.h"
+#include "apps/run/file_kind.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/base/utf8.h"
 #include "core/config/geometry_fields.h"
 #include "hw/pioneer/line.h"
 
@@ -13,12 +17,12 @@ namespace panoptes {
 namespace {
 
 constexpr double kForEver_s = 1e8;
+constexpr int kLeastSide_px = 48;  // of a picture by which places are recognised
 
 // What is wrong with a line of `require:`; empty when nothing is.
 std::string fault_of(const std::string& line) {
   try {
-    parse_requirement(line);
-    return {};
+    return requirement_fault(parse_requirement(line));
   } catch (const ConfigError& error) {
     return error.what();
   }
@@ -116,6 +120,8 @@ void bind(Fields& f, PioneerOptions& o) {
 void bind(Fields& f, ExploreMission& o) {
   f("name", o.name);
   f.require(o.name.find('/') == std::string::npos, "name", "must not contain /");
+  f.require(first_not_utf8(o.name) == std::string::npos, "name",
+            "must be given, for the file's own name is not UTF-8");
   f.require(f.writing() || f.present("platform"), "platform", "missing; it must be given");
   f.choice("platform", o.platform);
   const auto* recorded = std::get_if<hw::RecordedOptions>(&o.platform);
@@ -160,6 +166,19 @@ void bind(Fields& f, ExploreMission& o) {
   f.require(!navigates || !rig.said || missing.empty(), "rig",
             "has no camera with the role " + joined(missing, " or ") + "; the navigator of '" +
                 o.name + "' needs loop_front, loop_back and floor");
+  if (o.needs != Needs::kNothing) {
+    for (const auto& [name, camera] : o.rig.cameras) {
+      const bool recognises =
+          std::any_of(camera.roles.begin(), camera.roles.end(),
+                      [](const std::string& role) { return role.starts_with("loop_"); });
+      f.require(!recognises || std::min(camera.intrinsics.width_px, camera.intrinsics.height_px) >=
+                                   kLeastSide_px,
+                "rig.cameras." + name + ".size_px",
+                "must be at least " + std::to_string(kLeastSide_px) +
+                    " either way, for the descriptors of features leave nothing of a smaller "
+                    "picture to recognise a place by");
+    }
+  }
   f("require", o.require);
   for (const std::string& line : o.require) {
     const std::string fault = fault_of(line);
@@ -185,6 +204,9 @@ ExploreMission load_mission(const std::string& file, const std::vector<std::stri
   defaults.needs = needs;
   if (is_dataset(file)) {
     read_beliefs(file);  // tells what cannot be replayed
+    if (first_not_utf8(file) != std::string::npos) {
+      throw ConfigError(file + ": the name of a dataset must be UTF-8; rename it");
+    }
     std::vector<std::string> replayed{"platform={kind: recorded, dataset: " + quoted(file) + "}"};
     replayed.insert(replayed.end(), overrides.begin(), overrides.end());
     const std::string mission = (std::filesystem::path(file) / "mission.yaml").string();
@@ -194,6 +216,7 @@ ExploreMission load_mission(const std::string& file, const std::vector<std::stri
     defaults.name = folder_name(file);
     return read_settings_text("{}", mission, replayed, defaults);  // somebody else's
   }
+  refuse_other_than_mission(file);
   defaults.name = std::filesystem::path(file).stem().string();
   return read_settings(file, overrides, defaults);
 }

@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <exception>
+#include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "apps/run/cockpit.h"
+#include "apps/run/fault.h"
 #include "apps/run/loop.h"
 #include "apps/run/out_dir.h"
 #include "apps/run/place_study.h"
@@ -26,7 +30,7 @@ std::vector<KeptKeyframe> kept_keyframes(const std::optional<Navigator>& navigat
   }
   for (const PlacedGrid& placed : navigator->grids()) {
     const std::size_t k = kept.size();
-    kept.push_back({navigator->keyframes()[k].stamp, placed.T_map_keyframe,
+    kept.push_back({navigator->keyframes().at(k).stamp, placed.T_map_keyframe,
                     navigator->place(static_cast<int>(k)), placed.grid});
   }
   return kept;
@@ -70,11 +74,50 @@ void heed_cameras(const NavStep& step, const std::optional<Navigator>& navigator
   }
 }
 
+// Whatever is thrown on the way, the robot stands afterwards, what is being written of the drive is
+// written, and what went wrong is told: at once, for the rest takes a while. A mission that is
+// refused before it has begun is thrown on.
+Faults driven_to_its_end(const std::function<void()>& drive, const OpenRobot& open,
+                         const OutDir& out, std::optional<Cockpit>& cockpit, Until& until) {
+  Faults faults;
+  std::exception_ptr refusal;
+  const auto leave = [&] {  // the terminal is its owner's again
+    cockpit.reset();
+  };
+  faults.attempt([&] {
+    try {
+      drive();
+    } catch (const ConfigError&) {
+      leave();
+      if (out.kept()) {
+        throw;
+      }
+      refusal = std::current_exception();
+    } catch (const DeviceError& error) {
+      leave();
+      until.lose_device(error);
+      throw;
+    } catch (...) {
+      leave();
+      throw;
+    }
+  });
+  faults.attempt([&] { open.robot->stop(); });
+  leave();
+  if (refusal) {
+    std::rethrow_exception(refusal);
+  }
+  if (open.finish) {
+    faults.attempt(open.finish);
+  }
+  return faults;
+}
+
 }  // namespace
 
 int run_mission(const ExploreMission& mission, const MissionRun& run) {
-  OutDir out(run.out_dir);
   Until until(mission.until);
+  OutDir out(run.out_dir);
   std::optional<Cockpit> cockpit;
   if (by_hand(mission)) {
     cockpit.emplace(mission.robot, run.quiet);
@@ -117,7 +160,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
     std::fprintf(stderr, "%s\n", remark.c_str());
   }
 
-  try {
+  const auto drive = [&] {
     while (!finished(mission.drive, navigator, open) &&
            !until.reached(robot.now(), keyframe_count(navigator))) {
       const Observation seen = observe(robot, mission, clock);
@@ -142,17 +185,20 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
       }
       clock.end_frame();
     }
-    robot.stop();
-  } catch (const DeviceError& error) {  // what was done until then is kept
-    cockpit.reset();
-    std::fprintf(stderr, "%s\n", error.what());  // at once: writing what is there takes a while
-    until.lose_device(error);
-  }
-  cockpit.reset();  // the terminal is its owner's again
+  };
+  Faults faults = driven_to_its_end(drive, open, out, cockpit, until);
   out.keep();
-  const RunReport report = recorder.write_report(
-      robot.truth(), run_result(navigator), run_end(until, mission, navigator, open),
-      kept_keyframes(navigator), places ? &*places : nullptr);
+  std::optional<Truth> truth;
+  RunResult result;
+  std::vector<KeptKeyframe> kept;
+  RunEnd end{"failed", ""};
+  faults.attempt([&] { truth = robot.truth(); });
+  faults.attempt([&] { result = run_result(navigator); });
+  faults.attempt([&] { kept = kept_keyframes(navigator); });
+  faults.attempt([&] { end = run_end(until, mission, navigator, open); });
+  const RunReport report =
+      recorder.write_report(std::move(truth), result, end, kept, places ? &*places : nullptr,
+                            faults, [&until] { return until.hurried(); });
   print(report);
   return report.exit_status;
 }

@@ -138,9 +138,13 @@ OpenRobot open(const PioneerOptions& options, const ExploreMission& mission, con
 }
 
 void check(const sim::SimulatedOptions& options, const ExploreMission& mission, const Rng& rng) {
-  const sim::SimulatedRobot robot(
-      options, sim::bare_surroundings(sim::make_world(options.world), mission.robot), mission.robot,
-      mission.rig, rng);
+  sim::SimulatedRobot robot(options,
+                            sim::bare_surroundings(sim::make_world(options.world), mission.robot),
+                            mission.robot, mission.rig, rng);
+  const auto* along = std::get_if<DriveAlongRoute>(&mission.drive);
+  if (along != nullptr && !along->route.tour) {  // a tour is found in the world itself
+    robot.follow(along->route);
+  }
 }
 
 void check(const hw::RecordedOptions& options, const ExploreMission& mission, const Rng& rng) {

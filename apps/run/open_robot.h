@@ -20,6 +20,7 @@ namespace panoptes {
 struct OpenRobot {
   std::unique_ptr<hw::Robot> robot;
   Rig rig;
+  std::function<void()> finish;       ///< waits until all that it writes is written; may be empty
   std::function<bool()> route_done;   ///< who drives in the navigator's place is done
   hw::TruePictures true_pictures;     ///< empty where nobody knows them
   Look look;                          ///< empty where no camera can be asked

@@ -29,23 +29,25 @@ std::vector<fs::path> missing(fs::path folder) {
 
 OutDir::OutDir(fs::path path) : path_(std::move(path)), made_(missing(path_)) {
   std::error_code fault;
-  if (!made_.empty()) {
-    fs::create_directories(path_, fault);
-    if (fault) {
-      throw ConfigError(path_.string() + ": cannot be made: " + fault.message() +
-                        "; name another folder with --out");
-    }
-  } else if (!fs::is_directory(path_, fault)) {
-    throw ConfigError(path_.string() + ": is not a folder; name another with --out");
-  } else {
-    const bool empty = fs::is_empty(path_, fault);
-    if (fault) {
-      throw ConfigError(path_.string() + ": cannot be read: " + fault.message());
-    }
-    if (!empty) {
-      throw ConfigError(path_.string() +
-                        ": is not empty; remove it or name another folder with --out");
-    }
+  std::error_code ignored;
+  fs::create_directories(path_, fault);
+  if (!fs::is_directory(path_, ignored)) {
+    throw ConfigError(path_.string() + (made_.empty() ? ": is not a folder; name another with --out"
+                                                      : ": cannot be made: " + fault.message() +
+                                                            "; name another folder with --out"));
+  }
+  lock_ = FolderLock::take(path_);
+  if (!lock_) {
+    throw ConfigError(path_.string() +
+                      ": another panoptes is writing there; name another folder with --out");
+  }
+  const bool empty = fs::is_empty(path_, fault);
+  if (fault) {
+    throw ConfigError(path_.string() + ": cannot be read: " + fault.message());
+  }
+  if (!empty) {
+    throw ConfigError(path_.string() +
+                      ": is not empty; remove it or name another folder with --out");
   }
   if (::access(path_.c_str(), W_OK | X_OK) != 0) {
     throw ConfigError(path_.string() + ": cannot be written; name another folder with --out");

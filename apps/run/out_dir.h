@@ -2,15 +2,19 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
+
+#include "apps/run/folder_lock.h"
 
 namespace panoptes {
 
 /// The folder that a command's results go to: made, or there and empty. A command that is refused
-/// before it has anything to keep leaves no trace of it.
+/// before it has anything to keep leaves no trace of it, and no other command gets the folder
+/// meanwhile.
 class OutDir {
  public:
-  /// Throws ConfigError when it is not empty or cannot be made or written.
+  /// Throws ConfigError when it is not empty, cannot be made or written, or is another command's.
   explicit OutDir(std::filesystem::path path);
   ~OutDir();
   OutDir(const OutDir&) = delete;
@@ -20,10 +24,12 @@ class OutDir {
 
   /// What is in it stays from now on.
   void keep() { kept_ = true; }
+  bool kept() const { return kept_; }
 
  private:
   std::filesystem::path path_;
   std::vector<std::filesystem::path> made_;  ///< it and those above it that were not there
+  std::optional<FolderLock> lock_;
   bool kept_ = false;
 };
 

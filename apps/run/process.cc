@@ -15,6 +15,7 @@ namespace panoptes {
 
 void set_up_process() {
   std::signal(SIGXFSZ, SIG_IGN);  // the write fails instead
+  std::signal(SIGPIPE, SIG_IGN);  // likewise: a reader that left ends no run
   cv::setNumThreads(1);
   // More than two threads gain nothing on pictures as small as ours.
   constexpr unsigned kUseful = 2;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/run/recorder.h"
 
+#include <system_error>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -67,8 +68,8 @@ Recorder::Recorder(std::filesystem::path out_dir, RunInfo info, StageClock* cloc
 
 void Recorder::keep_settings() {
   if (!settings_kept_) {
-    settings_kept_ = true;
     write_file(out_dir_ / "mission.yaml", mission_text(run_.info.version, run_.info.mission_yaml));
+    settings_kept_ = true;
   }
 }
 
@@ -93,6 +94,16 @@ void Recorder::add(const Observation& seen, const NavStep& step) {
     return;
   }
   run_.frames.push_back({seen.stamp, seen.odometry.T_odom_body, step.goal_map.has_value()});
+  try {
+    add_row(seen, step);
+  } catch (...) {  // tables of frame sets have the same ones
+    run_.frames.pop_back();
+    steps_.drop_row();
+    throw;
+  }
+}
+
+void Recorder::add_row(const Observation& seen, const NavStep& step) {
   steps_ << seen.stamp << step.T_map_body.x_m << step.T_map_body.y_m
          << rad_to_deg(step.T_map_body.theta_rad) << step.command_body.v_mps
          << step.command_body.w_radps;
@@ -119,37 +130,66 @@ void Recorder::add_snapshot(Time now, OccupancyMap map) {
 }
 
 RunReport Recorder::write_report(std::optional<Truth> truth, const RunResult& result, RunEnd end,
-                                 const std::vector<KeptKeyframe>& kept, const PlaceStudy* places) {
+                                 const std::vector<KeptKeyframe>& kept, const PlaceStudy* places,
+                                 Faults faults, const std::function<bool()>& hurried) {
   const double loop_s = steady_s() - loop_from_s_;
   run_.end = std::move(end);
-  run_.result = result;
   run_.last_step = now_.value_or(Time{});
   run_.end_delay = run_.last_step - last_frontier_.value_or(Time{});
+  faults.attempt([&] { run_.result = result; });
   std::optional<RunTruth> known;
   if (truth) {
     known = RunTruth{std::move(*truth), run_.end.touches_known};
   }
-  const RunFindings findings = find_out(run_, known ? &*known : nullptr);
+  RunFindings findings;
+  if (!faults.attempt([&] { findings = find_out(run_, known ? &*known : nullptr); })) {
+    faults.attempt([&] { findings = find_out(run_, nullptr); });
+  }
+  if (findings.coverage.empty()) {
+    findings.coverage.push_back({run_.last_step, 0, std::nullopt});
+  }
   std::vector<PlaceRow> place_rows;
   if (places != nullptr && findings.known != nullptr) {
-    place_rows = places->rows(findings.true_T_scene_body, findings.path_m);
+    faults.attempt([&] { place_rows = places->rows(findings.true_T_scene_body, findings.path_m); });
   }
 
-  keep_settings();
-  steps_.finish();
-  write_run_files(out_dir_, run_, findings);
+  faults.attempt([&] { keep_settings(); });
+  faults.attempt([&] { steps_.finish(); });
+  write_run_files(out_dir_, run_, findings, faults);
   if (!kept.empty()) {
-    write_keyframes(out_dir_, kept);
+    if (!faults.attempt([&] { write_keyframes(out_dir_, kept); })) {
+      std::error_code ignored;  // of no use in part
+      std::filesystem::remove_all(out_dir_ / "keyframes", ignored);
+    }
   }
   if (!place_rows.empty()) {
-    write_places(out_dir_ / "places.csv", place_rows);
+    faults.attempt([&] { write_places(out_dir_ / "places.csv", place_rows); });
   }
   RunReport report;
-  report.pictures = draw_run(out_dir_, run_, findings, place_rows);
-  RunVerdict verdict =
-      judge_run(run_, findings, place_rows, costs(clock_, to_seconds(run_.last_step), loop_s));
-  write_file(out_dir_ / "metrics.json", verdict.metrics_json);
-  report.exit_status = verdict.exit_status;
+  RunVerdict verdict;
+  const auto take_faults = [&] {
+    run_.end.fault = faults.text();
+    if (!faults.none() && run_.end.outcome == "completed") {
+      run_.end.outcome = "failed";
+      run_.end.end_reason.clear();
+    }
+  };
+  const auto tell = [&] {
+    take_faults();
+    const bool judged = faults.attempt([&] {
+      verdict =
+          judge_run(run_, findings, place_rows, costs(clock_, to_seconds(run_.last_step), loop_s));
+    });
+    if (!judged) {
+      take_faults();
+      verdict = bare_verdict(run_);
+    }
+    faults.attempt([&] { write_file(out_dir_ / "metrics.json", verdict.metrics_json); });
+  };
+  tell();
+  report.pictures = draw_run(out_dir_, run_, findings, place_rows, faults, hurried);
+  tell();  // how long it took, and what could not be drawn
+  report.exit_status = faults.none() ? verdict.exit_status : faults.status();
   report.summary = std::move(verdict.summary);
   return report;
 }

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/run/fault.h"
 #include "apps/run/finished_run.h"
 #include "apps/run/place_study.h"
 #include "apps/run/stage_clock.h"
@@ -41,13 +43,18 @@ class Recorder {
   bool snapshot_due(Time now) const;
   void add_snapshot(Time now, OccupancyMap map);
 
-  /// All that is left behind, metrics.json last. Without truth the figures that need it are absent.
+  /// All that is left behind: what a picture can be made from first, then metrics.json, then the
+  /// pictures, until `hurried` says that they are not waited for. Without truth the figures that
+  /// need it are absent. `faults` are those of the run until here. Never throws for what cannot be
+  /// found out or written: what can be is, and metrics.json, the exit status and stderr tell.
   RunReport write_report(std::optional<Truth> truth, const RunResult& result, RunEnd end,
                          const std::vector<KeptKeyframe>& kept = {},
-                         const PlaceStudy* places = nullptr);
+                         const PlaceStudy* places = nullptr, Faults faults = {},
+                         const std::function<bool()>& hurried = {});
 
  private:
   void keep_settings();
+  void add_row(const Observation& seen, const NavStep& step);
 
   std::filesystem::path out_dir_;
   FinishedRun run_;  ///< as far as it is known

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/text.h"
+#include "core/base/utf8.h"
 #include "core/eval/drive.h"
 #include "core/eval/loops.h"
 #include "core/eval/trajectory.h"
@@ -267,18 +268,31 @@ std::vector<Pose2> estimated_way(const FinishedRun& run) {
   return way;
 }
 
-/// All but what it cost, and the verdicts on the requirements.
-Json figures(const FinishedRun& run, const RunFindings& f, const std::vector<PlaceRow>& places) {
+/// Which run it is, and how it ended.
+Json identity(const FinishedRun& run, const std::string& outcome) {
   Json metrics;
   metrics["schema"] = "panoptes.metrics/1";
   metrics["command"] = run.info.command;
   metrics["version"] = run.info.version;
   metrics["seed"] = run.info.seed;
   metrics["mission"] = run.info.mission;
-  metrics["outcome"] = outcome_of(run, f);
-  if (metrics["outcome"] == "completed") {
+  metrics["outcome"] = outcome;
+  if (outcome == "completed") {
     metrics["end_reason"] = run.end.end_reason;
   }
+  if (!run.end.fault.empty()) {
+    metrics["fault"] = as_utf8(run.end.fault);
+  }
+  return metrics;
+}
+
+std::string text_of(const Json& metrics) {
+  return metrics.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+/// All but what it cost, and the verdicts on the requirements.
+Json figures(const FinishedRun& run, const RunFindings& f, const std::vector<PlaceRow>& places) {
+  Json metrics = identity(run, outcome_of(run, f));
   put(metrics, "start_unix_ns", run.info.start_unix_ns);
   metrics["requirements"] = Json::array();  // judged last, over all of the figures
   if (!is_driven(run)) {
@@ -495,13 +509,17 @@ RunVerdict judge_run(const FinishedRun& run, const RunFindings& findings,
   metrics["requirements"] = judged.lines;
   const auto outcome = metrics["outcome"].get<std::string>();
   RunVerdict verdict;
-  verdict.metrics_json = metrics.dump(2) + "\n";
+  verdict.metrics_json = text_of(metrics);
   verdict.exit_status = outcome == "interrupted"                       ? 130
                         : outcome == "device_lost"                     ? 3
                         : outcome == "completed" && judged.broken == 0 ? 0
                                                                        : 1;
   verdict.summary = summary_of(run, findings, metrics, judged);
   return verdict;
+}
+
+RunVerdict bare_verdict(const FinishedRun& run) {
+  return {text_of(identity(run, run.end.outcome)), 1, {run.end.outcome}};
 }
 
 }  // namespace panoptes

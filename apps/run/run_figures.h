@@ -53,4 +53,7 @@ struct RunVerdict {
 RunVerdict judge_run(const FinishedRun& run, const RunFindings& findings,
                      const std::vector<PlaceRow>& places, std::string_view others);
 
+/// What can be said of a run whose figures cannot be found: which it was, and how it ended.
+RunVerdict bare_verdict(const FinishedRun& run);
+
 }  // namespace panoptes

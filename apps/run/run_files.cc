@@ -254,30 +254,37 @@ std::array<std::string, kTrueLoopColumns.size()> true_loop_fields(const RunFindi
           is_correct(closure, poses) ? "1" : "0"};
 }
 
-void write_run_files(const fs::path& out_dir, const FinishedRun& run, const RunFindings& findings) {
-  write_map_server(out_dir / "map", run.result.map);
-  write_trajectories(out_dir, run, findings);
-  write_ground_truth(out_dir, findings);
-  write_contacts(out_dir, run, findings);
-  write_g2o(out_dir / "graph.g2o", run.result.graph);
-  write_loops(out_dir / "loops.csv", run, findings);
-  write_exploration(out_dir, findings);
+void write_run_files(const fs::path& out_dir, const FinishedRun& run, const RunFindings& findings,
+                     Faults& faults) {
+  faults.attempt([&] { write_trajectories(out_dir, run, findings); });
+  faults.attempt([&] { write_ground_truth(out_dir, findings); });
+  faults.attempt([&] { write_contacts(out_dir, run, findings); });
+  faults.attempt([&] { write_g2o(out_dir / "graph.g2o", run.result.graph); });
+  faults.attempt([&] { write_loops(out_dir / "loops.csv", run, findings); });
+  faults.attempt([&] { write_exploration(out_dir, findings); });
+  faults.attempt([&] { write_map_server(out_dir / "map", run.result.map); });
 }
 
 std::vector<fs::path> draw_run(const fs::path& out_dir, const FinishedRun& run,
-                               const RunFindings& findings, const std::vector<PlaceRow>& places) {
+                               const RunFindings& findings, const std::vector<PlaceRow>& places,
+                               Faults& faults, const std::function<bool()>& hurried) {
   std::vector<fs::path> pictures;
-  const auto keep = [&](const char* name, const cv::Mat& bgr) {
-    write_file(out_dir / name, png(bgr));
-    pictures.push_back(out_dir / name);
+  const auto keep = [&](const char* name, const std::function<cv::Mat()>& draw) {
+    if (hurried && hurried()) {
+      return;
+    }
+    faults.attempt([&] {
+      write_file(out_dir / name, png(draw()));
+      pictures.push_back(out_dir / name);
+    });
   };
-  keep("map.png", drawn_map(run, findings));
+  keep("map.png", [&] { return drawn_map(run, findings); });
   if (!places.empty()) {
-    keep("places.png", draw_places({{name_of(run), places}}));
+    keep("places.png", [&] { return draw_places({{name_of(run), places}}); });
   }
-  keep("coverage.png", drawn_coverage(findings));
+  keep("coverage.png", [&] { return drawn_coverage(findings); });
   if (findings.known != nullptr && !findings.T_map_body.empty()) {
-    keep("errors.png", drawn_errors(run, findings));
+    keep("errors.png", [&] { return drawn_errors(run, findings); });
   }
   return pictures;
 }

@@ -3,19 +3,22 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "apps/run/fault.h"
 #include "apps/run/finished_run.h"
 #include "apps/run/run_figures.h"
 
 namespace panoptes {
 
-/// The files of a run directory but for mission.yaml, steps.csv, keyframes and metrics.json.
+/// The files of a run directory but for mission.yaml, steps.csv, keyframes and metrics.json, small
+/// ones first. One that cannot be written keeps no other from being tried.
 void write_run_files(const std::filesystem::path& out_dir, const FinishedRun& run,
-                     const RunFindings& findings);
+                     const RunFindings& findings, Faults& faults);
 
 /// Those of them that hold the truth; without truth there are none.
 void write_ground_truth(const std::filesystem::path& out_dir, const RunFindings& findings);
@@ -31,9 +34,11 @@ std::array<std::string, kTrueLoopColumns.size()> true_loop_fields(const RunFindi
                                                                   const ClosureReport& closure);
 
 /// Draws the map, the places of a study where there are any, the coverage over time and, with
-/// truth, the errors over time; returns the pictures' files.
+/// truth, the errors over time; returns the pictures' files. From when `hurried` says so there are
+/// no more of them.
 std::vector<std::filesystem::path> draw_run(const std::filesystem::path& out_dir,
                                             const FinishedRun& run, const RunFindings& findings,
-                                            const std::vector<PlaceRow>& places);
+                                            const std::vector<PlaceRow>& places, Faults& faults,
+                                            const std::function<bool()>& hurried = {});
 
 }  // namespace panoptes

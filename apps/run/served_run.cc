@@ -6,6 +6,7 @@
 #include "apps/run/loop.h"
 #include "apps/run/recorder.h"
 #include "apps/run/stage_clock.h"
+#include "core/base/utf8.h"
 #include "core/eval/drive.h"
 #include "core/io/file.h"
 
@@ -30,12 +31,16 @@ void ServedRun::keep(const hw::Robot& robot) {
   known_.path_m = news.path_m;
 }
 
-void ServedRun::write_metrics(const std::string& outcome, Time now) const {
+void ServedRun::write_metrics(const std::string& outcome, Time now,
+                              const std::string& fault) const {
   nlohmann::ordered_json metrics{{"schema", "panoptes.metrics/1"}, {"command", info_.command},
                                  {"version", info_.version},       {"seed", info_.seed},
                                  {"mission", info_.mission},       {"outcome", outcome}};
   if (outcome == "completed") {
     metrics["end_reason"] = "duration";
+  }
+  if (!fault.empty()) {
+    metrics["fault"] = as_utf8(fault);
   }
   metrics["start_unix_ns"] = *info_.start_unix_ns;
   metrics["requirements"] = nlohmann::ordered_json::array();

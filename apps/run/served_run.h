@@ -25,8 +25,8 @@ class ServedRun {
   /// What is new in the robot's truth.
   void keep(const hw::Robot& robot);
 
-  /// `outcome` is completed or interrupted.
-  void write_metrics(const std::string& outcome, Time now) const;
+  /// `outcome` is completed, interrupted, or failed for what `fault` says.
+  void write_metrics(const std::string& outcome, Time now, const std::string& fault = {}) const;
 
   const Truth& known() const { return known_; }  ///< without layers
 

@@ -2,7 +2,6 @@
 #include "apps/run/trials.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -23,13 +22,17 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "apps/run/fault.h"
+#include "apps/run/folder_lock.h"
 #include "apps/run/pictures.h"
 #include "apps/run/place_table.h"
 #include "apps/run/progress.h"
 #include "apps/run/stage_clock.h"
+#include "apps/run/until.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/base/time.h"
+#include "core/base/utf8.h"
 #include "core/config/inputs.h"
 #include "core/config/sha256.h"
 #include "core/eval/statistics.h"
@@ -57,35 +60,39 @@ struct Trial {
   pid_t process = -1;
   double started_s = 0;
   std::string outcome;              ///< of metrics.json; of a broken one how it ended
+  bool cut_short = false;           ///< by what the machine lacked, or a bug
   std::vector<std::string> broken;  ///< requirements, with the values
   std::vector<std::pair<std::string, bool>> required;  ///< all of them, and whether they are met
   double wall_s = 0;
   std::vector<std::pair<std::string, double>> figures;  ///< numbers of the metrics by dotted path
 };
 
-std::atomic<int> signals_caught{0};
-void on_signal(int /*signal*/) { ++signals_caught; }
-
-/// SIGINT and SIGTERM are counted while this lives.
-class SignalWatch {
+/// Ends the runs that are under way, as Ctrl-C would, when trials end in an unusual way.
+class Runs {
  public:
-  SignalWatch() {
-    signals_caught = 0;
-    struct sigaction action {};
-    action.sa_handler = on_signal;
-    sigaction(SIGINT, &action, &interrupt_before_);
-    sigaction(SIGTERM, &action, &terminate_before_);
+  explicit Runs(std::vector<Trial>& trials) : trials_(trials) {}
+  ~Runs() {
+    ask();
+    for (Trial& trial : trials_) {
+      if (trial.status == Status::kRunning) {
+        ::waitpid(trial.process, nullptr, 0);
+      }
+    }
   }
-  ~SignalWatch() {
-    sigaction(SIGINT, &interrupt_before_, nullptr);
-    sigaction(SIGTERM, &terminate_before_, nullptr);
+  Runs(const Runs&) = delete;
+  Runs& operator=(const Runs&) = delete;
+
+  /// Asks each of them to end.
+  void ask() const {
+    for (const Trial& trial : trials_) {
+      if (trial.status == Status::kRunning) {
+        ::kill(trial.process, SIGINT);
+      }
+    }
   }
-  SignalWatch(const SignalWatch&) = delete;
-  SignalWatch& operator=(const SignalWatch&) = delete;
 
  private:
-  struct sigaction interrupt_before_ {};
-  struct sigaction terminate_before_ {};
+  std::vector<Trial>& trials_;
 };
 
 std::string fixed(double value, int digits) {
@@ -121,7 +128,7 @@ void flatten(const Json& json, const std::string& path,
 std::optional<std::string> text_of(const std::filesystem::path& path) {
   try {
     return read_file(path);
-  } catch (const IoError&) {
+  } catch (const ConfigError&) {
     return std::nullopt;
   }
 }
@@ -137,6 +144,7 @@ bool take_metrics(Trial& trial) {
     return false;
   }
   trial.outcome = metrics["outcome"].get<std::string>();
+  trial.cut_short = metrics.contains("fault");
   trial.wall_s = metrics.value("wall_s", 0.0);
   trial.figures.clear();
   flatten(metrics, "", trial.figures);
@@ -160,7 +168,7 @@ bool take_metrics(Trial& trial) {
 
 bool is_finished(Trial& trial) {
   if (text_of(trial.dir / "mission.yaml") != trial.mission_text || !take_metrics(trial) ||
-      trial.outcome == "interrupted" || trial.outcome == "device_lost") {
+      trial.outcome == "interrupted" || trial.outcome == "device_lost" || trial.cut_short) {
     trial.status = Status::kWaiting;
     return false;
   }
@@ -275,10 +283,19 @@ std::vector<Trial> plan(const TrialsOptions& options) {
   return trials;
 }
 
+/// Removes what an interrupted run has left. One that still writes there is not to be run into.
+void make_room(const std::filesystem::path& dir) {
+  std::filesystem::create_directories(dir);
+  const auto lock = FolderLock::take(dir);
+  if (!lock) {
+    throw ConfigError(dir.string() + ": a run is still writing there; wait until it has ended");
+  }
+  std::filesystem::remove_all(dir);
+}
+
 void start(Trial& trial, const TrialsOptions& options) {
-  std::filesystem::remove_all(trial.dir);  // what an interrupted one left
+  make_room(trial.dir);
   std::filesystem::remove(inputs_file(trial));
-  std::filesystem::create_directories(trial.dir.parent_path());
   std::vector<std::string> words = {
       "panoptes", "explore",          trial.mission_file, "--quiet",
       "--out",    trial.dir.string(), "--inputs",         inputs_file(trial).string()};
@@ -425,7 +442,7 @@ void write_csv(const TrialsOptions& options, const std::vector<Trial>& trials) {
 
 std::string xml(std::string_view text) {
   std::string all;
-  for (const char c : text) {
+  for (const char c : as_utf8(text)) {
     switch (c) {
       case '&':
         all += "&amp;";
@@ -602,7 +619,8 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
     metrics["real_time_factor"] = run_s / wall_s;
   }
   metrics["peak_memory_mb"] = peak_memory_mb;  // of the largest run
-  write_file(options.out_dir / "metrics.json", metrics.dump(2) + "\n");
+  write_file(options.out_dir / "metrics.json",
+             metrics.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 /// What the table shows of the figures, in which unit, and what it is.
@@ -863,11 +881,16 @@ void check_what_is_there(const TrialsOptions& options, std::vector<Trial>& trial
 }
 
 /// A folder of trials is known by its trials.csv.
-void claim_trials_dir(const std::filesystem::path& out_dir) {
+FolderLock claim_trials_dir(const std::filesystem::path& out_dir) {
   std::error_code fault;
   std::filesystem::create_directories(out_dir, fault);
   if (fault || !std::filesystem::is_directory(out_dir)) {
     throw ConfigError(out_dir.string() + ": cannot be made; name another folder with --out");
+  }
+  std::optional<FolderLock> lock = FolderLock::take(out_dir);
+  if (!lock) {
+    throw ConfigError(out_dir.string() +
+                      ": another panoptes is writing there; name another folder with --out");
   }
   if (!std::filesystem::is_empty(out_dir) && !std::filesystem::exists(out_dir / "trials.csv")) {
     throw ConfigError(out_dir.string() +
@@ -876,6 +899,7 @@ void claim_trials_dir(const std::filesystem::path& out_dir) {
   if (::access(out_dir.c_str(), W_OK | X_OK) != 0) {
     throw ConfigError(out_dir.string() + ": cannot be written; name another folder with --out");
   }
+  return std::move(*lock);
 }
 
 }  // namespace
@@ -960,12 +984,10 @@ void add_vary(TrialsOptions& options, const Vary& vary) {
   }
 }
 
-int run_trials(const TrialsOptions& options) {
-  const double from_s = steady_s();
-  std::vector<Trial> trials = plan(options);
-  check_what_is_there(options, trials);
-  claim_trials_dir(options.out_dir);
-  check_junit(options);
+namespace {
+
+int run_planned(const TrialsOptions& options, std::vector<Trial>& trials, double from_s) {
+  const Until until{UntilOptions()};
   for (Trial& trial : trials) {
     is_finished(trial);
   }
@@ -974,7 +996,7 @@ int run_trials(const TrialsOptions& options) {
 
   bool interrupted = false;
   {
-    const SignalWatch watch;
+    const Runs under_way(trials);
     TrialsProgress progress(options.quiet);
     std::vector<double> took_s;
     int passed_on = 0;
@@ -991,13 +1013,10 @@ int run_trials(const TrialsOptions& options) {
           }
         }
       }
-      for (; passed_on < signals_caught; ++passed_on) {
+      const int asked = (until.interrupted() ? 1 : 0) + (until.hurried() ? 1 : 0);
+      for (; passed_on < asked; ++passed_on) {
         interrupted = true;
-        for (const Trial& trial : trials) {
-          if (trial.status == Status::kRunning) {
-            ::kill(trial.process, SIGINT);
-          }
-        }
+        under_way.ask();
       }
       for (Trial& trial : trials) {
         if (!interrupted && running < options.jobs && trial.status == Status::kWaiting) {
@@ -1046,6 +1065,34 @@ int run_trials(const TrialsOptions& options) {
     }
   }
   return interrupted ? 130 : all_passed ? 0 : 1;
+}
+
+/// That they did not come to their end, for whoever looks into the folder.
+void tell_fault(const TrialsOptions& options, const std::string& fault) {
+  const Json metrics{{"schema", "panoptes.metrics/1"},
+                     {"command", "trials"},
+                     {"version", options.version},
+                     {"outcome", "failed"},
+                     {"fault", as_utf8(fault)}};
+  write_file(options.out_dir / "metrics.json", metrics.dump(2) + "\n");
+}
+
+}  // namespace
+
+int run_trials(const TrialsOptions& options) {
+  const double from_s = steady_s();
+  std::vector<Trial> trials = plan(options);
+  check_what_is_there(options, trials);
+  const FolderLock lock = claim_trials_dir(options.out_dir);
+  check_junit(options);
+  Faults faults;
+  int status = 0;
+  faults.attempt([&] { status = run_planned(options, trials, from_s); });
+  if (!faults.none()) {
+    faults.attempt([&] { tell_fault(options, faults.text()); });
+    return faults.status();
+  }
+  return status;
 }
 
 }  // namespace panoptes

@@ -59,8 +59,8 @@ std::string table_legend();
 /// writes study.csv, a row a run and a combination, and places.png. Runs that are already there,
 /// finished with the same settings, by the same program and from the same files (their hashes are
 /// beside each run), are kept; other ones are never overwritten: ConfigError. Exit status: 0 when
-/// every run met its requirements, 1 when one did not, 130 when interrupted (SIGINT and SIGTERM are
-/// passed on to the runs).
+/// every run met its requirements, 1 when one did not, 130 when interrupted (SIGINT, SIGTERM and
+/// SIGHUP are passed on to the runs).
 int run_trials(const TrialsOptions& options);
 
 }  // namespace panoptes

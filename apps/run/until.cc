@@ -1,32 +1,52 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/run/until.h"
 
+#include <array>
 #include <csignal>
+#include <cstddef>
 
 namespace panoptes {
 namespace {
 
-volatile std::sig_atomic_t g_interrupted = 0;
+constexpr std::array<int, 3> kSignals = {SIGINT, SIGTERM, SIGHUP};
+constexpr int kNow = 3;  // signals after which nothing more is awaited
 
-extern "C" void on_signal(int /*signal*/) { g_interrupted = 1; }
+volatile std::sig_atomic_t g_signals = 0;
+
+extern "C" void on_signal(int signal) {
+  if (signal == SIGHUP && g_signals > 0) {
+    return;  // a terminal that goes says so more than once
+  }
+  g_signals = g_signals + 1;
+  if (g_signals >= kNow) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
+}
 
 }  // namespace
 
 Until::Until(const UntilOptions& options) : options_(options) {
-  g_interrupted = 0;
+  g_signals = 0;
   struct sigaction action = {};
   action.sa_handler = on_signal;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
+  action.sa_flags = SA_RESTART;  // a file that is being written is written whole
+  for (std::size_t i = 0; i < kSignals.size(); ++i) {
+    sigaction(kSignals[i], nullptr, &before_[i]);
+    if (kSignals[i] != SIGHUP || before_[i].sa_handler != SIG_IGN) {  // as nohup wants it
+      sigaction(kSignals[i], &action, nullptr);
+    }
+  }
 }
 
 Until::~Until() {
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
+  for (std::size_t i = 0; i < kSignals.size(); ++i) {
+    sigaction(kSignals[i], &before_[i], nullptr);
+  }
 }
 
-bool Until::interrupted() const { return g_interrupted != 0; }
+bool Until::interrupted() const { return g_signals > 0; }
+bool Until::hurried() const { return g_signals > 1; }
 
 void Until::hold(const Health& health) {
   held_by_ = health.held_by;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
+#include <csignal>
 #include <string>
 
 #include "apps/run/mission.h"
@@ -10,8 +12,9 @@
 
 namespace panoptes {
 
-/// Ends a run: its duration, its number of keyframes, a lost device, or the user (Ctrl-C, SIGTERM;
-/// a second one ends the process at once).
+/// Ends a run: its duration, its number of keyframes, a lost device, or the user (Ctrl-C, SIGTERM,
+/// SIGHUP). A second signal asks to leave out what can be made again from the files of the run; a
+/// third one ends the process at once.
 class Until {
  public:
   explicit Until(const UntilOptions& options);
@@ -21,6 +24,7 @@ class Until {
 
   bool reached(Time now, std::size_t keyframes) const;
   bool interrupted() const;
+  bool hurried() const;  ///< the user has asked again
 
   /// A device stopped answering: the run ends, and what it did until then is kept.
   void lose_device(const DeviceError& error) { device_fault_ = error.what(); }
@@ -36,6 +40,7 @@ class Until {
 
  private:
   UntilOptions options_;
+  std::array<struct sigaction, 3> before_ = {};
   std::string device_fault_;
   std::string held_by_;
   bool bumped_ = false;

@@ -65,4 +65,6 @@ std::string portable_path(const std::string& file) {
   return real.string();
 }
 
+bool is_shipped(const std::string& file) { return portable_path(file).starts_with(kPrefix); }
+
 }  // namespace panoptes

@@ -16,4 +16,8 @@ std::string resolve_path(const std::string& written, const std::string& mentione
 /// The inverse, for writing: `data:...` for a file of the data root, else its absolute name.
 std::string portable_path(const std::string& file);
 
+/// Whether it is one of Panoptes's own: a machine without it lacks something, while any other file
+/// that is missing or damaged was named by the user.
+bool is_shipped(const std::string& file);
+
 }  // namespace panoptes

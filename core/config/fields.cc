@@ -673,7 +673,7 @@ void Setting::path(std::string& value) {
     state_->document->faults.push_back(
         {tree.place, join(state_->path),
          is_folder ? "is a folder, not a file: " + value : "no such file: " + looked_for,
-         !is_folder});
+         !is_folder && is_shipped(value)});
   }
 }
 

@@ -6,11 +6,14 @@
 #include <cstddef>
 #include <map>
 #include <sstream>
+#include <string_view>
 #include <utility>
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>
 #include <yaml-cpp/parser.h>
+
+#include "core/base/utf8.h"
 
 namespace panoptes {
 namespace {
@@ -257,6 +260,22 @@ void print(const SettingsTree& node, int indent, std::string& out) {
   }
 }
 
+// Text of 16 or 32 bits a letter, which begins with a mark: the parser knows it.
+bool says_its_encoding(std::string_view text) {
+  return text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff") ||
+         text.starts_with(std::string_view("\0\0\xfe\xff", 4));
+}
+
+SettingsPlace place_of(std::string_view text, std::size_t at, SettingsPlace place) {
+  if (place.override_path.empty()) {
+    const std::string_view before = text.substr(0, at);
+    const std::size_t line = before.rfind('\n');
+    place.line = 1 + static_cast<int>(std::count(before.begin(), before.end(), '\n'));
+    place.column = static_cast<int>(at - (line == std::string_view::npos ? 0 : line + 1)) + 1;
+  }
+  return place;
+}
+
 }  // namespace
 
 std::string SettingsPlace::text() const {
@@ -286,6 +305,14 @@ SettingsTree& SettingsTree::add(Key key) {
 
 SettingsTree parse_settings(const std::string& text, const SettingsPlace& place,
                             std::vector<SettingsFault>& faults) {
+  if (const std::size_t bad = says_its_encoding(text) ? std::string::npos : first_not_utf8(text);
+      bad != std::string::npos) {
+    SettingsTree broken;
+    broken.kind = SettingsTree::Kind::kBroken;
+    broken.place = place_of(text, bad, place);
+    faults.push_back({broken.place, "", "not UTF-8 text; save it again as UTF-8"});
+    return broken;
+  }
   TreeBuilder builder(place, faults);
   try {
     std::istringstream stream(text);

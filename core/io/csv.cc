@@ -75,6 +75,10 @@ void CsvWriter::end_row() {
   PANOPTES_CHECK(fields_ == columns_, "a row has a field for every column");
   row_ += '\n';
   file_.append(row_);
+  drop_row();
+}
+
+void CsvWriter::drop_row() {
   row_.clear();
   fields_ = 0;
 }

@@ -24,7 +24,8 @@ class CsvWriter {
   CsvWriter& operator<<(Time stamp);
   CsvWriter& operator<<(std::string_view text);
   CsvWriter& skip();
-  void end_row();  ///< the row must have as many fields as there are columns
+  void end_row();   ///< the row must have as many fields as there are columns
+  void drop_row();  ///< what was said of a row that did not come to its end
   void finish();
 
  private:

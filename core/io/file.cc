@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "core/base/error.h"
+#include "core/config/data_files.h"
 #include "core/config/inputs.h"
 #include "core/io/descriptor.h"
 
@@ -18,6 +19,15 @@ namespace panoptes {
 namespace {
 
 constexpr std::size_t kBuffer_bytes = 1U << 18;
+
+[[noreturn]] void refuse(const std::filesystem::path& path, const char* doing,
+                         const std::string& why) {
+  const std::string what = path.string() + ": cannot be " + doing + ": " + why;
+  if (is_shipped(path.string())) {
+    throw IoError(what);
+  }
+  throw ConfigError(what);
+}
 
 std::string reason() { return std::error_code(errno, std::generic_category()).message(); }
 
@@ -39,6 +49,9 @@ AtomicFile::~AtomicFile() {
 }
 
 void AtomicFile::append(std::string_view bytes) {
+  if (descriptor_ < 0) {
+    throw IoError(buffer_);
+  }
   buffer_.append(bytes);
   if (buffer_.size() >= kBuffer_bytes) {
     flush();
@@ -46,6 +59,9 @@ void AtomicFile::append(std::string_view bytes) {
 }
 
 void AtomicFile::flush() {
+  if (descriptor_ < 0) {
+    throw IoError(buffer_);
+  }
   if (write_all(descriptor_, buffer_) < buffer_.size()) {
     fail("written");
   }
@@ -70,7 +86,8 @@ void AtomicFile::fail(const char* doing) {
     ::close(std::exchange(descriptor_, -1));
   }
   ::unlink(part_.c_str());
-  throw IoError(path_.string() + ": cannot be " + doing + ": " + why);
+  buffer_ = path_.string() + ": cannot be " + doing + ": " + why;  // for the next time
+  throw IoError(buffer_);
 }
 
 void write_file(const std::filesystem::path& path, std::string_view bytes) {
@@ -82,7 +99,7 @@ void write_file(const std::filesystem::path& path, std::string_view bytes) {
 std::string read_file(const std::filesystem::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) {
-    throw IoError(path.string() + ": cannot be opened: " + reason());
+    refuse(path, "opened", reason());
   }
   std::string all;
   std::array<char, 1U << 16> block{};
@@ -94,7 +111,7 @@ std::string read_file(const std::filesystem::path& path) {
     if (n < 0) {
       const std::string why = reason();
       ::close(descriptor);
-      throw IoError(path.string() + ": cannot be read: " + why);
+      refuse(path, "read", why);
     }
     if (n == 0) {
       break;

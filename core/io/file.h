@@ -9,7 +9,7 @@ namespace panoptes {
 
 /// A file that appears under its name whole or not at all: it grows under a temporary name beside
 /// (`<name>.part`), and commit() brings it to the disk and renames it. Destroyed uncommitted, it
-/// leaves nothing. Throws IoError with the path and the machine's reason.
+/// leaves nothing. Throws IoError with the path and the machine's reason, again when used again.
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path path);
@@ -31,6 +31,6 @@ class AtomicFile {
 };
 
 void write_file(const std::filesystem::path& path, std::string_view bytes);
-std::string read_file(const std::filesystem::path& path);
+std::string read_file(const std::filesystem::path& path);  ///< ConfigError; of ours IoError
 
 }  // namespace panoptes

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <exception>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -111,7 +112,7 @@ class PioneerBase::Worker {
       if (whole) {
         try {
           carry();
-        } catch (const DeviceError& error) {
+        } catch (const std::exception& error) {  // of the line, or no memory
           whole = false;
           client_.lose(error.what());
         }

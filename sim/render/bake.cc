@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <limits>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <thread>
@@ -696,6 +698,17 @@ BakedLight bake_light(const World& world, const Charts& charts, int num_threads,
       after_item(texels);
     }
   };
+  std::mutex fault_mutex;
+  std::exception_ptr fault;  // of a helper
+  const auto help = [&] {
+    try {
+      work([](int /*texels*/) {});
+    } catch (...) {
+      stopped = true;
+      const std::lock_guard lock(fault_mutex);
+      fault = std::current_exception();
+    }
+  };
   struct Helpers {
     std::atomic<bool>& stopped;
     std::vector<std::thread> threads;
@@ -709,7 +722,7 @@ BakedLight bake_light(const World& world, const Charts& charts, int num_threads,
   {
     Helpers helpers{stopped, {}};
     for (int i = 1; i < num_threads; ++i) {
-      helpers.threads.emplace_back([&work] { work([](int /*texels*/) {}); });
+      helpers.threads.emplace_back(help);
     }
     int unsaid = 0;
     work([&](int texels) {
@@ -725,6 +738,9 @@ BakedLight bake_light(const World& world, const Charts& charts, int num_threads,
       thread.join();
     }
     helpers.threads.clear();
+  }
+  if (fault) {
+    std::rethrow_exception(fault);
   }
   return baker.finish();
 }

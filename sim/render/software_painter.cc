@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <exception>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -227,6 +228,7 @@ class Crew {
   int size() const { return static_cast<int>(threads_.size()) + 1; }
 
   /// Calls task(number, who) for each number below `count`, in any order; `who` is below size().
+  /// Throws what one of the calls has thrown, when all threads are done with theirs.
   void share(int count, const std::function<void(int, int)>& task) {
     {
       const std::lock_guard lock(mutex_);
@@ -240,12 +242,22 @@ class Crew {
     work(0);
     std::unique_lock lock(mutex_);
     done_.wait(lock, [this] { return busy_ == 0; });
+    if (const std::exception_ptr fault = std::exchange(fault_, nullptr)) {
+      lock.unlock();
+      std::rethrow_exception(fault);
+    }
   }
 
  private:
   void work(int who) {
-    for (int number = next_++; number < count_; number = next_++) {
-      (*task_)(number, who);
+    try {
+      for (int number = next_++; number < count_; number = next_++) {
+        (*task_)(number, who);
+      }
+    } catch (...) {
+      next_ = count_;
+      const std::lock_guard lock(mutex_);
+      fault_ = std::current_exception();
     }
   }
 
@@ -274,6 +286,7 @@ class Crew {
   const std::function<void(int, int)>* task_ = nullptr;
   int count_ = 0;
   std::atomic<int> next_ = 0;
+  std::exception_ptr fault_;
   int busy_ = 0;
   std::uint64_t round_ = 0;
   bool stopped_ = false;

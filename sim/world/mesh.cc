@@ -48,7 +48,12 @@ class Complaint {
         file_(std::move(file)) {}
 
   [[noreturn]] void raise(const std::string& what) const { throw ConfigError(line(what)); }
-  [[noreturn]] void raise_missing(const std::string& what) const { throw IoError(line(what)); }
+  [[noreturn]] void raise_missing(const std::string& what) const {
+    if (is_shipped(file_)) {
+      throw IoError(line(what));
+    }
+    raise(what);
+  }
   [[noreturn]] void raise_many(std::uint64_t triangles) const {
     raise(
         fmt::format("has {} triangles; a world takes {} in all: make it coarser (Blender: "

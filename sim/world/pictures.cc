@@ -34,7 +34,11 @@ int Pictures::from_file(const std::string& file, const std::string& mention) {
   return find_or_add(name, mention, [&name] {
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(name, ignored)) {
-      throw IoError("does not exist; correct its path or put the file there");
+      constexpr const char* kMissing = "does not exist; correct its path or put the file there";
+      if (is_shipped(name)) {
+        throw IoError(kMissing);
+      }
+      throw ConfigError(kMissing);
     }
     return decode_picture(read_file(name), kMostPictureSide_px, PictureColours::kBgr);
   });

@@ -60,5 +60,17 @@ TEST_F(OutDirTest, IsRefusedWhereSomethingElseIs) {
   EXPECT_EQ(read_file(folder_ / "note.txt"), "mine");
 }
 
+TEST_F(OutDirTest, BelongsToOneCommandAtATime) {
+  const fs::path path = folder_ / "run";
+  {
+    const OutDir out(path);
+    EXPECT_EQ(fault(path), path.string() +
+                               ": another panoptes is writing there; name another folder with "
+                               "--out");
+    EXPECT_TRUE(fs::is_empty(path));  // the lock leaves nothing in it
+  }
+  EXPECT_EQ(fault(path), "none");
+}
+
 }  // namespace
 }  // namespace panoptes

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/run/recorder.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -9,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core/mat.hpp>
 
+#include "apps/run/figure_names.h"
 #include "core/base/error.h"
 #include "core/io/csv.h"
 #include "core/io/graph_file.h"
@@ -164,7 +166,14 @@ class RecorderTest : public ScratchTest {
     return recorder.write_report(truth, run_.result, end);
   }
   json metrics(const std::filesystem::path& out_dir) {
-    return json::parse(read_file(out_dir / "metrics.json"));
+    const json all = json::parse(read_file(out_dir / "metrics.json"));
+    const json flat = all.flatten();
+    for (const auto& [pointer, value] : flat.items()) {
+      std::string path = pointer.substr(1);
+      std::replace(path.begin(), path.end(), '/', '.');
+      EXPECT_TRUE(value.is_null() || path.starts_with("requirements") || is_figure(path)) << path;
+    }
+    return all;
   }
 
   static const MadeUpRun run_;

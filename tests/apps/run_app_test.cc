@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "apps/command.h"
+#include "core/io/file.h"
 #include "tests/support/run_here.h"
 #include "tests/support/scratch.h"
 
@@ -77,7 +78,7 @@ TEST_F(RunApp, AMissionThatCannotBeReadIsStatus2) {
   EXPECT_THAT(said.err, HasSubstr(": not a file\n"));
 }
 
-TEST_F(RunApp, AMissingWorldIsStatus2AndAMissingMeshOrTextureStatus3) {
+TEST_F(RunApp, AFileThatTheUserNamedAndThatIsMissingIsStatus2AndOneOfOursStatus3) {
   const std::string mission = write(folder_ / "m.yaml", mission_with("w.yaml"));
   Said said = run_here({"explore", mission, "--out", (folder_ / "out").string()});
   EXPECT_EQ(said.status, 2);
@@ -86,10 +87,132 @@ TEST_F(RunApp, AMissingWorldIsStatus2AndAMissingMeshOrTextureStatus3) {
   const std::string world =
       write(folder_ / "w.yaml", "name: w\nobjects:\n  - {name: desk, mesh: desk.gltf}\n");
   said = run_here({"explore", mission, "--out", (folder_ / "out").string()});
-  EXPECT_EQ(said.status, 3);
+  EXPECT_EQ(said.status, 2);
   EXPECT_EQ(said.err, world + ":3:24: platform.world.objects[0].mesh: no such file: " +
                           (folder_ / "desk.gltf").string() + "\n");
   EXPECT_FALSE(fs::exists(folder_ / "out"));
+  write(folder_ / "w.yaml", "name: w\nobjects:\n  - {name: desk, mesh: data:office/dusk.gltf}\n");
+  EXPECT_EQ(run_here({"explore", mission, "--out", (folder_ / "out").string()}).status, 3);
+}
+
+TEST_F(RunApp, EveryCommandGivesStatus2ForAFileThatIsNotThere) {
+  const std::string none = (folder_ / "none").string();
+  const std::string out = (folder_ / "out").string();
+  const std::string run = (folder_ / "run").string();
+  fs::create_directories(folder_ / "run");
+  write(folder_ / "run" / "metrics.json", "{}");
+  for (const std::vector<std::string>& words :
+       std::vector<std::vector<std::string>>{{"explore", none},
+                                             {"record", none},
+                                             {"teleop", none},
+                                             {"serve", none},
+                                             {"trials", none},
+                                             {"render", none, "--pose", "1,1,0"},
+                                             {"check", none},
+                                             {"check", none + ".yaml"},
+                                             {"relax", none, "--out", out + ".g2o"},
+                                             {"relax", folder_.string(), "--out", out + ".g2o"},
+                                             {"loops", none, "--out", out},
+                                             {"evaluate", none, "--truth", none},
+                                             {"evaluate", run, "--truth", none}}) {
+    const Said said = run_here(words);
+    EXPECT_EQ(said.status, 2) << words[0] << ": " << said.err << said.out;
+    EXPECT_EQ(said.err.find("a bug"), std::string::npos) << said.err;
+  }
+}
+
+TEST_F(RunApp, WhatIsNoMissionSaysWhatItIs) {
+  Said said = run_here({"explore", kScenes + "worlds/office.yaml"});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_EQ(said.err, kScenes +
+                          "worlds/office.yaml: is a world, not a mission; a mission names it as "
+                          "platform: {kind: simulated, world: FILE}, see scenes/missions\n");
+  said = run_here({"trials", kScenes + "rigs/front-back-floor.yaml"});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_THAT(said.err, HasSubstr("is a rig, not a mission"));
+  write(folder_ / "mission.yaml", "seed: 1\n");
+  said = run_here({"render", folder_.string(), "--pose", "1,1,0"});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_EQ(said.err, folder_.string() +
+                          ": is the folder of a run, not a mission; the mission of that run is " +
+                          (folder_ / "mission.yaml").string() + "\n");
+}
+
+TEST_F(RunApp, RelaxWritesOverNothing) {
+  const std::string graph =
+      write(folder_ / "a.g2o",
+            "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0\nEDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n");
+  const std::string beside = write(folder_ / "b.metrics.json", "mine");
+  const Said said = run_here({"relax", graph, "--out", (folder_ / "b.g2o").string()});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_EQ(said.err, "--out " + (folder_ / "b.g2o").string() + ": " + beside +
+                          " is there already; remove it or name another file\n");
+  EXPECT_FALSE(fs::exists(folder_ / "b.g2o"));
+}
+
+TEST_F(RunApp, NamesThatAreNotUtf8AreToldBeforeAnythingRuns) {
+  const std::string name = folder_.string() + "/caf\xe9.yaml";
+  write(name, mission_with(kScenes + "worlds/office.yaml"));
+  Said said = run_here({"check", name});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_THAT(said.out, HasSubstr(": name: must be given, for the file's own name is not UTF-8"));
+  said =
+      run_here({"check", write(folder_ / "m.yaml",
+                               "name: caf\xe9\n" + mission_with(kScenes + "worlds/office.yaml"))});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_EQ(said.out,
+            (folder_ / "m.yaml").string() + ":1:10: not UTF-8 text; save it again as UTF-8\n");
+}
+
+TEST_F(RunApp, CheckRefusesWhatCouldNotRun) {
+  const std::string mission =
+      write(folder_ / "m.yaml", mission_with(kScenes + "worlds/office.yaml, start: {x_m: 4.95, "
+                                                       "y_m: 4.0, theta_deg: -90}"));
+  const auto refusal = [&](const std::string& more) {
+    const std::string file = write(folder_ / "n.yaml", read_file(mission) + more);
+    const Said said = run_here({"check", file});
+    EXPECT_EQ(said.status, 2) << said.out;
+    return said.out;
+  };
+  EXPECT_EQ(run_here({"check", mission}).status, 0);
+  EXPECT_THAT(refusal("require: [\"map.coverag >= 0.5\"]\n"),
+              HasSubstr("no run has a figure 'map.coverag'; did you mean map.coverage?"));
+  EXPECT_THAT(refusal("require: [\"outcome == complete\"]\n"),
+              HasSubstr("did you mean completed?"));
+  EXPECT_THAT(refusal("drive: {route: {waypoints: [{x_m: 4.95, y_m: 3}, {x_m: 44, y_m: 2}]}}\n"),
+              HasSubstr("drive.route.waypoints[1]: x_m: 44.000, y_m: 2.000 is outside of the "
+                        "world"));
+  EXPECT_THAT(
+      refusal("drive: {route: {waypoints: [{x_m: 2.1, y_m: 2}]}}\n"),
+      HasSubstr("drive.route.waypoints[0]: x_m: 2.100, y_m: 2.000 cannot be reached: on the "
+                "straight way there the robot would run into "));
+}
+
+TEST_F(RunApp, CheckRefusesCamerasThatCouldNotServe) {
+  const auto refusal = [&](const std::string& from, const std::string& to) {
+    std::string rig = read_file(kScenes + "rigs/front-back-floor.yaml");
+    rig.replace(rig.find(from), from.size(), to);
+    write(folder_ / "rig.yaml", rig);
+    const std::string file =
+        write(folder_ / "m.yaml", "rig: rig.yaml\nplatform: {kind: simulated, world: " + kScenes +
+                                      "worlds/office.yaml}\n");
+    const Said said = run_here({"check", file});
+    EXPECT_EQ(said.status, 2) << said.out;
+    return said.out;
+  };
+  EXPECT_THAT(refusal("at_m: [0, 0, 0.79]", "at_m: [0, 10, 0.79]"),
+              HasSubstr("rig.cameras.front: is mounted 10.000 m from the robot's middle, but the "
+                        "robot reaches 0.250 m"));
+  EXPECT_THAT(refusal("size_px: [320, 240]", "size_px: [2, 2]"),
+              HasSubstr("rig.cameras.front.size_px: must be at least 48 either way"));
+}
+
+TEST_F(RunApp, ASeedThatNoNumberHoldsIsRefused) {
+  const Said said = run_here({"explore", kOffice, "--seed", "18446744073709551616"});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_EQ(said.err,
+            "panoptes: --seed: must be at most 18446744073709551615, got 18446744073709551616; "
+            "see panoptes explore --help\n");
 }
 
 TEST_F(RunApp, OverridesOnNothingAreStatus2) {

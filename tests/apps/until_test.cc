@@ -27,13 +27,44 @@ TEST(Until, EndsAtItsKeyframes) {
 }
 
 TEST(Until, EndsWhenTheUserAsks) {
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const Until until{UntilOptions()};
     EXPECT_FALSE(until.reached(time_at(1), 0));
     std::raise(signal);
     EXPECT_TRUE(until.interrupted());
+    EXPECT_FALSE(until.hurried());
     EXPECT_TRUE(until.reached(time_at(1), 0));
   }
+}
+
+TEST(Until, HurriesWhenTheUserAsksAgain) {
+  const Until until{UntilOptions()};
+  std::raise(SIGHUP);
+  std::raise(SIGHUP);  // of the terminal and of the shell in it
+  EXPECT_FALSE(until.hurried());
+  std::raise(SIGINT);
+  EXPECT_TRUE(until.hurried());
+}
+
+TEST(Until, IsNotWaitedForWhenTheUserAsksAThirdTime) {
+  EXPECT_EXIT(
+      {
+        const Until until{UntilOptions()};
+        for (int i = 0; i < 3; ++i) {
+          std::raise(SIGINT);
+        }
+      },
+      testing::KilledBySignal(SIGINT), "");
+}
+
+TEST(Until, LeavesAHangUpToWhoIgnoresIt) {
+  std::signal(SIGHUP, SIG_IGN);  // as nohup does
+  {
+    const Until until{UntilOptions()};
+    std::raise(SIGHUP);
+    EXPECT_FALSE(until.interrupted());
+  }
+  EXPECT_EQ(std::signal(SIGHUP, SIG_DFL), SIG_IGN);
 }
 
 TEST(Until, EndsWhenADeviceIsLost) {

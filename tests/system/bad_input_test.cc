@@ -53,7 +53,7 @@ TEST_F(BadInput, WorldsAndAssetsThatAreNotThere) {
   fs::remove(folder_ / "work" / "w.yaml");
 
   write("w.yaml", "name: w\nobjects:\n  - {name: room, mesh: room.gltf}\n");
-  expect_refused(3, "w.yaml:3:24: platform.world.objects[0].mesh: no such file: room.gltf");
+  expect_refused(2, "w.yaml:3:24: platform.world.objects[0].mesh: no such file: room.gltf");
   write("room.gltf", "no mesh");
   expect_refused(2,
                  "w.yaml:3:24: mesh 'room.gltf' cannot be read: No suitable reader found for the "
@@ -63,7 +63,7 @@ TEST_F(BadInput, WorldsAndAssetsThatAreNotThere) {
                              "/assets/office/desk.gltf, textures: {top: ";
   const std::string place = "w.yaml:3:" + std::to_string(before.size() + 1) + ": ";
   write("w.yaml", "name: w\nobjects:\n" + before + "t.png}}\n");
-  expect_refused(3, place + "platform.world.objects[0].textures.top: no such file: t.png");
+  expect_refused(2, place + "platform.world.objects[0].textures.top: no such file: t.png");
   write("t.png", "no picture");
   expect_refused(2, place +
                         "texture 't.png' is not a picture that can be read; save it again as PNG "

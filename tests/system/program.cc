@@ -35,11 +35,12 @@ bool before_terminal(int terminal) {
     const int opened = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
     return opened >= 0 && ::dup2(opened, descriptor) >= 0;
   };
-  const bool ready = ::chdir((folder / "work").c_str()) == 0 &&
-                     onto(folder / "stdout", STDOUT_FILENO) &&
-                     (fate.terminal >= 0 ? before_terminal(fate.terminal)
-                                         : onto(folder / "stderr", STDERR_FILENO) &&
-                                               ::dup2(::open("/dev/null", O_RDONLY), 0) == 0);
+  const bool ready =
+      ::chdir((folder / "work").c_str()) == 0 &&
+      onto(fate.out.empty() ? folder / "stdout" : fs::path(fate.out), STDOUT_FILENO) &&
+      (fate.terminal >= 0 ? before_terminal(fate.terminal)
+                          : onto(folder / "stderr", STDERR_FILENO) &&
+                                ::dup2(::open("/dev/null", O_RDONLY), 0) == 0);
   if (fate.largest_file_bytes) {
     const struct rlimit limit = {*fate.largest_file_bytes, *fate.largest_file_bytes};
     ::setrlimit(RLIMIT_FSIZE, &limit);
@@ -61,7 +62,7 @@ bool before_terminal(int terminal) {
   }
   argv.push_back(nullptr);
   if (ready) {
-    ::execv(fate.script.empty() ? PANOPTES_PROGRAM : "/bin/bash", argv.data());
+    ::execv(fate.script.empty() ? fate.program.c_str() : "/bin/bash", argv.data());
   }
   ::_exit(127);
 }
@@ -84,7 +85,7 @@ Said run(std::vector<std::string> words, const fs::path& folder, const Fate& fat
   }
   Said said;
   said.status = WIFEXITED(ended) ? WEXITSTATUS(ended) : -1;
-  said.out = read_file(folder / "stdout");
+  said.out = fate.out.empty() ? read_file(folder / "stdout") : "";
   said.err = fate.terminal >= 0 ? "" : read_file(folder / "stderr");
   return said;
 }

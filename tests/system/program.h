@@ -23,6 +23,8 @@ struct Fate {
   std::filesystem::path signal_when;                ///< is there
   int terminal = -1;                                ///< its stdin and stderr; else stdin is empty
   std::string script{};  ///< of bash, that becomes the program: `...; exec "$0" "$@"`
+  std::string program = PANOPTES_PROGRAM;  ///< or another one
+  std::string out{};                       ///< where its stdout goes, else it is kept
 };
 
 /// A test of the program in a folder of its own, which is the program's working directory. The

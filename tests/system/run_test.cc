@@ -86,7 +86,7 @@ TEST_F(Runs, AreReadByWhatOthersWrote) {
 }
 
 TEST_F(Runs, EndWithTheirMapWhenTheUserAsks) {
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const std::string out = "run-" + std::to_string(signal);
     const Said said = explore(kOffice, out, {}, {{}, {}, signal, out + "/mission.yaml"});
     EXPECT_EQ(said.status, 130);
@@ -107,12 +107,30 @@ TEST_F(Runs, LeaveNothingHalfWrittenOnAFullDisk) {
   constexpr std::uint64_t kRoom_bytes = 50'000;  // for tables, not for the map
   const Said said = explore(kOffice, "run", {"--duration", "2"}, {{}, kRoom_bytes, 0, {}});
   EXPECT_EQ(said.status, 3);
-  EXPECT_EQ(said.err, "run/map.pgm: cannot be written: File too large\n");
+  EXPECT_THAT(said.err, StartsWith("run/map.pgm: cannot be written: File too large\n"));
+  EXPECT_EQ(metrics("run")["outcome"], "failed");
+  EXPECT_EQ(metrics("run")["fault"].get<std::string>() + "\n", said.err);
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(folder_ / "work" / "run")) {
     names.push_back(entry.path().filename());
   }
-  EXPECT_THAT(names, testing::UnorderedElementsAre("mission.yaml", "steps.csv"));
+  for (const char* small : {"mission.yaml", "steps.csv", "trajectory.tum", "odometry.tum",
+                            "ground_truth.tum", "graph.g2o", "loops.csv", "exploration.csv"}) {
+    EXPECT_THAT(names, testing::Contains(small));
+  }
+  for (const std::string& name : names) {
+    EXPECT_FALSE(name.ends_with(".part")) << name;
+  }
+}
+
+TEST_F(Runs, TellThatNobodyCouldHearThem) {
+  Fate fate;
+  fate.out = "/dev/full";
+  const Said said = explore(kOffice, "run", {"--duration", "1", "--set", "require=[]"}, fate);
+  EXPECT_EQ(said.status, 3);
+  EXPECT_EQ(said.err, "stdout: cannot be written: No space left on device\n");
+  EXPECT_EQ(metrics("run")["outcome"], "completed");
+  EXPECT_EQ(panoptes({"--help"}, fate).status, 3);
 }
 
 TEST_F(Runs, NobodyDrives) {

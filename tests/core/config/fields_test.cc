@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -491,14 +492,35 @@ TEST_F(InAFolder, MissingFilesAreFaultsOfTheOneWhoNamedThem) {
   }
 }
 
-TEST_F(InAFolder, AMissingMeshAloneIsTheMachinesFault) {
+TEST_F(InAFolder, AMissingMeshIsTheUsersFaultAndOneOfOursTheMachines) {
   const std::string mission = write("m.yaml", "mesh: desk.glb\n");
   try {
     read_settings<Mission>(mission);
     FAIL() << "accepted";
-  } catch (const IoError& error) {
+  } catch (const ConfigError& error) {
     EXPECT_EQ(error.what(),
               mission + ":1:7: mesh: no such file: " + (folder_ / "desk.glb").string());
+  }
+  EXPECT_THROW(read_settings<Mission>(write("n.yaml", "mesh: data:office/dusk.gltf\n")), IoError);
+}
+
+TEST_F(InAFolder, TextThatIsNotUtf8IsSaidWithItsPlace) {
+  const std::string mission = write("m.yaml", "horizon_s: 2\nmesh: caf\xe9.glb\n");
+  for (const auto& read : {std::function<void()>([&] { read_settings<Mission>(mission); }),
+                           std::function<void()>([&] { settings_keys(mission); })}) {
+    try {
+      read();
+      FAIL() << "accepted";
+    } catch (const ConfigError& error) {
+      EXPECT_EQ(error.what(), mission + ":2:10: not UTF-8 text; save it again as UTF-8");
+    }
+  }
+  const std::string good = write("n.yaml", "horizon_s: 2\n");
+  try {
+    read_settings<Mission>(good, {"mesh=caf\xe9.glb"});
+    FAIL() << "accepted";
+  } catch (const ConfigError& error) {
+    EXPECT_EQ(std::string(error.what()), "--set mesh: not UTF-8 text; save it again as UTF-8");
   }
 }
 
@@ -516,7 +538,7 @@ TEST_F(InAFolder, ListsAndMapsOfFilesKnowTheirPlaces) {
   try {
     read_settings<Place>(missing);
     FAIL() << "accepted";
-  } catch (const IoError& error) {
+  } catch (const ConfigError& error) {
     EXPECT_EQ(error.what(),
               missing + ":1:19: files[1]: no such file: " + (folder_ / "a" / "disk.glb").string());
   }

@@ -8,6 +8,7 @@
 #include <sys/resource.h>
 
 #include "core/base/error.h"
+#include "core/config/data_files.h"
 #include "tests/support/scratch.h"
 
 namespace panoptes {
@@ -39,13 +40,35 @@ TEST_F(File, ThatCannotBeCreatedNamesPathAndReason) {
   }
 }
 
-TEST_F(File, ThatCannotBeReadNamesPathAndReason) {
+TEST_F(File, ThatCannotBeReadNamesPathAndReasonAndWasNamedByTheUser) {
   try {
     read_file(folder_ / "a.txt");
     FAIL() << "no error";
-  } catch (const IoError& e) {
+  } catch (const ConfigError& e) {
     EXPECT_EQ(e.what(),
               (folder_ / "a.txt").string() + ": cannot be opened: No such file or directory");
+  }
+  try {
+    read_file(folder_);
+    FAIL() << "no error";
+  } catch (const ConfigError& e) {
+    EXPECT_EQ(e.what(), folder_.string() + ": cannot be read: Is a directory");
+  }
+  EXPECT_THROW(read_file(resolve_path("data:worlds/nowhere.yaml", "")), IoError);
+}
+
+TEST_F(File, ThatFailedOnceSaysTheSameAgain) {
+  std::filesystem::create_directories(folder_ / "a.txt" / "in the way");
+  AtomicFile file(folder_ / "a.txt");
+  file.append("x");
+  const std::string told = (folder_ / "a.txt").string() + ": cannot be finished: Is a directory";
+  for (int i = 0; i < 2; ++i) {
+    try {
+      file.commit();
+      FAIL() << "no error";
+    } catch (const IoError& e) {
+      EXPECT_EQ(e.what(), told);
+    }
   }
 }
 

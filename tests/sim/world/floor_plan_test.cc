@@ -199,7 +199,7 @@ TEST_F(FloorPlan, AMissingPictureIsSaidWithTheWorldsPlace) {
   try {
     load_world((folder_ / "world.yaml").string());
     FAIL() << "accepted";
-  } catch (const IoError& error) {
+  } catch (const ConfigError& error) {
     EXPECT_EQ(error.what(), (folder_ / "world.yaml").string() +
                                 ":1:19: floor plan: " + (folder_ / "map.pgm").string() +
                                 ": cannot be opened: No such file or directory");

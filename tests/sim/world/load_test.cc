@@ -98,7 +98,7 @@ TEST_F(LoadWorld, EveryBrokenKeyIsSaidWithItsPlace) {
 }
 
 TEST_F(LoadWorld, AMissingMeshIsSaidWithItsPlace) {
-  EXPECT_EQ(message_of<IoError>("objects:\n  - {name: a, mesh: absent.obj}\n"),
+  EXPECT_EQ(message_of<ConfigError>("objects:\n  - {name: a, mesh: absent.obj}\n"),
             path("world.yaml") + ":2:21: objects[0].mesh: no such file: " + path("absent.obj"));
 }
 
@@ -128,11 +128,11 @@ TEST_F(LoadWorld, AMeshWithNumbersThatAreNoneIsSaid) {
 
 TEST_F(LoadWorld, AMissingTextureIsSaid) {
   EXPECT_EQ(
-      message_of<IoError>(
+      message_of<ConfigError>(
           "objects:\n  - {name: a, mesh: good.obj, textures: {paint: absent.png}}\n"),
       path("world.yaml") + ":2:49: objects[0].textures.paint: no such file: " + path("absent.png"));
   fs::remove(path("good.png"));
-  EXPECT_EQ(message_of<IoError>("objects:\n  - {name: a, mesh: good.obj}\n"),
+  EXPECT_EQ(message_of<ConfigError>("objects:\n  - {name: a, mesh: good.obj}\n"),
             path("world.yaml") + ":2:21: " + path("good.obj") + ": texture '" + path("good.png") +
                 "' does not exist; correct its path or put the file there");
 }
@@ -154,7 +154,7 @@ TEST_F(LoadWorld, APictureForAnUnknownMaterialIsSaid) {
 
 TEST_F(LoadWorld, AMissingFileOfMaterialsIsSaid) {
   fs::remove(path("good.mtl"));
-  EXPECT_EQ(message_of<IoError>("objects:\n  - {name: a, mesh: good.obj}\n"),
+  EXPECT_EQ(message_of<ConfigError>("objects:\n  - {name: a, mesh: good.obj}\n"),
             path("world.yaml") + ":2:21: mesh '" + path("good.obj") +
                 "' takes its materials from '" + path("good.mtl") +
                 "', which does not exist; put that file there, or take out its line mtllib");
@@ -169,9 +169,9 @@ TEST_F(LoadWorld, AFolderIsNoMesh) {
 
 TEST_F(LoadWorld, AMissingTextureIsNamedOnce) {
   fs::remove(path("good.png"));
-  EXPECT_EQ(message_of<IoError>("objects:\n  - {name: a, mesh: good.obj}\n  - {name: b, mesh: "
-                                "good.obj}\n  - {name: c, mesh: good.obj, z_m: 1}\nboxes:\n  - "
-                                "{size_m: [1, 1, 1], picture: other.png}\n"),
+  EXPECT_EQ(message_of<ConfigError>("objects:\n  - {name: a, mesh: good.obj}\n  - {name: b, mesh: "
+                                    "good.obj}\n  - {name: c, mesh: good.obj, z_m: 1}\nboxes:\n  - "
+                                    "{size_m: [1, 1, 1], picture: other.png}\n"),
             path("world.yaml") + ":2:21: " + path("good.obj") + ": texture '" + path("good.png") +
                 "' does not exist; correct its path or put the file there");
 }
@@ -380,7 +380,7 @@ TEST_F(LoadWorld, ADamagedPictureIsSaidWithoutNoise) {
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
 }
 
-TEST_F(LoadWorld, AnUnknownAssetIsSaid) {
+TEST_F(LoadWorld, AnUnknownAssetOfOursIsTheMachinesFault) {
   const std::string message =
       message_of<IoError>("boxes:\n  - {size_m: [1, 1, 1], picture: data:office/wool.png}\n");
   EXPECT_THAT(

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/eval/requirement.h"
+
+namespace panoptes {
+
+/// Every figure that a run may write in metrics.json, by its dotted path; `*` stands for one name
+/// that the run itself gives (a camera, a device, a stage). A test holds it against what runs
+/// write.
+const std::vector<std::string>& figure_names();
+
+bool is_figure(const std::string& path);
+
+/// What is wrong with what a line requires: no run can have such a figure, or no such word. Empty
+/// when nothing is.
+std::string requirement_fault(const Requirement& requirement);
+
+}  // namespace panoptes

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace panoptes {
+
+/// Where the first byte stands that is no part of UTF-8 text; npos where all of it is.
+std::size_t first_not_utf8(std::string_view text);
+
+/// The same as UTF-8: bytes that are no part of it as `\xE9`.
+std::string as_utf8(std::string_view text);
+
+}  // namespace panoptes
