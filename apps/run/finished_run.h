@@ -41,7 +41,7 @@ struct RunEnd {
       {};                      ///< what each of them counted, by its name
   CameraReports cameras = {};  ///< empty where nobody watched them
   bool touches_known = true;   ///< the truth, where there is one, tells of contacts
-  std::string fault = {};  ///< what cut it short or kept a file from being written, a line each
+  std::string fault = {};      ///< what cut it short or kept a file from being written, a line each
 };
 
 /// A run that is over, as plain values: all that its figures are made of but the truth.
