@@ -33,7 +33,7 @@ constexpr int kStartFloors = 2;
 constexpr int kClearStarts = 200;  // of which one will do, but in a world of patchwork floors
 
 void refuse_bad_start(const Pose2& start, const std::string& mention, const Obstacles& obstacles,
-                      const FloorSurfaces& floor, const Body& body) {
+                      const FloorSurfaces& floor, const Body& body, bool maps_floor) {
   const Vec2 at = start.position();
   const std::string where = fmt::format("{}{}platform.start: x_m: {:.3f}, y_m: {:.3f} ", mention,
                                         mention.empty() ? "" : ": ", at.x(), at.y());
@@ -41,7 +41,8 @@ void refuse_bad_start(const Pose2& start, const std::string& mention, const Obst
   if (const std::string fault = world_box(obstacles, floor).outside_fault(at); !fault.empty()) {
     throw ConfigError(where + fault + "; " + what_to_do);
   }
-  const double clear_m = std::max(kStartClear_m, body.radius_m + kTouching_m);
+  const double touching_m = body.radius_m + kTouching_m;
+  const double clear_m = maps_floor ? std::max(kStartClear_m, touching_m) : touching_m;
   const std::optional<Nearest> nearest = obstacles.nearest(at, clear_m);
   if (!nearest) {
     return;
@@ -51,9 +52,12 @@ void refuse_bad_start(const Pose2& start, const std::string& mention, const Obst
                       fmt::format("is inside {}; {}", nearest->outline->object, what_to_do));
   }
   throw ConfigError(
-      where + fmt::format("is {:.3f} m from {}, but {:.2f} m about the start must be clear, for "
-                          "the robot cannot see the floor at its feet and takes it for free; {}",
-                          nearest->distance_m, nearest->outline->object, clear_m, what_to_do));
+      where + fmt::format("is {:.3f} m from {}, but {:.2f} m about the start must be clear{}; {}",
+                          nearest->distance_m, nearest->outline->object, clear_m,
+                          maps_floor ? ", for the robot cannot see the floor at its feet and "
+                                       "takes it for free"
+                                     : "",
+                          what_to_do));
 }
 
 /// A place in a box with room all around; empty where none is found.
@@ -102,7 +106,7 @@ Pose2 drawn_start(const Obstacles& obstacles, const FloorSurfaces& floor, const 
 }
 
 Pose2 start_pose(const SimulatedOptions& options, std::vector<Outline> all,
-                 const Surroundings& around, const Body& body, const Rng& rng) {
+                 const Surroundings& around, const Body& body, const Rig& rig, const Rng& rng) {
   for (Outline& outline : around.things.outlines_now()) {
     all.push_back(std::move(outline));
   }
@@ -110,7 +114,8 @@ Pose2 start_pose(const SimulatedOptions& options, std::vector<Outline> all,
   if (!options.start) {
     return drawn_start(at_start, around.floor_surfaces, body, rng.fork("start"));
   }
-  refuse_bad_start(*options.start, options.start_mention, at_start, around.floor_surfaces, body);
+  refuse_bad_start(*options.start, options.start_mention, at_start, around.floor_surfaces, body,
+                   !rig.with_role("floor").empty());
   return *options.start;
 }
 
@@ -336,7 +341,7 @@ SimulatedRobot::SimulatedRobot(const SimulatedOptions& options, Surroundings sur
       truth_options_(options.truth),
       obstacles_(std::move(surroundings_.outlines)),
       drive_world_(body, obstacles_,
-                   start_pose(options, obstacles_.outlines(), surroundings_, body, rng),
+                   start_pose(options, obstacles_.outlines(), surroundings_, body, believed, rng),
                    surroundings_.things),
       encoders_(options.wheel_error, body, rng.fork("wheels")),
       dead_reckoning_(body),
@@ -657,7 +662,7 @@ std::unique_ptr<SimulatedRobot> open_simulated(const SimulatedOptions& options, 
   // What would be refused is refused now: light and shadow may take minutes.
   SimulatedOptions ready = options;
   ready.trigger = fitting_trigger(options, believed, body);
-  ready.start = start_pose(options, around.outlines, around, body, rng);
+  ready.start = start_pose(options, around.outlines, around, body, believed, rng);
   surveyed(believed, mounted(options.mounting_error, believed, rng.fork("mounting")), body,
            rng.fork("survey"));
   furnish(around, world, body, renderer);

@@ -152,6 +152,9 @@ void bind(Fields& f, ExploreMission& o) {
   f("seed", o.seed);
   f("until", o.until);
   f.choice("drive", o.drive);
+  f.require(pioneer == nullptr || !std::holds_alternative<DriveAlongRoute>(o.drive), "drive",
+            "must not be a route on a pioneer: a route is followed on the true pose, which only a "
+            "simulated platform knows; use teleop, none or navigator");
   const std::vector<std::string> missing = missing_roles(o.rig);
   f.require(
       !blind ||

@@ -77,7 +77,9 @@ Rig believed_of(const Rig& believed, const Rig& served) {
   return rig;
 }
 
-hw::BaseRamp ramp_of(const Body& body) { return {body.max_accel_mps2, body.max_turn_accel_radps2}; }
+hw::BaseRamp ramp_of(const Body& body) {
+  return {body.max_accel_mps2, body.max_turn_accel_radps2, body.max_speed_mps, body.max_turn_radps};
+}
 
 /// Pictures that travel in memory, in order.
 class PicturesInMemory {

@@ -278,11 +278,16 @@ std::vector<fs::path> draw_run(const fs::path& out_dir, const FinishedRun& run,
       pictures.push_back(out_dir / name);
     });
   };
-  keep("map.png", [&] { return drawn_map(run, findings); });
+  const bool nothing_known = run.info.blind && findings.known == nullptr;
+  if (!nothing_known) {
+    keep("map.png", [&] { return drawn_map(run, findings); });
+  }
   if (!places.empty()) {
     keep("places.png", [&] { return draw_places({{name_of(run), places}}); });
   }
-  keep("coverage.png", [&] { return drawn_coverage(findings); });
+  if (!nothing_known) {
+    keep("coverage.png", [&] { return drawn_coverage(findings); });
+  }
   if (findings.known != nullptr && !findings.T_map_body.empty()) {
     keep("errors.png", [&] { return drawn_errors(run, findings); });
   }

@@ -44,26 +44,6 @@ std::vector<fs::path> entries(const fs::path& folder) {
   return out;
 }
 
-// Another process that has it open, as `name (pid 123)`; empty when none is seen.
-std::string holder(const fs::path& root, const std::string& node) {
-  const std::string self = std::to_string(::getpid());
-  for (const fs::path& process : entries(root / "proc")) {
-    const std::string pid = process.filename();
-    if (pid == self || pid.find_first_not_of("0123456789") != std::string::npos) {
-      continue;
-    }
-    for (const fs::path& descriptor : entries(process / "fd")) {
-      std::error_code error;
-      if (fs::read_symlink(descriptor, error) == node) {
-        std::string name;
-        std::getline(std::ifstream(process / "comm"), name);
-        return fmt::format("{} (pid {})", name.empty() ? "a process" : name, pid);
-      }
-    }
-  }
-  return {};
-}
-
 void judge(const fs::path& root, ListedPort& port) {
   const std::string file = root / fs::path(port.node).relative_path();
   const int opened = ::open(file.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
@@ -92,7 +72,7 @@ void judge(const fs::path& root, ListedPort& port) {
   if (opened >= 0) {
     ::close(opened);
   }
-  if (const std::string by = holder(root, port.node); busy || !by.empty()) {
+  if (const std::string by = hw::port_holder(port.node, root); busy || !by.empty()) {
     port.fault = "busy: " + (by.empty() ? "another process has it" : by + " has it open");
     port.cure = by.empty() ? "end that: sudo fuser -v " + port.node : "end that";
   }

@@ -41,12 +41,15 @@ void OdometryTrack::add(const WheelPose& pose) {
     commanded_ = pose.twist_body;
   } else {
     const WheelPose& before = poses_.back();
-    const double dt_s = to_seconds(pose.stamp - before.stamp);
+    // Reports leave a period apart; stamps that are nearer to each other tell no velocity.
+    const double dt_s = to_seconds(std::max(pose.stamp - before.stamp, period_ / 2));
     const Way way = by_commands(before.stamp, pose.stamp, commanded_, {});
     const Pose2 moved = before.T_odom_body.inverse() * pose.T_odom_body;
     const auto learn = [](double& value, double seen) { value += kLearn * (seen - value); };
-    learn(besides_.v_mps, (moved.x_m - way.T_from_to.x_m) / dt_s);
-    learn(besides_.w_radps, wrap_angle(moved.theta_rad - way.T_from_to.theta_rad) / dt_s);
+    const Twist2 seen = held_within({(moved.x_m - way.T_from_to.x_m) / dt_s,
+                                     wrap_angle(moved.theta_rad - way.T_from_to.theta_rad) / dt_s});
+    learn(besides_.v_mps, seen.v_mps);
+    learn(besides_.w_radps, seen.w_radps);
     commanded_ = way.twist_body;
   }
   poses_.push_back(pose);
@@ -72,6 +75,11 @@ void OdometryTrack::told(const ToldTwist& told) {
   }
 }
 
+Twist2 OdometryTrack::held_within(const Twist2& twist_body) const {
+  return {std::clamp(twist_body.v_mps, -ramp_.max_speed_mps, ramp_.max_speed_mps),
+          std::clamp(twist_body.w_radps, -ramp_.max_turn_radps, ramp_.max_turn_radps)};
+}
+
 // The last report is up to a period old, in which a turn that begins or ends comes to a degree.
 OdometryTrack::Way OdometryTrack::by_commands(Time from, Time to, const Twist2& twist_body,
                                               const Twist2& besides) const {
@@ -91,10 +99,10 @@ OdometryTrack::Way OdometryTrack::by_commands(Time from, Time to, const Twist2& 
       way.twist_body = {towards(before.v_mps, told->twist_body.v_mps, ramp_.accel_mps2),
                         towards(before.w_radps, told->twist_body.w_radps, ramp_.turn_accel_radps2)};
     }
-    way.T_from_to =
-        way.T_from_to * exp_twist({(before.v_mps + way.twist_body.v_mps) / 2 + besides.v_mps,
-                                   (before.w_radps + way.twist_body.w_radps) / 2 + besides.w_radps},
-                                  dt_s);
+    const Twist2 mean =
+        held_within({(before.v_mps + way.twist_body.v_mps) / 2 + besides.v_mps,
+                     (before.w_radps + way.twist_body.w_radps) / 2 + besides.w_radps});
+    way.T_from_to = way.T_from_to * exp_twist(mean, dt_s);
     now = next;
   }
   return way;
@@ -116,7 +124,8 @@ std::optional<Odometry> OdometryTrack::at(Time t) const {
     const Way way = by_commands(last.stamp, t, commanded_, besides_);
     return Odometry{
         last.T_odom_body * way.T_from_to,
-        {way.twist_body.v_mps + besides_.v_mps, way.twist_body.w_radps + besides_.w_radps},
+        held_within({way.twist_body.v_mps + besides_.v_mps,
+                     way.twist_body.w_radps + besides_.w_radps}),
         true};
   }
   if (after->stamp == t) {

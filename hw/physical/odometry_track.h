@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <limits>
 #include <optional>
 
 #include "core/base/time.h"
@@ -10,10 +11,12 @@
 
 namespace panoptes::hw {
 
-/// How fast a base goes to a velocity that it is told.
+/// How fast a base goes to a velocity that it is told, and how fast it can be.
 struct BaseRamp {
   double accel_mps2 = 0;
   double turn_accel_radps2 = 0;
+  double max_speed_mps = std::numeric_limits<double>::infinity();
+  double max_turn_radps = std::numeric_limits<double>::infinity();
 };
 
 /// The wheels' way between and a little beyond the instants of a base's reports, which come at
@@ -46,6 +49,7 @@ class OdometryTrack {
     Pose2 T_from_to;
     Twist2 twist_body;  // at its end
   };
+  Twist2 held_within(const Twist2& twist_body) const;  // of what the base can do
   Way by_commands(Time from, Time to, const Twist2& twist_body, const Twist2& besides) const;
 
   BaseRamp ramp_;

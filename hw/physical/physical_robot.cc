@@ -149,6 +149,7 @@ DeviceFigures PhysicalRobot::devices() const {
                        {"commands", static_cast<double>(counts.commands)},
                        {"expired", static_cast<double>(counts.expired)},
                        {"longest_silence_s", counts.longest_silence_s},
+                       {"round_trip_s", counts.round_trip_s},
                        {"battery_v", client.report() ? client.report()->battery_v() : 0},
                        {"epoch", static_cast<double>(epoch_)}};
   });

@@ -20,7 +20,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr Duration kConnectWithin = std::chrono::seconds(10);
+constexpr Duration kConnectWithin = std::chrono::seconds(15);
 constexpr Duration kTcpWithin = std::chrono::seconds(3);
 constexpr Duration kAtLeastEvery = std::chrono::milliseconds(100);
 constexpr Duration kFarewell = std::chrono::milliseconds(200);  // four frames, and another baud
@@ -52,10 +52,7 @@ class PioneerBase::Worker {
   ~Worker() {
     {
       const std::lock_guard lock(mutex_);
-      if (client_.state() == PioneerClient::State::kReady) {
-        client_.disable(now());
-        client_.close(now());
-      }
+      client_.leave(now());
     }
     wake();
     std::unique_lock lock(mutex_);

@@ -37,7 +37,7 @@ class BaseLink {
 };
 
 /// Connects to the robot. Throws DeviceError with the device and the cure when there is none within
-/// 10 s, or one that is not known.
+/// 10 s (15 s where packets come), or one that is not known.
 void connect(BaseLink& link);
 
 /// A Pioneer at the other end of a line, in wall-clock time since it was made. A thread of its own

@@ -24,15 +24,20 @@ constexpr int kWantedBaud = 38400;
 constexpr int kWantedHostBaud = 2;  // the argument that asks for it
 constexpr int kTries = 2;           // at a baud: the first may end what was begun before us
 
-// All tries at all rates take 2 s, so that every rate comes up three times within 6 s.
+// All tries at all rates take 2 s at first, then, where answers may come late, 4.5 s.
 constexpr Duration kEchoWithin = milliseconds(200);
+constexpr Duration kLateEchoWithin = milliseconds(450);
 constexpr Duration kSyncWithin = milliseconds(400);
 constexpr Duration kDrainFor = milliseconds(250);  // a cycle and the longest report at 9600 baud
 constexpr Duration kConfigWithin = milliseconds(400);
 constexpr Duration kSwitchAfter = milliseconds(60);  // HOSTBAUD is sent and heard by then
 constexpr Duration kRightWithin = milliseconds(900);
 constexpr Duration kConnectWithin = std::chrono::seconds(8);
+constexpr Duration kLateConnectWithin = std::chrono::seconds(14);  // where right packets come
+constexpr Duration kDrainAtMost = std::chrono::seconds(2);
+constexpr Duration kSlowLink = milliseconds(150);  // there and back, worth telling
 
+constexpr Duration kUsualCycle = milliseconds(100);
 constexpr Duration kPace = milliseconds(5);  // closer together some commands are lost
 constexpr Duration kKeepAlive = milliseconds(400);
 constexpr Duration kOwnSilence = milliseconds(800);  // of ours, well within the watchdog's 2 s
@@ -56,7 +61,7 @@ int whole(double value, double most) {
 }  // namespace
 
 PioneerClient::PioneerClient(std::string device, bool serial, const Body& body)
-    : device_(std::move(device)), serial_(serial), body_(body) {}
+    : device_(std::move(device)), serial_(serial), body_(body), obedience_(body) {}
 
 void PioneerClient::go(Step step, Time now, Duration lasts) {
   step_ = step;
@@ -74,9 +79,12 @@ void PioneerClient::connect(Time now) {
   outbox_.clear();
   reader_.clear();
   rate_ = 0;
-  attempt_ = 1;
+  all_tried_ = false;
+  round_trip_ = {};
   bytes_heard_ = 0;
   right_heard_ = false;
+  supervised_ = doubted_ = stops_ = false;
+  obedience_ = Obedience(body_);
   names_ = {};
   config_.reset();
   report_.reset();
@@ -87,17 +95,35 @@ void PioneerClient::connect(Time now) {
   said_.reset();
   expires_.reset();
   most_ = {};
-  outbox_.push_back(
-      {serial_ ? std::optional(kRates[rate_]) : std::nullopt, command_frame(Command::kPulse)});
-  go(Step::kSearch, now, kEchoWithin);
+  asked_ = now;
+  synchronise(now, serial_ ? std::optional(kRates[rate_]) : std::nullopt);
+}
+
+// What is SYNC0 to an idle robot is PULSE to one in an old session: STOP goes before. Twice, for
+// one may be lost.
+void PioneerClient::synchronise(Time now, std::optional<int> baud) {
+  attempt_ = 1;
+  outbox_.push_back({baud, command_frame(Command::kStop)});
+  send(command_frame(Command::kStop));
+  send(command_frame(Command::kPulse));
+  go(Step::kSearch, now, echo_within());
 }
 
 void PioneerClient::try_next_baud(Time now) {
   rate_ = (rate_ + 1) % kRates.size();
-  attempt_ = 1;
-  outbox_.push_back(
-      {serial_ ? std::optional(kRates[rate_]) : std::nullopt, command_frame(Command::kPulse)});
-  go(Step::kSearch, now, kEchoWithin);
+  all_tried_ = all_tried_ || rate_ == 0;
+  asked_ = serial_ ? now : asked_;
+  synchronise(now, serial_ ? std::optional(kRates[rate_]) : std::nullopt);
+}
+
+Duration PioneerClient::echo_within() const {
+  return within(all_tried_ ? kLateEchoWithin : kEchoWithin);
+}
+
+Duration PioneerClient::within(Duration usual) const { return usual + 2 * round_trip_; }
+
+Time PioneerClient::give_up_at() const {
+  return begun_ + (right_heard_ ? kLateConnectWithin : kConnectWithin);
 }
 
 void PioneerClient::refuse(const std::string& fault) {
@@ -111,6 +137,7 @@ void PioneerClient::refuse(const std::string& fault) {
   deadline_ = Time::max();
   if (was_open) {  // whoever still hears it stops
     send(command_frame(Command::kStop));
+    stops_ = true;
   }
 }
 
@@ -124,9 +151,9 @@ void PioneerClient::on_deadline(Time now) {
   switch (step_) {
     case Step::kSearch:
       if (attempt_ < kTries) {
-        ++attempt_;
-        send(command_frame(Command::kPulse));
-        go(Step::kSearch, now, kEchoWithin);
+        const int next = attempt_ + 1;
+        synchronise(now, std::nullopt);
+        attempt_ = next;
       } else {
         try_next_baud(now);
       }
@@ -134,15 +161,14 @@ void PioneerClient::on_deadline(Time now) {
     case Step::kDrain:
     case Step::kSync1:
     case Step::kSync2:
-      attempt_ = 1;
-      send(command_frame(Command::kPulse));
-      go(Step::kSearch, now, kEchoWithin);
+      asked_ = now;
+      synchronise(now, std::nullopt);
       return;
     case Step::kConfig:
       if (attempt_ < kTries) {
         ++attempt_;
         send(command_frame(Command::kConfig, 1));
-        go(Step::kConfig, now, kConfigWithin);
+        go(Step::kConfig, now, within(kConfigWithin));
       } else {
         remarks_.push_back(device_ +
                            ": the robot does not tell its configuration; its own limits and its "
@@ -152,12 +178,12 @@ void PioneerClient::on_deadline(Time now) {
       return;
     case Step::kFaster:
       baud_before_ = baud_;
-      outbox_.push_back({kWantedBaud, command_frame(Command::kPulse)});
-      go(Step::kConfirm, now, kRightWithin);
+      outbox_.push_back({kWantedBaud, command_frame(Command::kStop)});
+      go(Step::kConfirm, now, within(kRightWithin));
       return;
     case Step::kConfirm:
-      outbox_.push_back({baud_before_, command_frame(Command::kPulse)});
-      go(Step::kFallBack, now, kRightWithin);
+      outbox_.push_back({baud_before_, command_frame(Command::kStop)});
+      go(Step::kFallBack, now, within(kRightWithin));
       return;
     case Step::kFallBack:
       try_next_baud(now);
@@ -190,13 +216,16 @@ void PioneerClient::opened(Time now) {
   }
   if (serial_ && baud_ < kWantedBaud) {
     send(command_frame(Command::kHostBaud, kWantedHostBaud));
-    go(Step::kFaster, now, kSwitchAfter);
+    go(Step::kFaster, now, kSwitchAfter + round_trip_);
   } else {
     in_session(now);
   }
 }
 
 void PioneerClient::in_session(Time now) {
+  // At another baud reports take another time, and one was lost.
+  clock_ = ReportClock(config_ && config_->sip_cycle_ms > 0 ? milliseconds(config_->sip_cycle_ms)
+                                                            : kUsualCycle);
   step_ = Step::kSession;
   deadline_ = Time::max();
   last_report_ = now;
@@ -218,7 +247,7 @@ void PioneerClient::receive(Time now, std::span<const std::uint8_t> bytes) {
   }
 }
 
-void PioneerClient::on_packet(Time now, Time stamp, const Bytes& payload) {
+void PioneerClient::on_packet(Time now, Time arrival, const Bytes& payload) {
   right_heard_ = true;
   const std::uint8_t type = payload.front();
   const bool is_report = type == kSipStopped || type == kSipMoving;
@@ -228,13 +257,17 @@ void PioneerClient::on_packet(Time now, Time stamp, const Bytes& payload) {
     case Step::kSync2:
       if (is_report) {  // of an old session
         send(command_frame(Command::kClose));
+        asked_ = now;
         go(Step::kDrain, now, kDrainFor);
       } else if (step_ == Step::kSearch && type == 0) {
+        round_trip_ = now - asked_;
+        asked_ = now;
         send(command_frame(Command::kOpen));
-        go(Step::kSync1, now, kSyncWithin);
+        go(Step::kSync1, now, within(kSyncWithin));
       } else if (step_ == Step::kSync1 && type == 1) {
+        round_trip_ = now - asked_;
         send(command_frame(Command::kClose));
-        go(Step::kSync2, now, kSyncWithin);
+        go(Step::kSync2, now, within(kSyncWithin));
       } else if (step_ == Step::kSync2 && type == 2) {
         if (payload.size() == 1) {
           refuse(device_ +
@@ -255,6 +288,7 @@ void PioneerClient::on_packet(Time now, Time stamp, const Bytes& payload) {
               device_, names_.name, names_.subclass, joined(known_models())));
           return;
         }
+        clock_ = ReportClock();
         if (odometer_) {
           odometer_->restart(*model_);
         } else {
@@ -265,10 +299,19 @@ void PioneerClient::on_packet(Time now, Time stamp, const Bytes& payload) {
         send(command_frame(Command::kConfig, 1));
         attempt_ = 1;
         last_report_ = now;
-        go(Step::kConfig, now, kConfigWithin);
+        if (round_trip_ >= kSlowLink) {
+          remarks_.push_back(
+              fmt::format("{}: the link is slow: an answer takes {:.2f} s; the robot hears what it "
+                          "is told, STOP as well, that much later, and is seen where it was",
+                          device_, to_seconds(round_trip_)));
+        }
+        go(Step::kConfig, now, within(kConfigWithin));
       }
       return;
     case Step::kDrain:
+      if (is_report && now - asked_ < kDrainAtMost) {  // still on their way
+        go(Step::kDrain, now, kDrainFor);
+      }
       return;
     case Step::kConfig:
       if (type == kConfigPacket) {
@@ -293,17 +336,21 @@ void PioneerClient::on_packet(Time now, Time stamp, const Bytes& payload) {
     return;
   }
   if (const auto sip = read_sip(payload)) {
-    on_report(now, stamp, *sip);
+    on_report(now, arrival, *sip);
   } else {
     ++counts_.rejected_malformed;
   }
 }
 
-void PioneerClient::on_report(Time now, Time stamp, const Sip& sip) {
-  if (odometer_->add(stamp, sip, most_) == PioneerOdometer::Verdict::kImplausible) {
+void PioneerClient::on_report(Time now, Time arrival, const Sip& sip) {
+  const ReportClock::Departure left = clock_.departure(arrival, odometer_->elapsed(sip));
+  const Time stamp = left.stamp;
+  if (odometer_->add(stamp, sip, most_, left.apart, left.gap) ==
+      PioneerOdometer::Verdict::kImplausible) {
     ++counts_.rejected_implausible;
     return;
   }
+  clock_.take(arrival, left);
   ++counts_.reports;
   counts_.longest_silence_s = std::max(counts_.longest_silence_s, to_seconds(now - last_report_));
   last_report_ = now;
@@ -340,40 +387,76 @@ void PioneerClient::on_report(Time now, Time stamp, const Sip& sip) {
   const bool has_front = !config_ || config_->front_bumpers > 0;
   const bool has_rear = !config_ || config_->rear_bumpers > 0;
   if (const unsigned hit = sip.front_bumpers & ~before.front_bumpers; hit != 0 && has_front) {
-    hold("front bumper " + segments(hit));
+    hold(now, "front bumper " + segments(hit));
   }
   if (const unsigned hit = sip.rear_bumpers & ~before.rear_bumpers; hit != 0 && has_rear) {
-    hold("rear bumper " + segments(hit));
+    hold(now, "rear bumper " + segments(hit));
   }
   if ((sip.left_stalled && !before.left_stalled) || (sip.right_stalled && !before.right_stalled)) {
-    hold(sip.left_stalled && sip.right_stalled ? "both wheels stalled"
-         : sip.left_stalled                    ? "left wheel stalled"
-                                               : "right wheel stalled");
+    hold(now, sip.left_stalled && sip.right_stalled ? "both wheels stalled"
+              : sip.left_stalled                    ? "left wheel stalled"
+                                                    : "right wheel stalled");
   }
   if ((sip.flags & ~before.flags & kFlagStopButton) != 0) {
-    hold("STOP button");
+    hold(now, "STOP button");
   }
-  if (enabled_ && (sip.flags & kFlagMotorsOn) == 0 && now - enabled_at_ >= kMotorsWithin) {
-    hold("the motors are off");
+  if (enabled_ && (sip.flags & kFlagMotorsOn) == 0 && now - enabled_at_ >= within(kMotorsWithin)) {
+    hold(now, "the motors are off");
     enabled_ = false;
   }
+  watch(now, *pose_, sip);
 }
 
-void PioneerClient::hold(const std::string& by) {
+// The velocity that it reports against the command in force.
+void PioneerClient::watch(Time now, const WheelPose& pose, const Sip& sip) {
+  if (!supervised_ || state_ != State::kReady || (sip.flags & kFlagMotorsOn) == 0) {
+    obedience_.forget();
+    return;
+  }
+  const bool disobeys = obedience_.disobeys(pose.stamp, pose.twist_body);
+  doubted_ = obedience_.doubtful();
+  if (!disobeys) {
+    return;
+  }
+  const Velocity told = said_.value_or(Velocity{});
+  say_zero(now);
+  refuse(fmt::format(
+      "{}: the robot does not do what it is told: it goes {:.2f} m/s and {:.0f} deg/s where it was "
+      "told {:.2f} and {:.0f}; it does not hear, or its controller fails; it is told to stop again "
+      "and again: press its STOP button",
+      device_, pose.twist_body.v_mps, rad_to_deg(pose.twist_body.w_radps), 1e-3 * told.v_mmps,
+      static_cast<double>(told.w_degps)));
+}
+
+void PioneerClient::hold(Time now, const std::string& by) {
   held_by_ += (held_by_.empty() ? "" : ", ") + by;
-  say_zero();
+  say_zero(now);
 }
 
 void PioneerClient::acknowledge() { held_by_.clear(); }
 
-void PioneerClient::say_zero() {
+void PioneerClient::say_zero(Time now) {
   wanted_ = {};
   expires_.reset();
   refresh_ = false;
+  obedience_.told(now, {});
   if (state_ != State::kRefused) {
     send(command_frame(Command::kStop));
     said_ = Velocity{};
   }
+}
+
+void PioneerClient::say_wanted(Time now) {
+  send(command_frame(Command::kVelocity, wanted_.v_mmps));
+  send(command_frame(Command::kTurnVelocity, wanted_.w_degps));
+  said_ = wanted_;
+  said_at_ = now;
+  obedience_.told(now, {1e-3 * wanted_.v_mmps, deg_to_rad(wanted_.w_degps)});
+  // It goes there when the second of the two frames is there.
+  const Duration under_way = kPace + on_line(kVelocities_bytes);
+  told_.push_back({now + under_way, {1e-3 * wanted_.v_mmps, deg_to_rad(wanted_.w_degps)}});
+  most_.v_mps = std::max(most_.v_mps, 1e-3 * std::abs(wanted_.v_mmps));
+  most_.w_radps = std::max(most_.w_radps, deg_to_rad(std::abs(wanted_.w_degps)));
 }
 
 void PioneerClient::enable(Time now) {
@@ -381,7 +464,9 @@ void PioneerClient::enable(Time now) {
     throw DeviceError(fault_.empty() ? device_ + ": not connected yet" : fault_);
   }
   held_by_.clear();
-  say_zero();
+  say_zero(now);
+  supervised_ = true;
+  obedience_.allow(round_trip_);
   send(command_frame(Command::kEnable, 1));
   const int v_mmps = whole(1e3 * body_.max_speed_mps, 0x7FFF);
   const int a_mmps2 = whole(1e3 * body_.max_accel_mps2, 0x7FFF);
@@ -397,15 +482,24 @@ void PioneerClient::enable(Time now) {
   enabled_at_ = now;
 }
 
-void PioneerClient::disable(Time) {
-  say_zero();
+void PioneerClient::disable(Time now) {
+  say_zero(now);
   if (state_ != State::kRefused) {
     send(command_frame(Command::kEnable, 0));
   }
   enabled_ = false;
 }
 
+void PioneerClient::leave(Time now) {
+  if (state_ == State::kReady || stops_) {
+    send(command_frame(Command::kStop));
+    send(command_frame(Command::kEnable, 0));
+    close(now);
+  }
+}
+
 void PioneerClient::close(Time) {
+  stops_ = false;
   if (serial_ && baud_ != kRates.front()) {
     send(command_frame(Command::kHostBaud, 0));
     outbox_.push_back({kRates.front(), command_frame(Command::kClose, 1)});
@@ -442,11 +536,11 @@ void PioneerClient::switch_sonar(bool on) {
   sonar_.clear();
 }
 
-void PioneerClient::stop(Time) { say_zero(); }
+void PioneerClient::stop(Time now) { say_zero(now); }
 
 void PioneerClient::emergency_stop(Time now) {
   outbox_.clear();
-  say_zero();
+  say_zero(now);
   outbox_.push_front({std::nullopt, command_frame(Command::kEmergencyStop)});
   next_send_ = std::min(next_send_, now);
   enabled_ = false;
@@ -454,10 +548,14 @@ void PioneerClient::emergency_stop(Time now) {
 }
 
 std::vector<PioneerClient::Transmission> PioneerClient::poll(Time now) {
-  if (state_ == State::kConnecting && now >= begun_ + kConnectWithin) {
+  if (state_ == State::kConnecting && now >= give_up_at()) {
     refuse(device_ + ": " +
            (bytes_heard_ == 0 ? std::string("nothing answers") + (serial_ ? " at any baud" : "") +
-                                    "; is the robot switched on, and the cable in its HOST port?"
+                                    "; is the robot switched on, and the cable in its HOST port?" +
+                                    (serial_ ? " Or another program holds the port and takes the "
+                                               "answers: sudo fuser -v " +
+                                                   device_.substr(device_.find(':') + 1)
+                                             : "")
             : right_heard_ ? "packets come, but no session can be opened; switch the robot off and "
                              "on again"
                            : std::to_string(bytes_heard_) +
@@ -481,12 +579,12 @@ std::vector<PioneerClient::Transmission> PioneerClient::poll(Time now) {
                     "its own watchdog stops it",
                     device_, to_seconds(unheard)));
   } else if (in_session && unheard >= kZeroAfter && (wanted_.v_mmps != 0 || wanted_.w_degps != 0)) {
-    say_zero();
+    say_zero(now);
   }
   if (in_session && last_sent_ && now - *last_sent_ >= kOwnSilence) {
     // Nobody let us speak for so long that the robot may have stopped and would start again.
     outbox_.clear();
-    say_zero();
+    say_zero(now);
   }
   if (expires_ && now >= *expires_) {
     expires_.reset();
@@ -502,21 +600,22 @@ std::vector<PioneerClient::Transmission> PioneerClient::poll(Time now) {
     refresh_ = refresh_ || (stands && moves());
     const bool news =
         !said_ || said_->v_mmps != wanted_.v_mmps || said_->w_degps != wanted_.w_degps;
-    if (news || (refresh_ && now - said_at_ >= kRefresh)) {
-      send(command_frame(Command::kVelocity, wanted_.v_mmps));
-      send(command_frame(Command::kTurnVelocity, wanted_.w_degps));
-      said_ = wanted_;
-      said_at_ = now;
-      // It goes there when the second of the two frames is there.
-      const Duration under_way = kPace + on_line(kVelocities_bytes);
-      told_.push_back({now + under_way, {1e-3 * wanted_.v_mmps, deg_to_rad(wanted_.w_degps)}});
-      most_.v_mps = std::max(most_.v_mps, 1e-3 * std::abs(wanted_.v_mmps));
-      most_.w_radps = std::max(most_.w_radps, deg_to_rad(std::abs(wanted_.w_degps)));
+    if (news || (doubted_ && (stands || refresh_)) || (refresh_ && now - said_at_ >= kRefresh)) {
+      say_wanted(now);
     }
-    refresh_ = false;
+    refresh_ = doubted_ = false;
   }
-  if (in_session && outbox_.empty() && last_sent_ && now - *last_sent_ >= kKeepAlive) {
-    send(command_frame(Command::kPulse));
+  if (in_session && outbox_.empty() && doubted_) {
+    send(command_frame(Command::kStop));
+    doubted_ = false;
+  }
+  if (state_ == State::kRefused && stops_ && outbox_.empty() && now - *last_sent_ >= kRefresh) {
+    send(command_frame(Command::kStop));
+  }
+  const bool rests = wanted_.v_mmps == 0 && wanted_.w_degps == 0;
+  if (in_session && rests && outbox_.empty() && last_sent_ && now - *last_sent_ >= kKeepAlive) {
+    // Never PULSE: what the robot has heard last may be an earlier command than the last one said.
+    send(command_frame(Command::kStop));
   }
   std::vector<Transmission> out;
   while (!outbox_.empty() && now >= next_send_) {
@@ -540,11 +639,11 @@ std::vector<PioneerClient::Transmission> PioneerClient::poll(Time now) {
 Time PioneerClient::next_poll() const {
   Time next = outbox_.empty() ? Time::max() : next_send_;
   if (state_ == State::kRefused) {
-    return next;
+    return stops_ ? std::min(next, *last_sent_ + kRefresh) : next;
   }
   next = std::min(next, deadline_);
   if (state_ == State::kConnecting) {
-    return std::min(next, begun_ + kConnectWithin);
+    return std::min(next, give_up_at());
   }
   next = std::min(next, std::max(last_bytes_, last_report_) + kLostAfter);
   next = std::min(next, last_report_ + kUselessAfter);
@@ -554,7 +653,7 @@ Time PioneerClient::next_poll() const {
   if (wanted_.v_mmps != 0 || wanted_.w_degps != 0) {
     next = std::min(next, last_report_ + kZeroAfter);
   }
-  if (last_sent_) {
+  if (last_sent_ && wanted_.v_mmps == 0 && wanted_.w_degps == 0) {
     next = std::min(next, *last_sent_ + kKeepAlive);
   }
   if (expires_) {
@@ -579,6 +678,7 @@ LinkCounts PioneerClient::counts() const {
   counts.rejected_checksum = reader_.bad_frames();
   counts.skipped_bytes = reader_.skipped_bytes();
   counts.resyncs = reader_.resyncs();
+  counts.round_trip_s = to_seconds(round_trip_);
   return counts;
 }
 

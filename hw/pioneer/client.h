@@ -13,13 +13,15 @@
 #include "core/geometry/body.h"
 #include "core/geometry/pose2.h"
 #include "hw/pioneer/model.h"
+#include "hw/pioneer/obedience.h"
 #include "hw/pioneer/odometer.h"
 #include "hw/pioneer/packet.h"
 #include "hw/pioneer/report.h"
+#include "hw/pioneer/report_clock.h"
 
 namespace panoptes::hw {
 
-/// The wheels' pose at the instant of one report.
+/// The wheels' pose at the instant when one report left.
 struct WheelPose {
   Time stamp;
   Pose2 T_odom_body;
@@ -50,21 +52,23 @@ struct LinkCounts {
   std::size_t commands = 0;              ///< frames sent
   std::size_t expired = 0;               ///< velocities that nobody renewed
   double longest_silence_s = 0;          ///< between two believed reports
+  double round_trip_s = 0;               ///< from a question to its answer, while connecting
 };
 
 /// One end of the link to a Pioneer's controller: the conversation, without a line, a thread or a
 /// clock of its own. It is told what arrives and when, and says what is to be sent and when it
 /// wants to be asked again. From any state of the robot (idle, in the middle of an old session at
 /// another baud, in the middle of a packet) it finds the baud, synchronises, opens, asks for the
-/// configuration and, on a serial line, goes to 38400 baud. Its first frame after a connection or
-/// after any silence of its own is STOP: a controller whose watchdog has stopped the robot goes
-/// back to the last velocity by itself when it hears anything.
+/// configuration and, on a serial line, goes to 38400 baud. A controller whose watchdog has stopped
+/// the robot goes back to the last velocity by itself when it hears anything, and SYNC0 is PULSE to
+/// one in an old session: STOP goes, twice, before every SYNC0, first after any silence of ours,
+/// and instead of PULSE while nothing is to move.
 class PioneerClient {
  public:
   enum class State {
     kConnecting,
     kReady,   ///< reports come
-    kRefused  ///< no Pioneer there, or it was lost: see fault()
+    kRefused  ///< no Pioneer there, it was lost, or it does not obey: see fault()
   };
 
   /// `device` names the line in messages. `serial`: it has a baud, which is searched. Limits of
@@ -99,6 +103,7 @@ class PioneerClient {
   void stop(Time now);            ///< decelerates
   void emergency_stop(Time now);  ///< regardless of deceleration; nothing moves until enable()
   void close(Time now);           ///< ends the session; the last that is sent
+  void leave(Time now);  ///< stops, switches the motors off and closes, where a session may be open
   void lose(const std::string& fault);  ///< the line itself has failed
   bool enabled() const { return enabled_; }
 
@@ -134,15 +139,21 @@ class PioneerClient {
 
   void go(Step step, Time now, Duration lasts);
   void on_deadline(Time now);
+  void synchronise(Time now, std::optional<int> baud);
   void try_next_baud(Time now);
-  void on_packet(Time now, Time stamp, const Bytes& payload);
-  void on_report(Time now, Time stamp, const Sip& sip);
+  Duration echo_within() const;
+  Duration within(Duration usual) const;  // longer where answers take long
+  Time give_up_at() const;
+  void on_packet(Time now, Time arrival, const Bytes& payload);
+  void on_report(Time now, Time arrival, const Sip& sip);
   void opened(Time now);
   void in_session(Time now);
   void refuse(const std::string& fault);
-  void hold(const std::string& by);
+  void hold(Time now, const std::string& by);
+  void watch(Time now, const WheelPose& pose, const Sip& sip);
   void send(Bytes frame);
-  void say_zero();
+  void say_zero(Time now);
+  void say_wanted(Time now);
   bool moves() const;                         // by the last report
   Duration on_line(std::size_t bytes) const;  ///< none where the line has no baud
 
@@ -155,6 +166,9 @@ class PioneerClient {
 
   Time begun_;
   Time deadline_ = Time::max();  // of the step
+  Time asked_;                   // what an answer is waited for
+  Duration round_trip_{};        // of what was asked and answered last
+  bool all_tried_ = false;       // every baud, once
   std::size_t rate_ = 0;         // index of the baud that is tried
   int attempt_ = 0;
   int baud_ = 0;
@@ -171,6 +185,7 @@ class PioneerClient {
   const PioneerModel* model_ = nullptr;
   std::optional<ControllerConfig> config_;
   std::optional<PioneerOdometer> odometer_;
+  ReportClock clock_;
   std::optional<WheelPose> pose_;
   std::vector<WheelPose> poses_;
   std::optional<Sip> report_;
@@ -182,6 +197,10 @@ class PioneerClient {
 
   bool enabled_ = false;
   Time enabled_at_;
+  bool supervised_ = false;  // the motors were switched on by us
+  Obedience obedience_;
+  bool doubted_ = false;  // by a report that nothing was said to yet
+  bool stops_ = false;    // refused, with a robot that may still move: STOP is said again and again
   std::string held_by_;
   struct Velocity {
     int v_mmps = 0;

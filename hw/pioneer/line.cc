@@ -47,6 +47,21 @@ speed_t speed_of(int baud) {
   }
 }
 
+// Who else has the port, as a fault with its cure; empty where nobody is seen. Root may open what
+// another has taken for itself alone.
+std::string held_by(int fd, const std::string& path) {
+  int exclusive = 0;
+  std::error_code error;
+  const std::string holder = port_holder(std::filesystem::canonical(path, error).string());
+  if (flock(fd, LOCK_EX | LOCK_NB) != 0 ||
+      (ioctl(fd, TIOCGEXCL, &exclusive) == 0 && exclusive != 0)) {
+    return "in use by another program" + (holder.empty() ? "" : ", " + holder) + "; close that one";
+  }
+  return holder.empty() ? ""
+                        : "perhaps held by another program: " + holder +
+                              " has it open, and would take what the robot answers; close that one";
+}
+
 int open_serial(const std::string& address, const std::string& path) {
   const int fd = open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   const int error = errno;
@@ -69,8 +84,8 @@ int open_serial(const std::string& address, const std::string& path) {
   std::string fault;
   if (tcgetattr(fd, &settings) != 0) {
     fault = "not a serial port; name one, such as serial:/dev/ttyUSB0";
-  } else if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
-    fault = "in use by another program; close that one";
+  } else if (const std::string by = held_by(fd, path); !by.empty()) {
+    fault = by;  // what it waits for is not taken from it
   } else {
     cfmakeraw(&settings);
     settings.c_cflag |= CLOCAL | CREAD;

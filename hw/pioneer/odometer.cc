@@ -13,6 +13,9 @@ constexpr double kSlack_m = 0.06;
 const double kSlack_rad = deg_to_rad(5);
 constexpr int kAgreeing = 3;
 constexpr double kTopSpeed_mps = 2.2;  // of any Pioneer's wheel, by the maker's files
+// Slower than this the way of a cycle is less than three counts, too few to tell the time by.
+constexpr double kTells_mps = 0.03;
+constexpr double kTells_radps = 0.05;
 
 /// The step between two counters of which the lowest 12 bits are known, in [-2048, 2048).
 std::int64_t step(std::int64_t from, std::int64_t to) {
@@ -39,8 +42,8 @@ Pose2 PioneerOdometer::pose(const Counts& counts) const {
           wrap_angle(model_.angle_rad * static_cast<double>(counts.theta))};
 }
 
-bool PioneerOdometer::near(const Candidate& from, const Candidate& to, const Twist2& most) const {
-  const double dt_s = to_seconds(to.stamp - from.stamp);
+bool PioneerOdometer::near(const Candidate& from, const Candidate& to, double dt_s,
+                           const Twist2& most) const {
   const Pose2 predicted = pose(from.counts) * exp_twist(from.twist_body, dt_s);
   const Pose2 reported = pose(to.counts);
   const double v_mps = std::max(std::abs(from.twist_body.v_mps), most.v_mps);
@@ -72,7 +75,33 @@ void PioneerOdometer::restart(const PioneerModel& model) {
   agreeing_ = 0;
 }
 
-PioneerOdometer::Verdict PioneerOdometer::add(Time stamp, const Sip& sip, const Twist2& most) {
+ReportClock::Elapsed PioneerOdometer::elapsed(const Sip& sip) const {
+  if (!last_) {
+    return {};
+  }
+  const Pose2 from = pose(counts_);
+  const Pose2 to = pose(continued(counts_, sip));
+  const Twist2 now = twist_of(sip, model_);
+  const auto by = [](double way, double before, double after, double tells) {
+    ReportClock::Elapsed elapsed;
+    const auto [lesser, greater] = std::minmax(std::abs(before), std::abs(after));
+    if (greater >= tells) {
+      elapsed.least_s = way / greater;
+    }
+    if (lesser >= tells && before * after > 0) {
+      elapsed.most_s = way / lesser;
+    }
+    return elapsed;
+  };
+  const auto straight =
+      by((to.position() - from.position()).norm(), twist_body_.v_mps, now.v_mps, kTells_mps);
+  const auto turned = by(std::abs(wrap_angle(to.theta_rad - from.theta_rad)), twist_body_.w_radps,
+                         now.w_radps, kTells_radps);
+  return {std::max(straight.least_s, turned.least_s), std::min(straight.most_s, turned.most_s)};
+}
+
+PioneerOdometer::Verdict PioneerOdometer::add(Time stamp, const Sip& sip, const Twist2& most,
+                                              Duration apart, Duration gap) {
   const auto faster = [&](std::int16_t count) {
     return std::abs(model_.speed_mps * count) > kTopSpeed_mps;
   };
@@ -85,12 +114,15 @@ PioneerOdometer::Verdict PioneerOdometer::add(Time stamp, const Sip& sip, const 
     take(report);
     return Verdict::kAccepted;
   }
-  const double dt_s = to_seconds(stamp - *last_);
+  const double dt_s = to_seconds(apart > Duration::zero() ? apart : stamp - *last_);
+  const double longest_s = std::max(dt_s, to_seconds(gap));
   const double v_mps = std::max(std::abs(twist_body_.v_mps), most.v_mps);
   const double w_radps = std::max(std::abs(twist_body_.w_radps), most.w_radps);
-  const bool wrapped = v_mps * dt_s + kSlack_m >= model_.distance_m * kModulus / 2 ||
-                       w_radps * dt_s + kSlack_rad >= std::numbers::pi;
-  const bool believed = near({*last_, counts_, twist_body_}, report, most);
+  const bool wrapped = v_mps * longest_s + kSlack_m >= model_.distance_m * kModulus / 2 ||
+                       w_radps * longest_s + kSlack_rad >= std::numbers::pi;
+  const Candidate last{*last_, counts_, twist_body_};
+  const bool believed =
+      near(last, report, dt_s, most) || (longest_s > dt_s && near(last, report, longest_s, most));
   if (believed && !wrapped) {
     take(report);
     return Verdict::kAccepted;
@@ -99,7 +131,10 @@ PioneerOdometer::Verdict PioneerOdometer::add(Time stamp, const Sip& sip, const 
     if (elsewhere_) {
       report.counts = continued(elsewhere_->counts, sip);
     }
-    agreeing_ = elsewhere_ && near(*elsewhere_, report, most) ? agreeing_ + 1 : 1;
+    const auto agrees = [&](const Candidate& before) {
+      return near(before, report, to_seconds(stamp - before.stamp), most);
+    };
+    agreeing_ = elsewhere_ && agrees(*elsewhere_) ? agreeing_ + 1 : 1;
     elsewhere_ = report;
     if (agreeing_ < kAgreeing) {
       return Verdict::kImplausible;

@@ -8,6 +8,7 @@
 #include "core/geometry/pose2.h"
 #include "hw/pioneer/model.h"
 #include "hw/pioneer/report.h"
+#include "hw/pioneer/report_clock.h"
 
 namespace panoptes::hw {
 
@@ -30,7 +31,14 @@ class PioneerOdometer {
   /// degrees + w dt of where the last accepted one's twist leads, dt being the time since it, v and
   /// w the larger of its own and `most`. The first one sets the origin. Three in a row that agree
   /// with each other but not with that begin a new epoch: the controller counts from elsewhere.
-  Verdict add(Time stamp, const Sip& sip, const Twist2& most);
+  /// Where stamps are estimates, `apart` is how long it truly was since the last accepted one, and
+  /// `gap` how long it may have been, for which the counters must not have wrapped.
+  Verdict add(Time stamp, const Sip& sip, const Twist2& most, Duration apart = {},
+              Duration gap = {});
+
+  /// How long it can be since the last accepted report, by the wheels' velocities in both: the
+  /// whole way at the greater or at the lesser of them.
+  ReportClock::Elapsed elapsed(const Sip& sip) const;
 
   /// The next report sets the origin again, and the pose stays: after a new connection, maybe to
   /// another robot.
@@ -55,7 +63,7 @@ class PioneerOdometer {
 
   static Counts continued(const Counts& from, const Sip& sip);
   Pose2 pose(const Counts& counts) const;
-  bool near(const Candidate& from, const Candidate& to, const Twist2& most) const;
+  bool near(const Candidate& from, const Candidate& to, double dt_s, const Twist2& most) const;
   void rebase(const Candidate& report);
   void take(const Candidate& report);
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "hw/pioneer/port_access.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <fstream>
+#include <vector>
 
 #include <fmt/format.h>
 #include <grp.h>
@@ -11,6 +14,20 @@
 
 namespace panoptes::hw {
 namespace {
+
+namespace fs = std::filesystem;
+
+// What the links in a folder lead to; none where it may not be read.
+std::vector<std::string> targets(const fs::path& folder) {
+  std::vector<std::string> out;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code unreadable;
+    out.push_back(fs::read_symlink(entry->path(), unreadable).string());
+  }
+  return out;
+}
 
 std::string user_name() {
   const passwd* user = ::getpwuid(::geteuid());
@@ -50,6 +67,30 @@ std::string access_cure(const PortAccess& access) {
       "sudo udevadm control --reload; sudo udevadm trigger; sudo usermod -aG dialout {}, then log "
       "out and in again",
       kind, access.user);
+}
+
+std::string port_holder(const std::string& node, const fs::path& root) {
+  const std::string self = std::to_string(::getpid());
+  std::error_code error;
+  for (fs::directory_iterator entry(root / "proc", error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string pid = entry->path().filename();
+    if (pid == self || pid.find_first_not_of("0123456789") != std::string::npos) {
+      continue;
+    }
+    const std::vector<std::string> open = targets(entry->path() / "fd");
+    const auto has = [&](const char* file) {
+      return std::find(open.begin(), open.end(), file) != open.end();
+    };
+    const bool made_it =
+        node.starts_with("/dev/pts/") && (has("/dev/ptmx") || has("/dev/pts/ptmx"));
+    if (has(node.c_str()) && !made_it) {
+      std::string name;
+      std::getline(std::ifstream(entry->path() / "comm"), name);
+      return fmt::format("{} (pid {})", name.empty() ? "a process" : name, pid);
+    }
+  }
+  return {};
 }
 
 }  // namespace panoptes::hw

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 namespace panoptes::hw {
@@ -20,5 +21,9 @@ std::string access_cure(const PortAccess& access);
 
 /// Of this process to a file that is there and stands for `node`.
 PortAccess access_of(const std::string& node, const std::string& file);
+
+/// Another process that has a port open, as `gpsd (pid 123)`; empty when none is seen (those of
+/// others are seen by root alone). Whoever made a pseudo-terminal is the robot behind it, and none.
+std::string port_holder(const std::string& node, const std::filesystem::path& root = "/");
 
 }  // namespace panoptes::hw

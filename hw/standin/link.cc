@@ -85,7 +85,10 @@ void StandInLink::launch(bool to_robot, Time at, int baud, Bytes bytes) {
   }
   const Duration on_line =
       baud == 0 ? Duration::zero() : from_seconds(static_cast<double>(sent) * kBitsPerByte / baud);
-  (to_robot ? to_robot_ : to_client_).push_back({at + on_line, baud, std::move(bytes)});
+  std::deque<Flight>& flights = to_robot ? to_robot_ : to_client_;
+  Time arrival = at + on_line + (delay_ ? delay_(at, to_robot) : Duration::zero());
+  arrival = flights.empty() ? arrival : std::max(arrival, flights.back().arrival);
+  flights.push_back({arrival, baud, std::move(bytes)});
 }
 
 Bytes StandInLink::land(bool at_robot, const Flight& flight) {

@@ -45,6 +45,10 @@ class StandInLink final : public BaseLink {
   using Damage = std::function<Bytes(Bytes bytes, bool to_robot)>;
   void damage(Damage damage) { damage_ = std::move(damage); }
 
+  /// How long bytes that leave at `at` are held up on their way; they arrive in order all the same.
+  using Delay = std::function<Duration(Time at, bool to_robot)>;
+  void delay(Delay delay) { delay_ = std::move(delay); }
+
  private:
   struct Flight {
     Time arrival;
@@ -65,6 +69,7 @@ class StandInLink final : public BaseLink {
   std::unique_ptr<Line> line_;
   PioneerClient client_;
   Damage damage_;
+  Delay delay_;
   Time now_;
   std::deque<Flight> to_robot_;
   std::deque<Flight> to_client_;

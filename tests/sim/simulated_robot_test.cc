@@ -484,6 +484,19 @@ TEST(SimulatedRobot, RefusesAStartInsideOrTouchingSomething) {
       "the seed");
 }
 
+// Nobody takes the floor at its feet for free: whatever it touches not is far enough.
+TEST(SimulatedRobot, StartsNearAThingWhereNoCameraMapsTheFloor) {
+  EXPECT_EQ(refusal([] {
+              SimulatedRobot(starting_at(3, 1.6), room(), Body{}, Rig{}, Rng(1));
+              SimulatedRobot(starting_at(3, 1.6), room(), Body{}, front_camera_alone(), Rng(1));
+            }),
+            "nothing refused");
+  EXPECT_EQ(
+      refusal([] { SimulatedRobot(starting_at(3, 1.85), room(), Body{}, Rig{}, Rng(1)); }),
+      "platform.start: x_m: 3.000, y_m: 1.850 is 0.150 m from desk, but 0.26 m about the start "
+      "must be clear; move the start, or leave it out to have one drawn from the seed");
+}
+
 TEST(SimulatedRobot, TheWorldReachesAsFarAsItsFloor) {
   Surroundings plain = room();
   plain.outlines = {box("crate", 0.1, 0.1, 0.5, 0.5)};

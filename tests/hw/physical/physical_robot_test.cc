@@ -23,7 +23,8 @@ constexpr Duration kValid = milliseconds(400);
 
 /// A stand-in's robot seen over the wire, and what the stand-in's own wheels said of each set.
 struct Wired {
-  explicit Wired(StandInLink::Wire wire = StandInLink::Wire::kPty, const Body& body = {}) {
+  explicit Wired(StandInLink::Wire wire = StandInLink::Wire::kPty, const Body& body = {},
+                 StandInLink::Delay delay = {}) {
     auto rolling = std::make_unique<RollingRobot>(body);
     behind = rolling.get();
     auto made = std::make_unique<StandInLink>(std::move(rolling), body, StandInOptions(), body,
@@ -32,6 +33,7 @@ struct Wired {
                                                 sets.push_back({seen.stamp, seen.pictures});
                                               });
     link = made.get();
+    link->delay(std::move(delay));
     connect(*link);
     sets.clear();
     const auto next = [this]() -> std::optional<CameraSet> {
@@ -42,8 +44,10 @@ struct Wired {
       sets.pop_front();
       return set;
     };
-    robot = std::make_unique<PhysicalRobot>(
-        std::move(made), next, BaseRamp{body.max_accel_mps2, body.max_turn_accel_radps2});
+    robot =
+        std::make_unique<PhysicalRobot>(std::move(made), next,
+                                        BaseRamp{body.max_accel_mps2, body.max_turn_accel_radps2,
+                                                 body.max_speed_mps, body.max_turn_radps});
   }
 
   RollingRobot* behind = nullptr;
@@ -128,6 +132,78 @@ TEST(PhysicalRobot, KnowsItsOdometryWhileItSpeedsUpAndTurns) {
   RecordProperty("worst_mm", std::to_string(1e3 * worst_m));
   RecordProperty("worst_deg", std::to_string(rad_to_deg(worst_rad)));
 }
+
+struct HeldUp {
+  const char* name;
+  StandInLink::Wire wire;
+  double jitter_s;  // at most, both ways
+  double freeze_s;  // of the program,
+  double every_s;   // once in so long
+};
+
+class HeldUpLinks : public testing::TestWithParam<HeldUp> {};
+
+// Five minutes on a link that holds bytes up, or of a program that is frozen again and again.
+TEST_P(HeldUpLinks, NeverPutTheRobotFarFromWhereItsOwnWheelsDo) {
+  const HeldUp& how = GetParam();
+  constexpr double kNear_m = 0.05;
+  Rng rng(21);
+  Time thaw{};
+  Time next_freeze = time_at(how.every_s);
+  Wired wired(how.wire, {}, [&](Time at, bool) {
+    while (how.freeze_s > 0 && at >= next_freeze) {
+      thaw = next_freeze + from_seconds(how.freeze_s);
+      next_freeze += from_seconds(how.every_s * rng.uniform(0.7, 1.3));
+    }
+    const Duration frozen = std::max(Duration::zero(), thaw - at);
+    return frozen + from_seconds(how.jitter_s * rng.uniform(0, 1));
+  });
+  Twist2 command;
+  std::optional<Pose2> T_own_odom;
+  double worst_m = 0;
+  double told_m = 0;
+  double driven_m = 0;
+  std::optional<Pose2> before;
+  std::optional<Pose2> own_before;
+  int pictures = 0;
+  while (wired.robot->now() < time_at(300)) {
+    if (rng.uniform(0, 1) < 0.05) {
+      command = {rng.uniform(-0.2, 0.6), rng.uniform(-1.5, 1.5)};
+    }
+    wired.robot->drive(command, kValid);
+    const Observation seen = wired.robot->observe(wired.robot->now() + milliseconds(500));
+    if (seen.pictures.empty()) {
+      continue;
+    }
+    const Odometry& own = wired.own.at(seen.stamp);
+    if (!T_own_odom) {
+      T_own_odom = own.T_odom_body * seen.odometry.T_odom_body.inverse();
+    }
+    const Pose2 is = *T_own_odom * seen.odometry.T_odom_body;
+    worst_m = std::max(worst_m, (is.position() - own.T_odom_body.position()).norm());
+    told_m += before ? (is.position() - before->position()).norm() : 0;
+    driven_m += own_before ? (own.T_odom_body.position() - own_before->position()).norm() : 0;
+    before = is;
+    own_before = own.T_odom_body;
+    ++pictures;
+  }
+  EXPECT_GT(pictures, 4000);
+  EXPECT_GT(driven_m, 40);
+  EXPECT_LT(worst_m, kNear_m);
+  EXPECT_LT(told_m, 1.1 * driven_m);
+  RecordProperty("worst_mm", std::to_string(1e3 * worst_m));
+  RecordProperty("told_m", std::to_string(told_m));
+  RecordProperty("driven_m", std::to_string(driven_m));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    PhysicalRobot, HeldUpLinks,
+    testing::Values(HeldUp{"FrozenOnPty", StandInLink::Wire::kPty, 0, 0.15, 0.5},
+                    HeldUp{"JitterOnTcp", StandInLink::Wire::kTcp, 0.25, 0, 1},
+                    HeldUp{"LongJitterOnTcp", StandInLink::Wire::kTcp, 0.3, 0, 1},
+                    HeldUp{"FrozenLongOnTcp", StandInLink::Wire::kTcp, 0, 0.3, 1.1},
+                    HeldUp{"BothOnTcp", StandInLink::Wire::kTcp, 0.1, 0.2, 0.7}),
+    [](const auto& one) { return one.param.name; });
 
 TEST(PhysicalRobot, DeliversEverySetOnceAndMeetsItsDeadlines) {
   Wired wired;

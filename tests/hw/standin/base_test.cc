@@ -10,7 +10,12 @@
 #include <mutex>
 #include <thread>
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <spawn.h>
+#include <sys/ioctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "core/base/error.h"
 #include "hw/physical/physical_robot.h"
@@ -157,6 +162,35 @@ TEST(Line, SaysWhatIsWrongWithAPort) {
   const PtyEndpoint pty;
   const Line first(pty.name(), milliseconds(500));
   EXPECT_THAT(fault_of(pty.name()), HasSubstr("in use by another program"));
+}
+
+// Somebody else waits there for the robot's bytes, whether it has locked the port or not.
+TEST(Line, IsNotReadFromWhereAnotherProgramHoldsThePort) {
+  PtyEndpoint pty;
+  const std::string path = pty.name().substr(pty.name().find(':') + 1);
+  const std::string waits = "exec sleep 30 < " + path;
+  const char* const arguments[] = {"sh", "-c", waits.c_str(), nullptr};
+  pid_t other = 0;
+  ASSERT_EQ(posix_spawn(&other, "/bin/sh", nullptr, nullptr, const_cast<char* const*>(arguments),
+                        environ),
+            0);
+  while (!pty.connected()) {
+    std::this_thread::sleep_for(milliseconds(5));
+  }
+  const Bytes report{1, 2, 3};
+  pty.write(report);
+  EXPECT_THAT(fault_of(pty.name()),
+              AllOf(HasSubstr("perhaps held by"), HasSubstr("(pid " + std::to_string(other) + ")")));
+  const int there = open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK);
+  Bytes left(8);
+  EXPECT_EQ(read(there, left.data(), left.size()), 3);
+  ioctl(there, TIOCEXCL);
+  EXPECT_THAT(fault_of(pty.name()), HasSubstr("in use by another program"));
+  ioctl(there, TIOCNXCL);
+  close(there);
+  kill(other, SIGKILL);
+  waitpid(other, nullptr, 0);
+  EXPECT_EQ(fault_of(pty.name()), "");
 }
 
 TEST(Line, SaysWhenAHostRefuses) {

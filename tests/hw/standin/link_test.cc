@@ -175,6 +175,70 @@ TEST(Handshake, ConnectsFromAnyStateWithinSixSeconds) {
   RecordProperty("worst_s", std::to_string(worst_s));
 }
 
+/// An old session of a program that died while it drove; the robot's watchdog has stopped it.
+void leave_moving(Ends& ends, int host_baud, int v_mmps, int w_degps) {
+  StandInController& robot = ends.link->controller();
+  for (const Bytes& frame :
+       {command_frame(Command::kPulse), command_frame(Command::kOpen),
+        command_frame(Command::kClose), command_frame(Command::kOpen, 1),
+        command_frame(Command::kEnable, 1), command_frame(Command::kVelocity, v_mmps),
+        command_frame(Command::kTurnVelocity, w_degps),
+        command_frame(Command::kHostBaud, host_baud)}) {
+    robot.receive(ends.link->now(), frame);
+  }
+  ends.link->damage([](const Bytes&, bool) { return Bytes(); });  // nobody is there yet
+  ends.pass(std::chrono::seconds(6));
+  ends.link->damage({});
+  ASSERT_EQ(ends.robot->twist.v_mps, 0);
+  ASSERT_GT(ends.robot->pose.position().norm() + std::abs(ends.robot->pose.theta_rad), 0.1);
+}
+
+// To an old session SYNC0 is PULSE, after which the robot goes on as it was last told.
+TEST(Handshake, MovesNothingInAnOldSessionWhicheverWayIsMuted) {
+  Rng rng(11);
+  for (int i = 0; i < 100; ++i) {
+    Ends ends(i % 10 == 8 ? Wire::kTcp : i % 10 == 9 ? Wire::kPty : Wire::kMemory);
+    leave_moving(ends, static_cast<int>(rng.uniform(0, 5)),
+                 static_cast<int>(rng.uniform(-600, 600)), static_cast<int>(rng.uniform(-90, 90)));
+    const bool mute_robot = i % 3 == 0;
+    const bool mute_client = i % 3 == 1;
+    ends.link->damage([=](Bytes bytes, bool to_robot) {
+      return (to_robot ? mute_client : mute_robot) ? Bytes() : bytes;
+    });
+    ends.pass(from_seconds(rng.uniform(0, 0.35)));
+    const Pose2 stood = ends.robot->pose;
+    if (mute_robot || mute_client) {
+      EXPECT_THROW(connect(*ends.link), DeviceError) << i;
+    } else {
+      ASSERT_NO_THROW(connect(*ends.link)) << i;
+    }
+    ends.pass(std::chrono::seconds(3));
+    EXPECT_EQ(ends.robot->pose, stood) << i;
+    ends.link->damage({});
+    ends.pass(std::chrono::seconds(3));
+    EXPECT_EQ(ends.robot->pose, stood) << i;
+  }
+}
+
+// Any one frame of ours is lost, and its like every time that it comes again.
+TEST(Handshake, MovesNothingInAnOldSessionThoughAStopIsLost) {
+  for (int lost = 0; lost < 6; ++lost) {
+    Ends ends(lost % 2 == 0 ? Wire::kMemory : Wire::kTcp);
+    leave_moving(ends, 1, 400, 30);
+    int sent = 0;
+    ends.link->damage([&](Bytes bytes, bool to_robot) {
+      return !to_robot || sent++ % 6 != lost ? bytes : Bytes();
+    });
+    const Pose2 stood = ends.robot->pose;
+    try {
+      connect(*ends.link);
+    } catch (const DeviceError&) {  // where every SYNC0 is among them
+    }
+    ends.pass(std::chrono::seconds(2));
+    EXPECT_EQ(ends.robot->pose, stood) << lost;
+  }
+}
+
 /// What a client says of a line that answers like this, and when.
 template <class Answer>
 std::pair<std::string, double> refusal(const Answer& answer) {
@@ -415,7 +479,7 @@ TEST(Commander, HungIsFollowedByZeroOnTheWireWithinHalfASecond) {
       EXPECT_TRUE(to_seconds(at - hung) <= 0.5 || !zeros.empty());
       zeros.push_back(packet.command);
     } else {
-      EXPECT_EQ(packet.command, Command::kPulse);  // the link lives on, the command does not
+      EXPECT_EQ(packet.command, Command::kStop);  // the link lives on, the command does not
     }
   }
   EXPECT_GE(zeros.size(), 4U);  // again while it still rolls: one frame may be lost
@@ -456,6 +520,61 @@ TEST(Commander, SuspendedSaysStopFirst) {
   const auto woken = client.poll(now);
   ASSERT_FALSE(woken.empty());
   EXPECT_EQ(woken.front().bytes, command_frame(Command::kStop));
+}
+
+// What it is told does not reach it any more, but something keeps its watchdog quiet.
+TEST(Commander, SaysWithinASecondThatTheRobotDoesNotObeyAndGoesOnSayingStop) {
+  for (const bool emergency : {false, true}) {
+    StandInOptions patient;
+    patient.watchdog_ms = 60'000;
+    Ends ends(Wire::kMemory, patient);
+    connect(*ends.link);
+    ends.enable();
+    ends.drive({0.3, 0}, std::chrono::seconds(3));
+    ends.link->damage([](Bytes bytes, bool to_robot) { return to_robot ? Bytes() : bytes; });
+    const Time told = ends.link->now();
+    if (emergency) {
+      ends.link->with([&](PioneerClient& client) { client.emergency_stop(told); });
+    } else {
+      ends.drive({});
+    }
+    ends.link->wait(told + std::chrono::seconds(5),
+                    [](const PioneerClient& client) { return client.state() == State::kRefused; });
+    EXPECT_LE(to_seconds(ends.link->now() - told), 1.0);
+    EXPECT_THAT(ends.fault(), HasSubstr("does not do what it is told: it goes 0.30 m/s"));
+    EXPECT_NEAR(ends.robot->twist.v_mps, 0.3, 1e-6);
+    ends.listen();
+    ends.pass(std::chrono::seconds(2));
+    EXPECT_GE(ends.heard.size(), 5U);
+    for (const auto& [at, packet] : ends.heard) {
+      EXPECT_EQ(packet.command, Command::kStop);
+    }
+    EXPECT_EQ(ends.robot->twist.v_mps, 0);  // it hears again
+  }
+}
+
+// 0.25 s each way, or answers that come 0.4 s late.
+TEST(Handshake, ConnectsOverSlowLinks) {
+  for (const Wire wire : {Wire::kMemory, Wire::kTcp}) {
+    for (const auto& [there_s, back_s] :
+         {std::pair(0.25, 0.25), std::pair(0.3, 0.3), std::pair(0.2, 0.2), std::pair(0.0, 0.4)}) {
+      Ends ends(wire);
+      ends.link->delay([there = there_s, back = back_s](Time, bool to_robot) {
+        return from_seconds(to_robot ? there : back);
+      });
+      ASSERT_NO_THROW(connect(*ends.link)) << there_s;
+      EXPECT_NEAR(ends.counts().round_trip_s, there_s + back_s, 0.1);
+      const std::vector<std::string> remarks =
+          ends.ask([](PioneerClient& client) { return client.take_remarks(); });
+      EXPECT_THAT(remarks, testing::Contains(HasSubstr("the link is slow")));
+      ends.enable();
+      ends.drive({0.4, 0.2}, std::chrono::seconds(4));
+      ends.drive({}, std::chrono::seconds(3));
+      EXPECT_EQ(ends.state(), State::kReady) << ends.fault();
+      EXPECT_GT(ends.robot->pose.position().norm(), 0.5);
+      EXPECT_EQ(ends.robot->twist.v_mps, 0);
+    }
+  }
 }
 
 TEST(Holds, BumpersStopTheRobotUntilSomebodyHasSeenIt) {

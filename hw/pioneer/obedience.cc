@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hw/pioneer/obedience.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace panoptes::hw {
+namespace {
+
+// With a report's cycle on either side, and the latency, this is said within a second.
+constexpr Duration kDoubted = std::chrono::milliseconds(500);
+constexpr Duration kSeenAfter = std::chrono::milliseconds(100);  // a report's cycle
+constexpr double kOfBraking = 0.25;
+// Slower than this the robot comes less than 5 cm in that second.
+constexpr double kMatters_mps = 0.05;
+constexpr double kOvershoot = 0.25;  // of a controller's servo
+
+/// By how much a velocity is beyond all between rest and what was told.
+double beyond(double is, double least, double most, double matters) {
+  const double low = std::min(least, 0.0);
+  const double high = std::max(most, 0.0);
+  const double past = std::max(is - high * (1 + kOvershoot), low * (1 + kOvershoot) - is);
+  return past > matters ? past : 0;
+}
+
+}  // namespace
+
+void Obedience::told(Time at, const Twist2& twist_body) {
+  if (told_.empty() || told_.back().twist_body.v_mps != twist_body.v_mps ||
+      told_.back().twist_body.w_radps != twist_body.w_radps) {
+    told_.push_back({at, twist_body});
+  }
+}
+
+void Obedience::forget() {
+  speed_ = turn_ = {};
+  while (told_.size() > 1) {
+    told_.pop_front();
+  }
+}
+
+bool Obedience::persists(Doubt& doubt, Time at, double beyond, double accel) {
+  if (beyond <= 0) {
+    doubt.since.reset();
+    return false;
+  }
+  if (!doubt.since) {
+    doubt = {at, beyond, at, beyond};
+    return false;
+  }
+  const auto comes_back = [&](double before, Duration during) {
+    return before - beyond >= kOfBraking * accel * to_seconds(during);
+  };
+  const Duration during = at - *doubt.since;
+  const bool now = comes_back(doubt.beyond_last, std::max(at - doubt.last, kSeenAfter));
+  const bool comes = now || comes_back(doubt.beyond, during);
+  doubt.last = at;
+  doubt.beyond_last = beyond;
+  if (during < kDoubted) {
+    return false;
+  }
+  if (comes) {
+    doubt = {at, beyond, at, beyond};
+  }
+  return !comes;
+}
+
+bool Obedience::disobeys(Time at, const Twist2& twist_body) {
+  while (told_.size() > 1 && told_[1].at + latency_ + kSeenAfter <= at) {
+    told_.pop_front();
+  }
+  Twist2 least;
+  Twist2 most;
+  for (const Told& one : told_) {
+    least = {std::min(least.v_mps, one.twist_body.v_mps),
+             std::min(least.w_radps, one.twist_body.w_radps)};
+    most = {std::max(most.v_mps, one.twist_body.v_mps),
+            std::max(most.w_radps, one.twist_body.w_radps)};
+  }
+  const double v = beyond(twist_body.v_mps, least.v_mps, most.v_mps, kMatters_mps);
+  const double w =
+      beyond(twist_body.w_radps, least.w_radps, most.w_radps, kMatters_mps / body_.radius_m);
+  const bool too_fast = persists(speed_, at, v, body_.max_accel_mps2);
+  const bool turns = persists(turn_, at, w, body_.max_turn_accel_radps2);
+  return too_fast || turns;
+}
+
+}  // namespace panoptes::hw

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "core/base/time.h"
+#include "core/geometry/body.h"
+#include "core/geometry/pose2.h"
+
+namespace panoptes::hw {
+
+/// Whether a robot that is told to stop, to slow down or to turn otherwise does so. It may go at
+/// any velocity between rest and what it was told within the link's latency; beyond that it must
+/// come back at a quarter of its deceleration at least, within half a second. Slower than told it
+/// may be: wheels may slip or be held.
+class Obedience {
+ public:
+  explicit Obedience(const Body& body) : body_(body) {}
+
+  /// A command takes so long to be heard, and what it did to be seen.
+  void allow(Duration latency) { latency_ = latency; }
+
+  void told(Time at, const Twist2& twist_body);
+
+  /// What the robot reports of an instant; true where it does not do what it was told.
+  bool disobeys(Time at, const Twist2& twist_body);
+
+  bool doubtful() const { return speed_.since || turn_.since; }  ///< by the last report
+  void forget();                                                 ///< all but what it was told last
+
+ private:
+  struct Told {
+    Time at;
+    Twist2 twist_body;
+  };
+  /// Of one of the two velocities.
+  struct Doubt {
+    std::optional<Time> since;
+    double beyond = 0;  // then
+    Time last;
+    double beyond_last = 0;
+  };
+
+  static bool persists(Doubt& doubt, Time at, double beyond, double accel);
+
+  Body body_;
+  Duration latency_{};
+  std::deque<Told> told_;
+  Doubt speed_;
+  Doubt turn_;
+};
+
+}  // namespace panoptes::hw

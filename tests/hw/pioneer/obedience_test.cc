@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hw/pioneer/obedience.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <gmock/gmock.h>
+
+#include "core/base/rng.h"
+
+namespace panoptes::hw {
+namespace {
+
+/// A robot that is told things now and hears them later, or does not.
+struct Told {
+  explicit Told(double braking = 1) : braking_(braking) {}
+
+  /// When it is found out, after so long; never: infinite.
+  double until_found(const Twist2& twist_body, double during_s, double heard_after_s) {
+    const double begun_s = now_s_;
+    obedience.told(time_at(now_s_), twist_body);
+    for (; now_s_ < begun_s + during_s; now_s_ += 0.1) {
+      if (now_s_ - begun_s >= heard_after_s) {
+        heard_ = twist_body;
+      }
+      const auto towards = [&](double from, double wanted, double accel) {
+        return from + std::clamp(wanted - from, -0.1 * accel * braking_, 0.1 * accel * braking_);
+      };
+      is = {towards(is.v_mps, heard_.v_mps, body.max_accel_mps2),
+            towards(is.w_radps, heard_.w_radps, body.max_turn_accel_radps2)};
+      if (obedience.disobeys(time_at(now_s_), is)) {
+        return now_s_ - begun_s;
+      }
+    }
+    return std::numeric_limits<double>::infinity();
+  }
+
+  Body body;
+  Obedience obedience{body};
+  Twist2 is;
+
+ private:
+  double braking_;
+  double now_s_ = 0;
+  Twist2 heard_;
+};
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+
+TEST(Obedience, FindsARobotThatGoesOn) {
+  for (const Twist2& twist :
+       {Twist2{0.3, 0}, Twist2{-0.3, 0}, Twist2{0, 1}, Twist2{0.1, 0}, Twist2{0.6, -1.5}}) {
+    Told robot;
+    EXPECT_EQ(robot.until_found(twist, 4, 0.1), kNever);
+    EXPECT_LT(robot.until_found({}, 4, kNever), 0.85);
+  }
+}
+
+TEST(Obedience, FindsARobotThatSlowsNoMoreThanAFraction) {
+  Told robot;
+  robot.until_found({0.5, 0}, 4, 0.1);
+  EXPECT_LT(robot.until_found({0.1, 0}, 4, kNever), 0.85);
+  Told reverse;
+  reverse.until_found({0.3, 0}, 4, 0.1);
+  EXPECT_LT(reverse.until_found({-0.3, 0}, 4, kNever), 0.85);
+}
+
+// Braking at half of what is believed, hearing everything up to 0.3 s late.
+TEST(Obedience, LeavesWhoeverDoesAsToldInPeace) {
+  Rng rng(2);
+  for (const double braking : {1.0, 0.5}) {
+    Told robot(braking);
+    for (int i = 0; i < 500; ++i) {
+      const Twist2 twist{rng.uniform(-0.3, 0.6), rng.uniform(-1.5, 1.5)};
+      EXPECT_EQ(robot.until_found(i % 4 == 0 ? Twist2{} : twist, rng.uniform(0.4, 3),
+                                  rng.uniform(0, 0.3)),
+                kNever)
+          << i;
+    }
+  }
+}
+
+TEST(Obedience, AllowsForALinksLatency) {
+  Told robot;
+  robot.obedience.allow(std::chrono::milliseconds(600));
+  robot.until_found({0.5, 0}, 4, 0.6);
+  EXPECT_EQ(robot.until_found({}, 4, 0.6), kNever);
+}
+
+TEST(Obedience, LetsWheelsBeSlowerThanTold) {
+  Obedience obedience{Body()};
+  obedience.told(Time{}, {0.5, 1});
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_FALSE(obedience.disobeys(time_at(0.1 * i), {0.1, 0.2}));
+  }
+}
+
+}  // namespace
+}  // namespace panoptes::hw

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "hw/pioneer/report_clock.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gmock/gmock.h>
+
+#include "core/base/rng.h"
+
+namespace panoptes::hw {
+namespace {
+
+constexpr double kCycle_s = 0.1;
+constexpr double kRoundoff_s = 1e-8;  // of nanoseconds
+
+/// A robot whose reports leave every cycle and arrive in order, held up or lost.
+struct Reports {
+  ReportClock clock;
+  double cycle_s = kCycle_s;
+  bool moves = true;
+  int number = 0;
+  int last = 0;
+  double free_s = 0;  // nothing arrives before what left earlier
+
+  double left_s() const { return number * cycle_s; }
+
+  /// By how much the next one's stamp is late.
+  double next(double held_up_s) {
+    ++number;
+    free_s = std::max(free_s, left_s() + held_up_s);
+    const Time arrival = time_at(free_s);
+    const double since_s = (number - last) * cycle_s;
+    const ReportClock::Departure departure = clock.departure(
+        arrival, moves ? ReportClock::Elapsed{since_s, since_s} : ReportClock::Elapsed{});
+    clock.take(arrival, departure);
+    last = number;
+    return to_seconds(departure.stamp.time_since_epoch()) - left_s();
+  }
+  void lose(int count) { number += count; }
+};
+
+TEST(ReportClock, TakesPunctualReportsAsTheyArrive) {
+  Reports reports;
+  for (int i = 0; i < 500; ++i) {
+    EXPECT_NEAR(reports.next(0.02), 0.02, kRoundoff_s);
+  }
+}
+
+TEST(ReportClock, IsNotMovedByWhatIsHeldUp) {
+  Reports reports;
+  for (int i = 0; i < 50; ++i) {
+    reports.next(0);
+  }
+  Rng rng(1);
+  for (int i = 0; i < 3000; ++i) {
+    EXPECT_NEAR(reports.next(i % 5 == 0 ? rng.uniform(0, 0.4) : 0), 0, 2e-3) << i;
+  }
+}
+
+// Uniform up to 0.3 s, in order: one in seven is held up by less than 83 ms, in which 0.6 m/s are
+// 5 cm.
+TEST(ReportClock, FindsWhenReportsLeaveThoughEveryOneIsHeldUp) {
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
+    Rng rng(seed);
+    Reports reports;
+    double worst_s = 0;
+    for (int i = 0; i < 3000; ++i) {
+      const double late_s = reports.next(rng.uniform(0, 0.3));
+      worst_s = i < 50 ? 0 : std::max(worst_s, std::abs(late_s));
+    }
+    EXPECT_LT(worst_s, 0.083) << seed;
+  }
+}
+
+TEST(ReportClock, FollowsAServersOwnCycle) {
+  for (const double cycle_s : {0.099, 0.101}) {
+    Rng rng(3);
+    Reports reports;
+    reports.cycle_s = cycle_s;
+    for (int i = 0; i < 2000; ++i) {
+      const double late_s = reports.next(rng.uniform(0, 0.004));
+      EXPECT_TRUE(i < 60 || std::abs(late_s) < 0.012) << cycle_s << " " << i << " " << late_s;
+    }
+  }
+}
+
+TEST(ReportClock, TellsLostReportsFromThoseHeldUp) {
+  for (const bool moves : {true, false}) {
+    Rng rng(7);
+    Reports reports;
+    reports.moves = moves;
+    for (int i = 0; i < 2000; ++i) {
+      if (rng.uniform(0, 1) < 0.1) {
+        reports.lose(1 + static_cast<int>(rng.uniform(0, 4)));
+      }
+      EXPECT_NEAR(reports.next(0.005), 0.005, 1e-6) << i;
+    }
+  }
+}
+
+TEST(ReportClock, NeverGoesBack) {
+  Rng rng(5);
+  ReportClock clock;
+  Time arrival{};
+  Time last(Duration(-1));
+  for (int i = 0; i < 2000; ++i) {
+    arrival += from_seconds(rng.uniform(0, 1) < 0.3 ? 0 : rng.uniform(0, 0.3));
+    const ReportClock::Departure departure =
+        clock.departure(arrival, {rng.uniform(0, 0.5), rng.uniform(0.5, 2)});
+    EXPECT_GT(departure.stamp, last);
+    last = departure.stamp;
+    clock.take(arrival, departure);
+  }
+}
+
+}  // namespace
+}  // namespace panoptes::hw
