@@ -122,11 +122,10 @@ std::optional<Odometry> OdometryTrack::at(Time t) const {
     }
     const WheelPose& last = poses_.back();
     const Way way = by_commands(last.stamp, t, commanded_, besides_);
-    return Odometry{
-        last.T_odom_body * way.T_from_to,
-        held_within({way.twist_body.v_mps + besides_.v_mps,
-                     way.twist_body.w_radps + besides_.w_radps}),
-        true};
+    return Odometry{last.T_odom_body * way.T_from_to,
+                    held_within({way.twist_body.v_mps + besides_.v_mps,
+                                 way.twist_body.w_radps + besides_.w_radps}),
+                    true};
   }
   if (after->stamp == t) {
     return Odometry{after->T_odom_body, after->twist_body, false};

@@ -179,8 +179,8 @@ TEST(Line, IsNotReadFromWhereAnotherProgramHoldsThePort) {
   }
   const Bytes report{1, 2, 3};
   pty.write(report);
-  EXPECT_THAT(fault_of(pty.name()),
-              AllOf(HasSubstr("perhaps held by"), HasSubstr("(pid " + std::to_string(other) + ")")));
+  EXPECT_THAT(fault_of(pty.name()), AllOf(HasSubstr("perhaps held by"),
+                                          HasSubstr("(pid " + std::to_string(other) + ")")));
   const int there = open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK);
   Bytes left(8);
   EXPECT_EQ(read(there, left.data(), left.size()), 3);
