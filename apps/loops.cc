@@ -172,6 +172,52 @@ Json truth_figures(const RunRecognition& run, const Seen& seen, const PlaceTruth
             {"histogram_diagonals", alone(seen.mosaics, kThesisAround)}}}};
 }
 
+const char* fault_name(PictureFault fault) {
+  switch (fault) {
+    case PictureFault::kNone:
+      break;
+    case PictureFault::kBlank:
+      return "blank";
+    case PictureFault::kDark:
+      return "dark";
+    case PictureFault::kOverExposed:
+      return "over-exposed";
+    case PictureFault::kBlurred:
+      return "blurred";
+  }
+  return "";
+}
+
+// How many pictures show nothing, of each kind.
+Json showing_nothing(const RunRecognition& run) {
+  Json counts;
+  for (const PictureFault fault : {PictureFault::kBlank, PictureFault::kDark,
+                                   PictureFault::kOverExposed, PictureFault::kBlurred}) {
+    counts[fault_name(fault)] =
+        std::count_if(run.pictures.begin(), run.pictures.end(),
+                      [fault](const Recognised& one) { return one.fault == fault; });
+  }
+  return counts;
+}
+
+void say_what_shows_nothing(const std::vector<std::string>& files, const RunRecognition& run) {
+  constexpr int kNamed = 5;
+  int count = 0;
+  std::string named;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (run.pictures[i].fault != PictureFault::kNone && count++ < kNamed) {
+      named +=
+          fmt::format("{}{} ({})", named.empty() ? "" : ", ",
+                      fs::path(files[i]).filename().string(), fault_name(run.pictures[i].fault));
+    }
+  }
+  if (count > 0) {
+    std::fprintf(stderr, "%d of %zu pictures show nothing and are left out: %s%s\n", count,
+                 files.size(), named.c_str(),
+                 count > kNamed ? fmt::format(" and {} more", count - kNamed).c_str() : "");
+  }
+}
+
 void write_table(const fs::path& path, const std::vector<std::string>& files,
                  const RunRecognition& run, const std::optional<PlaceTruth>& truth) {
   CsvWriter table(path, {"picture", "earlier", "emd_grey", "inliers", "support", "confidence",
@@ -180,7 +226,10 @@ void write_table(const fs::path& path, const std::vector<std::string>& files,
     const Recognised& found = run.pictures[i];
     table << as_utf8(fs::path(files[i]).filename().string());
     if (found.earlier < 0) {
-      table.skip().skip().skip().skip().skip() << "nothing alike";
+      table.skip().skip().skip().skip().skip()
+          << (found.fault == PictureFault::kNone
+                  ? "nothing alike"
+                  : fmt::format("shows nothing: {}", fault_name(found.fault)));
       table.skip().end_row();
       continue;
     }
@@ -244,10 +293,10 @@ int find_loops(const LoopsArguments& args) {
   const ProcessUse use = process_use();
   const auto count = static_cast<double>(files.size());
   clock.end_frame();
-  Json figures{{"schema", "panoptes.metrics/1"}, {"command", "loops"},
-               {"version", PANOPTES_VERSION},    {"outcome", "completed"},
-               {"pictures", files.size()},       {"recognised", found},
-               {"horizon_pictures", run.horizon}};
+  Json figures{{"schema", "panoptes.metrics/1"},  {"command", "loops"},
+               {"version", PANOPTES_VERSION},     {"outcome", "completed"},
+               {"pictures", files.size()},        {"recognised", found},
+               {"horizon_pictures", run.horizon}, {"showing_nothing", showing_nothing(run)}};
   if (run.learned()) {
     figures["threshold_inliers"] = run.threshold;
     figures["threshold_with_support"] = run.threshold_support;
@@ -278,9 +327,13 @@ int find_loops(const LoopsArguments& args) {
   }
   faults.attempt([&] { write_file(out.path() / "metrics.json", figures.dump(2) + "\n"); });
   std::printf("%s\n%s\n", title.c_str(), (out.path() / "loops.csv").c_str());
+  say_what_shows_nothing(files, run);
   if (!run.learned()) {
-    std::fprintf(stderr, "%zu pictures are too few to learn from what another place looks like\n",
-                 files.size());
+    const auto full =
+        std::count_if(run.pictures.begin(), run.pictures.end(),
+                      [](const Recognised& one) { return one.fault == PictureFault::kNone; });
+    std::fprintf(stderr, "%td pictures are too few to learn from what another place looks like\n",
+                 full);
   }
   return faults.status();
 }

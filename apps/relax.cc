@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -18,6 +19,7 @@
 #include "apps/run/stage_clock.h"
 #include "core/base/error.h"
 #include "core/base/utf8.h"
+#include "core/graph/relax_starts.h"
 #include "core/graph/robust_relax.h"
 #include "core/graph/tree_descent.h"
 #include "core/io/csv.h"
@@ -36,6 +38,7 @@ struct RelaxArguments {
   std::string out;
   std::string start = "file";
   std::string method = "newton";
+  double time_limit_s = 300;
   bool robust = false;
   bool quiet = false;
 };
@@ -67,67 +70,51 @@ fs::path checked_out(const RelaxArguments& args) {
   return out;
 }
 
-RobustReport solve(const RelaxArguments& args, const GraphFile& file, PoseGraph& graph) {
-  RobustReport report;
-  report.kept.assign(graph.edges.size(), true);
-  ProgressLine line(args.quiet);
-  const auto steps = [&line](const RelaxReport& now) {
-    if (line.due()) {
-      line.show(fmt::format("step {}: chi2 {:.6g}", now.iterations + 1, now.chi2_end));
-    }
-  };
-  if (args.robust) {
-    if (const std::optional<int> gap = odometry_gap(graph)) {
-      throw ConfigError(fmt::format(
-          "{}: no edge joins vertices {} and {}; --robust judges closures by odometry, which must "
-          "join each vertex to the next",
-          args.graph, file.ids[*gap - 1], file.ids[*gap]));
-    }
-    const auto rings = [&line](double done) {
-      if (line.due()) {
-        line.show(share_line("closures", done, line.wall_s()));
-      }
-    };
-    report = relax_robustly(graph, rings, steps);
-  } else if (args.method == "toro") {
-    report.relax = relax_by_tree(graph, {}, steps);
-  } else {
-    report.relax = relax(graph, RelaxStart::kCurrent, steps);
-  }
-  return report;
-}
+// On the wall's clock. A step that would end after the limit is not begun: one alone may take
+// minutes where closures join everything with everything.
+class TimeLimit {
+ public:
+  explicit TimeLimit(double limit_s) : limit_s_(limit_s), from_s_(process_use().wall_s) {}
 
-Json figures_of(const RelaxArguments& args, const GraphFile& file, const RobustReport& report,
-                double solve_s) {
-  Json chi2;
-  if (file.poses_given) {
-    chi2["start"] = report.relax.chi2_start;
+  bool passed(double multiplications) {
+    const double now_s = process_use().wall_s - from_s_;
+    if (last_multiplications_ > kManyMultiplications) {
+      s_per_multiplication_ = (now_s - last_s_) / last_multiplications_;
+    }
+    last_multiplications_ = multiplications;
+    last_s_ = now_s;
+    passed_ = passed_ || now_s + s_per_multiplication_ * multiplications > limit_s_;
+    return passed_;
   }
-  chi2["end"] = report.relax.chi2_end;
-  const ProcessUse use = process_use();
-  Json figures{
-      {"schema", "panoptes.metrics/1"},
-      {"command", "relax"},
-      {"version", PANOPTES_VERSION},
-      {"outcome", report.relax.converged || args.method == "toro" ? "completed" : "failed"},
-      {"method", args.method},
-      {"start", args.start},
-      {"chi2", chi2},
-      {"nodes", file.graph.T_map_node.size()},
-      {"edges", file.graph.edges.size()},
-      {"closures", std::count_if(file.graph.edges.begin(), file.graph.edges.end(),
-                                 [](const GraphEdge& edge) { return edge.closure; })},
-      {"edges_rejected", report.rejected},
-      {"iterations", report.relax.iterations}};
-  if (args.robust) {
-    figures["noise_scale"] = report.noise_scale;
+  bool passed() const { return passed_; }
+
+ private:
+  static constexpr double kManyMultiplications = 1e7;  // that take longer than all beside them
+
+  double limit_s_;
+  double from_s_;
+  double s_per_multiplication_ = 1e-9;  // of a slow computer; then as the last step was
+  double last_multiplications_ = 0;
+  double last_s_ = 0;
+  bool passed_ = false;
+};
+
+struct Solution {
+  RobustReport report;
+  std::vector<StartReport> starts;
+  std::string best_start;
+  Plausibility plausibility;
+  bool out_of_time = false;
+
+  bool got_worse() const { return !(report.relax.chi2_end <= report.relax.chi2_start); }
+  bool trustworthy(const RelaxArguments& args) const {
+    return !args.robust || plausibility.plausible;
   }
-  figures["solve_s"] = solve_s;
-  figures["wall_s"] = use.wall_s;
-  figures["cpu_s"] = use.cpu_s;
-  figures["peak_memory_mb"] = use.peak_memory_mb;
-  return figures;
-}
+  bool good(const RelaxArguments& args) const {
+    return args.method == "toro" ? !got_worse() && !out_of_time
+                                 : report.relax.converged && trustworthy(args);
+  }
+};
 
 PoseGraph kept_of(PoseGraph graph, const std::vector<bool>& kept) {
   std::vector<GraphEdge> edges;
@@ -138,6 +125,183 @@ PoseGraph kept_of(PoseGraph graph, const std::vector<bool>& kept) {
   }
   graph.edges = std::move(edges);
   return graph;
+}
+
+void solve_robustly(const RelaxArguments& args, const GraphFile& file, ProgressLine& line,
+                    const RelaxProgress& steps, const RelaxStop& stop, PoseGraph& graph,
+                    Solution& solution) {
+  if (const std::optional<int> gap = odometry_gap(graph)) {
+    throw ConfigError(fmt::format(
+        "{}: no edge joins vertices {} and {}; --robust judges closures by odometry, which must "
+        "join each vertex to the next",
+        args.graph, file.ids[*gap - 1], file.ids[*gap]));
+  }
+  const auto rings = [&line](double done) {
+    if (line.due()) {
+      line.show(share_line("closures", done, line.wall_s()));
+    }
+  };
+  solution.report = relax_robustly(graph, rings, steps, stop);
+}
+
+Solution solve(const RelaxArguments& args, const GraphFile& file, PoseGraph& graph) {
+  Solution solution;
+  solution.report.kept.assign(graph.edges.size(), true);
+  ProgressLine line(args.quiet);
+  const auto steps = [&line](const RelaxReport& now) {
+    if (line.due()) {
+      line.show(fmt::format("step {}: chi2 {:.6g}", now.iterations + 1, now.chi2_end));
+    }
+  };
+  TimeLimit limit(args.time_limit_s);
+  const auto stop = [&limit](double multiplications) { return limit.passed(multiplications); };
+  if (args.robust) {
+    solve_robustly(args, file, line, steps, stop, graph, solution);
+  } else if (args.method == "toro") {
+    solution.report.relax = relax_by_tree(graph, {}, steps, stop);
+  } else {
+    StartsReport report = relax_from_every_start(graph, steps, stop);
+    for (StartReport& start : report.starts) {
+      start.name = start.name == "given" ? args.start : start.name;
+    }
+    solution.report.relax = report.relax;
+    solution.starts = std::move(report.starts);
+    solution.best_start = report.best == "given" ? args.start : report.best;
+  }
+  solution.out_of_time = limit.passed();
+  solution.plausibility = plausibility(kept_of(graph, solution.report.kept));
+  return solution;
+}
+
+Json starts_of(const Solution& solution) {
+  Json starts;
+  for (const StartReport& start : solution.starts) {
+    starts[start.name] = {
+        {"chi2", {{"start", start.relax.chi2_start}, {"end", start.relax.chi2_end}}},
+        {"iterations", start.relax.iterations},
+        {"converged", start.relax.converged}};
+  }
+  return starts;
+}
+
+Json figures_of(const RelaxArguments& args, const GraphFile& file, const Solution& solution,
+                double solve_s) {
+  const RobustReport& report = solution.report;
+  Json chi2;
+  if (file.poses_given) {
+    chi2["start"] = report.relax.chi2_start;
+  }
+  chi2["end"] = report.relax.chi2_end;
+  const ProcessUse use = process_use();
+  Json figures{{"schema", "panoptes.metrics/1"},
+               {"command", "relax"},
+               {"version", PANOPTES_VERSION},
+               {"outcome", solution.good(args) ? "completed" : "failed"},
+               {"method", args.method},
+               {"start", args.start},
+               {"chi2", chi2},
+               {"freedom", solution.plausibility.freedom},
+               {"nodes", file.graph.T_map_node.size()},
+               {"edges", file.graph.edges.size()},
+               {"closures", std::count_if(file.graph.edges.begin(), file.graph.edges.end(),
+                                          [](const GraphEdge& edge) { return edge.closure; })},
+               {"edges_rejected", report.rejected},
+               {"iterations", report.relax.iterations}};
+  if (solution.out_of_time) {
+    figures["end_reason"] = "time_limit";
+  }
+  if (!solution.starts.empty()) {
+    figures["best_start"] = solution.best_start;
+    figures["starts"] = starts_of(solution);
+  }
+  if (args.robust) {
+    figures["noise_scale"] = report.noise_scale;
+    figures["trustworthy"] = solution.good(args);
+    figures["edges_disagreeing"] = solution.plausibility.disagreeing.size();
+  }
+  figures["solve_s"] = solve_s;
+  figures["wall_s"] = use.wall_s;
+  figures["cpu_s"] = use.cpu_s;
+  figures["peak_memory_mb"] = use.peak_memory_mb;
+  return figures;
+}
+
+// Closures that start near each other and end near each other: `12..20 -> 512..520 (9)`, the
+// largest group first.
+std::string groups_of(const PoseGraph& kept, const std::vector<int>& closures,
+                      const std::vector<int>& ids) {
+  constexpr int kNear = 20;  // nodes
+  constexpr std::size_t kNamed = 5;
+  struct Group {
+    std::array<int, 2> from, to;  // first and last
+    int count;
+  };
+  std::vector<Group> groups;
+  for (const int e : closures) {
+    const GraphEdge& edge = kept.edges[e];
+    const auto near = [](const std::array<int, 2>& span, int node) {
+      return node >= span[0] - kNear && node <= span[1] + kNear;
+    };
+    const auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
+      return near(g.from, edge.from) && near(g.to, edge.to);
+    });
+    if (group == groups.end()) {
+      groups.push_back({{edge.from, edge.from}, {edge.to, edge.to}, 1});
+    } else {
+      group->from = {std::min(group->from[0], edge.from), std::max(group->from[1], edge.from)};
+      group->to = {std::min(group->to[0], edge.to), std::max(group->to[1], edge.to)};
+      ++group->count;
+    }
+  }
+  std::stable_sort(groups.begin(), groups.end(),
+                   [](const Group& a, const Group& b) { return a.count > b.count; });
+  std::string text;
+  for (std::size_t g = 0; g < std::min(kNamed, groups.size()); ++g) {
+    text += fmt::format("{}{}..{} -> {}..{} ({})", g == 0 ? "" : ", ", ids[groups[g].from[0]],
+                        ids[groups[g].from[1]], ids[groups[g].to[0]], ids[groups[g].to[1]],
+                        groups[g].count);
+  }
+  return text + (groups.size() > kNamed ? fmt::format(" and {} more", groups.size() - kNamed) : "");
+}
+
+// What keeps the result from being good, on stderr.
+void say_what_is_wrong(const RelaxArguments& args, const GraphFile& file, const PoseGraph& kept,
+                       const Solution& solution) {
+  const RelaxReport& relax = solution.report.relax;
+  const Plausibility& noise = solution.plausibility;
+  const auto say = [&args](const std::string& what) {
+    std::fprintf(stderr, "%s: %s\n", args.graph.c_str(), what.c_str());
+  };
+  if (solution.out_of_time) {
+    say(
+        fmt::format("not done within {:g} s; what is written is the best so far (--time-limit "
+                    "gives it longer)",
+                    args.time_limit_s));
+  } else if (args.method == "toro") {
+    if (solution.got_worse()) {
+      say(fmt::format(
+          "the tree descent made it worse: chi2 {:.6g} to {:.6g}; --method newton never "
+          "does",
+          relax.chi2_start, relax.chi2_end));
+    }
+  } else if (!relax.converged) {
+    say(fmt::format("did not settle within {} steps{}", relax.iterations,
+                    args.robust ? "" : "; closures may be false, which --robust leaves out"));
+  }
+  if (args.method == "newton" && !noise.plausible) {
+    say(
+        fmt::format("{}chi2 is {:.3g} per degree of freedom, and errors twice those stated give "
+                    "{:.3g} at most",
+                    args.robust ? "not to be trusted: " : "", relax.chi2_end / noise.freedom,
+                    noise.chi2_most / noise.freedom));
+    if (!noise.disagreeing.empty()) {
+      say(fmt::format("{} closures {} disagree with the rest by more than such errors: {}{}",
+                      noise.disagreeing.size(), args.robust ? "kept" : "given",
+                      groups_of(kept, noise.disagreeing, file.ids),
+                      args.robust ? "; false ones that agree with each other are kept"
+                                  : "; --robust leaves false ones out"));
+    }
+  }
 }
 
 // Names the closures that were left out: the first few here, all of them in a table.
@@ -179,9 +343,10 @@ int relax_file(const RelaxArguments& args) {
   }
   GraphPicture picture{graph, {}, {}, {}};
   const double from_s = process_use().cpu_s;
-  const RobustReport report = solve(args, file, graph);
+  const Solution solution = solve(args, file, graph);
+  const RobustReport& report = solution.report;
   const double solve_s = process_use().cpu_s - from_s;
-  Json figures = figures_of(args, file, report, solve_s);
+  Json figures = figures_of(args, file, solution, solve_s);
   picture.T_map_node_after = graph.T_map_node;
   picture.kept = report.kept;
   picture.title =
@@ -191,9 +356,16 @@ int relax_file(const RelaxArguments& args) {
   if (out.has_parent_path()) {
     fs::create_directories(out.parent_path());
   }
+  const PoseGraph kept = kept_of(graph, report.kept);
   std::printf("%s\n", picture.title.c_str());
+  for (const StartReport& start : solution.starts) {
+    std::printf("from %s: chi2 %.6g to %.6g%s%s\n", start.name.c_str(), start.relax.chi2_start,
+                start.relax.chi2_end, start.relax.converged ? "" : ", not settled",
+                start.name == solution.best_start ? ", kept" : "");
+  }
+  say_what_is_wrong(args, file, kept, solution);
   Faults faults;
-  faults.attempt([&] { write_g2o(out, kept_of(graph, report.kept), file.ids); });
+  faults.attempt([&] { write_g2o(out, kept, file.ids); });
   if (args.robust) {
     faults.attempt([&] {
       name_rejected(file, report.kept, fs::path(out).replace_extension(".rejected.csv"));
@@ -211,13 +383,8 @@ int relax_file(const RelaxArguments& args) {
   if (!faults.none()) {
     return faults.status();
   }
-  if (figures["outcome"] == "failed") {
-    std::fprintf(stderr, "%s: did not settle within %d steps%s\n", args.graph.c_str(),
-                 report.relax.iterations,
-                 args.robust ? "" : "; closures may be false, which --robust leaves out");
-  }
   std::printf("%s\n", out.c_str());
-  return figures["outcome"] == "completed" ? 0 : 1;
+  return solution.good(args) ? 0 : 1;
 }
 
 }  // namespace
@@ -233,7 +400,9 @@ void add_relax(CLI::App& app, Command& chosen) {
                   ".png, with --robust what was rejected as .rejected.csv")
       ->required()
       ->type_name("FILE.g2o");
-  sub->add_option("--start", args->start, "the file's poses, or dead reckoned ones (file)")
+  sub->add_option("--start", args->start,
+                  "the file's poses, or dead reckoned ones (file); least squares try these and "
+                  "others, and keep the least")
       ->type_name("START")
       ->check(CLI::IsMember({"file", "odometry"}));
   sub->add_option("--method", args->method,
@@ -243,6 +412,10 @@ void add_relax(CLI::App& app, Command& chosen) {
   sub->add_flag("--robust", args->robust,
                 "find the closures that are false and leave them out; needs odometry between each "
                 "two vertices that follow one another");
+  sub->add_option("--time-limit", args->time_limit_s,
+                  "after so many seconds the best so far is written, with status 1 (300)")
+      ->type_name("S")
+      ->check(CLI::PositiveNumber);
   sub->add_flag("--quiet", args->quiet, "no progress");
   sub->footer(
       "Example: panoptes relax runs/office/graph.g2o --robust --out runs/office-relaxed.g2o\n"

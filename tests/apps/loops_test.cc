@@ -63,6 +63,30 @@ TEST_F(Loops, FindsTheSecondLapInOrderOfNumbers) {
   EXPECT_GT(std::filesystem::file_size(path("out/loops.png")), 1000U);
 }
 
+TEST_F(Loops, LeavesOutAndNamesPicturesThatShowNothing) {
+  write_laps();
+  cv::imwrite(path("p/10b.png"), cv::Mat(240, 320, CV_8U, cv::Scalar(180)));
+  cv::imwrite(path("p/20b.png"), cv::Mat(240, 320, CV_8U, cv::Scalar(255)));
+  std::string pairs = "picture,earlier\n";
+  for (int i = 1; i <= kLap; ++i) {
+    pairs += std::to_string(i + kLap) + ".jpg," + std::to_string(i) + ".jpg\n";
+  }
+  write_file(path("pairs.csv"), pairs);
+  const Said said = loops({path("p"), "--truth", path("pairs.csv")});
+  EXPECT_EQ(said.status, 0) << said.err;
+  EXPECT_THAT(said.err,
+              HasSubstr("2 of 34 pictures show nothing and are left out: 10b.png (blank), "
+                        "20b.png (over-exposed)\n"));
+  const json m = metrics();
+  EXPECT_EQ(m["showing_nothing"]["blank"], 1);
+  EXPECT_EQ(m["showing_nothing"]["over-exposed"], 1);
+  EXPECT_EQ(m["showing_nothing"]["blurred"], 0);
+  EXPECT_GE(m["truth"]["recall"], 0.9);
+  EXPECT_EQ(m["truth"]["wrong"], 0);
+  const CsvTable table = read_csv(folder_ / "out/loops.csv");
+  EXPECT_EQ(table.rows[10][table.column("verdict")], "shows nothing: blank");
+}
+
 TEST_F(Loops, TakesATruthOfPixelsAndCountsNoGreyOnes) {
   write_laps();
   cv::Mat truth(2 * kLap, 2 * kLap, CV_8U, cv::Scalar(0));

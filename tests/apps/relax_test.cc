@@ -86,6 +86,86 @@ TEST_F(Relax, SaysThatItDidNotSettle) {
   EXPECT_THAT(said.err, HasSubstr("--robust"));
 }
 
+TEST_F(Relax, ReportsEveryStart) {
+  const Walk walk = random_walk(200, 20, {}, Rng(1));
+  write_g2o(path("g.g2o"), walk.graph);
+  const Said said = relax({path("g.g2o"), "--out", path("out/r.g2o")});
+  const json m = metrics();
+  EXPECT_EQ(m["best_start"], "file");
+  constexpr double kSame = 1e-9;  // two descents to one bottom, of which the file's is kept
+  const double least = (1 - kSame) * m["chi2"]["end"].get<double>();
+  for (const char* start : {"linear", "file", "tree", "descent"}) {
+    EXPECT_TRUE(m["starts"].contains(start)) << start;
+    EXPECT_GE(m["starts"][start]["chi2"]["end"], least) << start;
+    EXPECT_THAT(said.out, HasSubstr(std::string("from ") + start + ": chi2 "));
+  }
+  EXPECT_EQ(m["starts"]["file"]["chi2"]["start"], m["chi2"]["start"]);
+  EXPECT_THAT(said.out, testing::ContainsRegex("from file: .*, kept\n"));
+}
+
+// Closures that agree with each other by odometry, and with nothing else.
+void add_false_group(PoseGraph& graph, int from, int to, int count, const Pose2& lie) {
+  const std::vector<Pose2>& T = graph.T_map_node;
+  const Mat3 information = graph.edges.front().information;
+  for (int k = 0; k < count; ++k) {
+    const Pose2 T_from_to =
+        (T[from].inverse() * T[from + k]).inverse() * lie * (T[to].inverse() * T[to + k]);
+    graph.edges.push_back({from + k, to + k, T_from_to, information, true});
+  }
+}
+
+TEST_F(Relax, SaysThatAResultIsNotToBeTrusted) {
+  Walk walk = random_walk(300, 20, {}, Rng(7));
+  add_false_group(walk.graph, 20, 250, 10, {15, -9, 1});
+  add_false_group(walk.graph, 90, 200, 10, {-11, 4, 2});
+  write_g2o(path("g.g2o"), walk.graph);
+  const Said said = relax({path("g.g2o"), "--robust", "--out", path("out/r.g2o")});
+  EXPECT_EQ(said.status, 1);
+  const json m = metrics();
+  EXPECT_EQ(m["outcome"], "failed");
+  EXPECT_EQ(m["trustworthy"], false);
+  EXPECT_GT(m["edges_disagreeing"], 0);
+  EXPECT_GT(m["chi2"]["end"], 4.0 * m["freedom"].get<double>());
+  EXPECT_THAT(said.err, HasSubstr("g.g2o: not to be trusted: chi2 is "));
+  EXPECT_THAT(said.err, HasSubstr(" closures kept disagree with the rest"));
+  EXPECT_TRUE(std::filesystem::exists(path("out/r.g2o")));
+}
+
+TEST_F(Relax, EndsInTimeWithTheBestSoFar) {
+  Walk walk = random_walk(200, 20, {}, Rng(8));
+  add_false_closures(walk.graph, 20, 20, Rng(9));
+  write_g2o(path("g.g2o"), walk.graph);
+  for (const bool robust : {false, true}) {
+    std::filesystem::remove_all(path("out"));
+    std::vector<std::string> words{path("g.g2o"), "--time-limit", "1e-9", "--out",
+                                   path("out/r.g2o")};
+    if (robust) {
+      words.emplace_back("--robust");
+    }
+    const Said said = relax(words);
+    EXPECT_EQ(said.status, 1);
+    EXPECT_EQ(metrics()["end_reason"], "time_limit");
+    EXPECT_EQ(metrics()["outcome"], "failed");
+    EXPECT_THAT(said.err, HasSubstr("g.g2o: not done within 1e-09 s; what is written is the best"));
+    const PoseGraph best = read_graph(path("out/r.g2o")).graph;
+    EXPECT_EQ(best.T_map_node.size(), 200U);
+    const double end = metrics()["chi2"]["end"];
+    EXPECT_NEAR(chi2(best), end, 1e-6 * (1 + end));
+  }
+  EXPECT_EQ(relax({path("g.g2o"), "--time-limit", "0", "--out", path("out/r.g2o")}).status, 2);
+}
+
+TEST_F(Relax, SaysThatTheTreeDescentMadeItWorse) {
+  Walk walk = random_walk(200, 20, {}, Rng(1));
+  panoptes::relax(walk.graph);
+  write_g2o(path("g.g2o"), walk.graph);
+  const Said said = relax({path("g.g2o"), "--method", "toro", "--out", path("out/r.g2o")});
+  EXPECT_GT(metrics()["chi2"]["end"], metrics()["chi2"]["start"]);
+  EXPECT_EQ(said.status, 1);
+  EXPECT_EQ(metrics()["outcome"], "failed");
+  EXPECT_THAT(said.err, HasSubstr("g.g2o: the tree descent made it worse: chi2 "));
+}
+
 TEST_F(Relax, StartsAndDescendsAsAsked) {
   const Walk walk = random_walk(200, 20, {}, Rng(4));
   PoseGraph nowhere = walk.graph;

@@ -21,6 +21,7 @@
 #include "core/graph/graph_uncertainty.h"
 #include "core/graph/normal_equations.h"
 #include "core/graph/pose_graph.h"
+#include "core/graph/relax_starts.h"
 #include "core/graph/robust_relax.h"
 #include "core/graph/tree_descent.h"
 #include "core/io/graph_file.h"
@@ -108,6 +109,21 @@ void study_chance(const PoseGraph& relaxed, const std::string& name) {
       name.c_str(), limit, dropped, close, kDraws, of_true.size());
 }
 
+// From every start, as `panoptes relax` does.
+void study_every_start(const GraphFile& file, const std::string& name) {
+  PoseGraph graph = file.graph;
+  const double from_s = cpu_s();
+  const StartsReport report = relax_from_every_start(graph);
+  std::printf("%s from every start: chi2 %.9g -> %.9g, best %s, %.3f s\n", name.c_str(),
+              report.relax.chi2_start, report.relax.chi2_end, report.best.c_str(),
+              cpu_s() - from_s);
+  for (const StartReport& start : report.starts) {
+    std::printf("%s   %s: chi2 %.9g -> %.9g, %d iterations%s\n", name.c_str(), start.name.c_str(),
+                start.relax.chi2_start, start.relax.chi2_end, start.relax.iterations,
+                start.relax.converged ? "" : ", not settled");
+  }
+}
+
 // Relaxed by least squares; from odometry in the end.
 PoseGraph study_starts(const GraphFile& file, const std::string& name) {
   PoseGraph clean;
@@ -134,6 +150,7 @@ PoseGraph study_starts(const GraphFile& file, const std::string& name) {
 void study(const std::string& path, int draws, int seed) {
   const GraphFile file = read_graph(path);
   const std::string name = path.substr(path.rfind('/') + 1);
+  study_every_start(file, name);
   const PoseGraph clean = study_starts(file, name);
   int closures = 0;
   for (const GraphEdge& edge : file.graph.edges) {
