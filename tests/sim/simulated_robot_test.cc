@@ -493,7 +493,7 @@ TEST(SimulatedRobot, StartsNearAThingWhereNoCameraMapsTheFloor) {
             "nothing refused");
   EXPECT_EQ(
       refusal([] { SimulatedRobot(starting_at(3, 1.85), room(), Body{}, Rig{}, Rng(1)); }),
-      "platform.start: x_m: 3.000, y_m: 1.850 is 0.150 m from desk, but 0.26 m about the start "
+      "platform.start: x_m: 3.000, y_m: 1.850 is 0.150 m from desk, but 0.25 m about the start "
       "must be clear; move the start, or leave it out to have one drawn from the seed");
 }
 
