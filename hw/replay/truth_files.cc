@@ -303,6 +303,11 @@ std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset, Durati
         known.seen_runs <= seen.size()) {
       check_last(known.poses, poses);
       check_last(known.seen_runs, seen);
+      if (row > 0 && known.poses > before.poses &&
+          poses.stamp(known.poses - 1, 0) - epoch <= before.stamp) {
+        throw poses.fault(known.poses - 1, "is of an instant before the observation it is of (" +
+                                               known.mention + "); both must be by one clock");
+      }
       out.known_.push_back(known);
     }
     before = known;

@@ -56,6 +56,16 @@ TEST_F(TruthFiles, MayBeMissing) {
   EXPECT_FALSE(RecordedTruth::read(folder_));
 }
 
+TEST_F(TruthFiles, PosesOfAnotherClockAreRefused) {  // else the last would be taken for all
+  const fs::path file = folder_ / "mav0/truth0/poses.csv";
+  const std::string rows = read_file(file);
+  write_file(file, std::regex_replace(rows, std::regex("\n([0-9])"), "\n-9$1"));
+  EXPECT_THAT(fault(), testing::EndsWith("/truth0/poses.csv:3: is of an instant before the "
+                                         "observation it is of (" +
+                                         (folder_ / "mav0/truth0/data.csv").string() +
+                                         ":3); both must be by one clock"));
+}
+
 TEST_F(TruthFiles, FaultsAreToldWithTheirPlace) {
   const fs::path truth = folder_ / "mav0/truth0";
   const std::string seen = read_file(truth / "seen.csv");
