@@ -6,6 +6,7 @@
 #include <exception>
 #include <new>
 #include <system_error>
+#include <utility>
 
 #include <opencv2/core.hpp>
 
@@ -48,19 +49,12 @@ Fault current_fault() {
   }
 }
 
-bool Faults::attempt(const std::function<void()>& act) {
-  try {
-    act();
-    return true;
-  } catch (...) {
-    const Fault fault = current_fault();
-    const bool told = std::any_of(all_.begin(), all_.end(),
-                                  [&](const Fault& before) { return before.what == fault.what; });
-    if (!told) {
-      all_.push_back(fault);
-      std::fprintf(stderr, "%s\n", fault.what.c_str());
-    }
-    return false;
+void Faults::keep(Fault fault) {
+  const bool told = std::any_of(all_.begin(), all_.end(),
+                                [&](const Fault& before) { return before.what == fault.what; });
+  if (!told) {
+    std::fprintf(stderr, "%s\n", fault.what.c_str());
+    all_.push_back(std::move(fault));
   }
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -22,13 +21,24 @@ Fault current_fault();
 class Faults {
  public:
   /// False when it threw.
-  bool attempt(const std::function<void()>& act);
+  template <class Act>
+  bool attempt(const Act& act) {  // no std::function: making one may throw, too
+    try {
+      act();
+      return true;
+    } catch (...) {
+      keep(current_fault());
+      return false;
+    }
+  }
 
   bool none() const { return all_.empty(); }
   int status() const { return all_.empty() ? 0 : all_.front().status; }  ///< of the first
   std::string text() const;                                              ///< a line each
 
  private:
+  void keep(Fault fault);
+
   std::vector<Fault> all_;
 };
 

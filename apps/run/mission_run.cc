@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
-#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -77,8 +76,9 @@ void heed_cameras(const NavStep& step, const std::optional<Navigator>& navigator
 // Whatever is thrown on the way, the robot stands afterwards, what is being written of the drive is
 // written, and what went wrong is told: at once, for the rest takes a while. A mission that is
 // refused before it has begun is thrown on.
-Faults driven_to_its_end(const std::function<void()>& drive, const OpenRobot& open,
-                         const OutDir& out, std::optional<Cockpit>& cockpit, Until& until) {
+template <class Drive>
+Faults driven_to_its_end(const Drive& drive, const OpenRobot& open, const OutDir& out,
+                         std::optional<Cockpit>& cockpit, Until& until) {
   Faults faults;
   std::exception_ptr refusal;
   const auto leave = [&] {  // the terminal is its owner's again
@@ -196,9 +196,9 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   faults.attempt([&] { result = run_result(navigator); });
   faults.attempt([&] { kept = kept_keyframes(navigator); });
   faults.attempt([&] { end = run_end(until, mission, navigator, open); });
-  const RunReport report =
-      recorder.write_report(std::move(truth), result, end, kept, places ? &*places : nullptr,
-                            faults, [&until] { return until.hurried(); });
+  const RunReport report = recorder.write_report(std::move(truth), result, std::move(end), kept,
+                                                 places ? &*places : nullptr, std::move(faults),
+                                                 [&until] { return until.hurried(); });
   print(report);
   return report.exit_status;
 }

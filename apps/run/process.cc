@@ -3,17 +3,39 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <string_view>
 #include <thread>
 
 #include <opencv2/core/utility.hpp>
 
+#include "apps/run/fault.h"
 #include "sim/render/renderer.h"
 
 namespace panoptes {
+namespace {
+
+// What was thrown where nothing may be, as in a destructor of a library, ends the program with the
+// status that it has elsewhere.
+[[noreturn]] void end_at_once() {
+  Fault fault{4, "a bug of panoptes, please report it: it was ended"};
+  if (const std::exception_ptr thrown = std::current_exception()) {
+    try {
+      std::rethrow_exception(thrown);
+    } catch (...) {
+      fault = current_fault();
+    }
+  }
+  std::fprintf(stderr, "%s\n", fault.what.c_str());
+  std::_Exit(fault.status);
+}
+
+}  // namespace
 
 void set_up_process() {
+  std::set_terminate(end_at_once);
   std::signal(SIGXFSZ, SIG_IGN);  // the write fails instead
   std::signal(SIGPIPE, SIG_IGN);  // likewise: a reader that left ends no run
   cv::setNumThreads(1);

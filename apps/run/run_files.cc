@@ -269,7 +269,7 @@ std::vector<fs::path> draw_run(const fs::path& out_dir, const FinishedRun& run,
                                const RunFindings& findings, const std::vector<PlaceRow>& places,
                                Faults& faults, const std::function<bool()>& hurried) {
   std::vector<fs::path> pictures;
-  const auto keep = [&](const char* name, const std::function<cv::Mat()>& draw) {
+  const auto keep = [&](const char* name, const auto& draw) {
     if (hurried && hurried()) {
       return;
     }

@@ -216,7 +216,7 @@ TEST_F(FaultyRun, KeepsAllElseWhateverIsThrownAtTheEnd) {
       EXPECT_EQ(metrics()["outcome"], "failed");
       EXPECT_EQ(metrics()["fault"].get<std::string>() + "\n", said_);
       EXPECT_GE(read_csv(folder_ / "run" / "steps.csv").rows.size(), 10U);
-      EXPECT_TRUE(fs::exists(folder_ / "run" / "map.png"));
+      EXPECT_TRUE(fs::exists(folder_ / "run" / "graph.g2o"));
     }
   }
 }
