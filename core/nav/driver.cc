@@ -199,12 +199,19 @@ void Driver::plan(const DriveTask& task) {
     coarse = unknown_around(T_map_body.position(), coarse.cell_m);
   }
   overlay(*task.local_odom, task.T_map_odom, T_map_body.position(), coarse);
-  for (const Vec2& p : touched_map(task.stamp)) {
-    stamp(coarse, p, kTouched_m);
+  PathSearch found;
+  for (const bool past_touched : {false, true}) {
+    past_touched_ = past_touched;
+    OccupancyMap map = coarse;
+    for (const Vec2& p : touched_map(task.stamp)) {
+      stamp(map, p, kTouched_m);
+    }
+    grid_ = drivable_grid_of_coarse(options_.search, body_, std::move(map));
+    found = search_path(options_.search, *grid_, T_map_body.position(), goal_->pose_map.position());
+    if (found.path || touched_.empty()) {
+      break;
+    }
   }
-  grid_ = drivable_grid_of_coarse(options_.search, body_, std::move(coarse));
-  PathSearch found =
-      search_path(options_.search, *grid_, T_map_body.position(), goal_->pose_map.position());
   path_ = std::move(found.path);
   no_path_ = std::move(found.reason);
   plans_failed_ = path_ ? 0 : plans_failed_ + 1;
@@ -305,20 +312,10 @@ void Driver::touch(const DriveTask& task) {
                       task.stamp + from_seconds(for_s), for_s});
 }
 
-void Driver::follow_touched(const DriveTask& task) {
-  for (Touched& touched : touched_) {
-    touched.place.follow(task.T_map_keyframes);
-  }
-  // gone for as long as it was remembered: another thing would be met there
-  std::erase_if(touched_, [&task](const Touched& touched) {
-    return to_seconds(task.stamp - touched.until) > touched.for_s;
-  });
-}
-
 std::vector<Vec2> Driver::touched_map(Time now) const {
   std::vector<Vec2> places_map;
   for (const Touched& touched : touched_) {
-    if (now < touched.until) {
+    if (now < touched.until || !past_touched_) {
       places_map.push_back(touched.place.p_map());
     }
   }
@@ -504,7 +501,9 @@ DriveStep Driver::step(const DriveTask& task) {
   remember_track(task);
   const bool hit = task.bumper_pressed && !bumper_was_;
   bumper_was_ = task.bumper_pressed;
-  follow_touched(task);
+  for (Touched& touched : touched_) {
+    touched.place.follow(task.T_map_keyframes);
+  }
   if (hit) {
     touch(task);
   }

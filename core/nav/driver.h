@@ -84,8 +84,9 @@ class Driver {
  private:
   enum class Mode { kDrive, kLook, kRetreat };
 
-  /// Where the bumper was pressed: an obstacle until whoever stood there has had time to go. For
-  /// what stays, twice as long each time that it is touched again.
+  /// Where the bumper was pressed: an obstacle until whoever stood there has had time to go, and
+  /// from then on where there is another way. For what stays, twice as long each time that it is
+  /// touched again.
   struct Touched {
     HeldPose place;
     Time until;
@@ -97,7 +98,6 @@ class Driver {
   void recover(const DriveTask& task, const std::string& why, DriveStep& out);
   void start_retreat(const DriveTask& task, const std::string& why);
   void touch(const DriveTask& task);
-  void follow_touched(const DriveTask& task);
   std::vector<Vec2> touched_map(Time now) const;
   void drive(const DriveTask& task, std::optional<Time> blocked_since, DriveStep& out);
   void look(const DriveTask& task, DriveStep& out);
@@ -133,6 +133,7 @@ class Driver {
   double turned_rad_ = 0;              // on the spot since then
   std::optional<Time> blocked_since_;  // and at every step from then on
   std::vector<Touched> touched_;
+  bool past_touched_ = false;  // the present plan leads by where something was touched long ago
 };
 
 }  // namespace panoptes

@@ -278,6 +278,27 @@ TEST(Driver, LeavesWhatItTouchesAgainAloneForTwiceAsLong) {
   EXPECT_GE(to_seconds(r.now - Time()) - touched_s[2], 120);
 }
 
+TEST(Driver, KeepsClearOfWhatItTouchedLongAgoWhereThereIsAnotherWay) {
+  Ride r = ride();
+  const DriveGoal east{{5, 2, 0}, false};
+  const DriveGoal west{{1, 2, 0}, false};
+  r.drive(east, 4, [&](const DriveStep&) { return r.T_map_body.x_m > 2; });
+  const Vec2 thing(r.T_map_body.x_m + r.body.radius_m + 0.05, 2);
+  r.bumper = true;
+  r.twist = {};
+  r.step(east);
+  r.bumper = false;
+  ASSERT_TRUE(r.drive(east, 60, finished).goal_reached);
+  r.drive(std::nullopt, 120, [](const DriveStep&) { return false; });
+  double nearest = 1;
+  const DriveStep last = r.drive(west, 60, [&](const DriveStep& s) {
+    nearest = std::min(nearest, (r.T_map_body.position() - thing).norm());
+    return finished(s);
+  });
+  EXPECT_TRUE(last.goal_reached) << last.reason;
+  EXPECT_GT(nearest, r.body.radius_m);
+}
+
 TEST(Driver, HandsBackTheWindowWhenAsked) {
   Ride r = ride();
   DriveTask task;
