@@ -118,7 +118,8 @@ Seen look_at(const std::vector<std::string>& files, const RecogniserOptions& opt
             grey.cols, grey.rows, first.width, first.height));
       }
     } catch (const ConfigError& error) {
-      faults.push_back(files[i] + ": " + error.what());
+      const std::string what = error.what();
+      faults.push_back(what.starts_with(files[i]) ? what : files[i] + ": " + what);
       continue;
     }
     const TimedStage timed(clock, "view");

@@ -74,7 +74,7 @@ class Runs {
   ~Runs() {
     ask();
     for (Trial& trial : trials_) {
-      if (trial.status == Status::kRunning) {
+      if (has_process(trial)) {
         ::waitpid(trial.process, nullptr, 0);
       }
     }
@@ -85,13 +85,18 @@ class Runs {
   /// Asks each of them to end.
   void ask() const {
     for (const Trial& trial : trials_) {
-      if (trial.status == Status::kRunning) {
+      if (has_process(trial)) {
         ::kill(trial.process, SIGINT);
       }
     }
   }
 
  private:
+  // kill(-1) would reach every process of the user: a run that was collected has none.
+  static bool has_process(const Trial& trial) {
+    return trial.status == Status::kRunning && trial.process > 0;
+  }
+
   std::vector<Trial>& trials_;
 };
 

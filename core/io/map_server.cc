@@ -100,8 +100,9 @@ Mode mode_of(const MapYaml& yaml) {
 }
 
 cv::Mat picture_of(const std::filesystem::path& path) {
+  const std::string bytes = read_file(path);
   try {
-    return decode_picture(read_file(path), kMostSide_cells, PictureColours::kGrey);
+    return decode_picture(bytes, kMostSide_cells, PictureColours::kGrey);
   } catch (const ConfigError& error) {
     throw ConfigError(path.string() + ": " + error.what());
   }

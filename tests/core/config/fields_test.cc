@@ -515,7 +515,7 @@ TEST_F(InAFolder, TextThatIsNotUtf8IsSaidWithItsPlace) {
       EXPECT_EQ(error.what(), mission + ":2:10: not UTF-8 text; save it again as UTF-8");
     }
   }
-  const std::string good = write("n.yaml", "horizon_s: 2\n");
+  const std::string good = write("n.yaml", "robot: {horizon_s: 2}\n");
   try {
     read_settings<Mission>(good, {"mesh=caf\xe9.glb"});
     FAIL() << "accepted";
