@@ -152,6 +152,16 @@ bool shut_in(const Navigator& navigator, const Body& body) {
                      });
 }
 
+// A few pictures lost just before the end are no lost camera. What is not good for a second is: the
+// time within which a robot that steers by it stands.
+CameraReports lost_cameras(const CameraReports& cameras, Time now) {
+  constexpr double kLost_s = 1;
+  CameraReports lost = cameras;
+  std::erase_if(
+      lost, [now](const auto& camera) { return to_seconds(now - camera.second.since) < kLost_s; });
+  return lost;
+}
+
 }  // namespace
 
 RunEnd run_end(const Until& until, const ExploreMission& mission,
@@ -176,8 +186,11 @@ RunEnd run_end(const Until& until, const ExploreMission& mission,
   if (until.interrupted()) {
     return end("interrupted", "");
   }
-  if (navigator && !told(navigator->cameras()).empty()) {  // a part of the map is not to be had
-    return end("device_lost", told(navigator->cameras()));
+  if (navigator) {  // a part of the map is not to be had
+    const std::string lost = told(lost_cameras(navigator->cameras(), open.robot->now()));
+    if (!lost.empty()) {
+      return end("device_lost", lost);
+    }
   }
   const std::string reason = until.end_reason(open.robot->now(), keyframe_count(navigator));
   if (!reason.empty()) {
