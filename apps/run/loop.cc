@@ -152,10 +152,11 @@ bool shut_in(const Navigator& navigator, const Body& body) {
                      });
 }
 
-// A few pictures lost just before the end are no lost camera. What is not good for a second is: the
-// time within which a robot that steers by it stands.
+// A few pictures lost just before the end of a run are no lost camera. One that is not good for a
+// second is: the time within which a robot that steers by it stands.
+constexpr double kLost_s = 1;
+
 CameraReports lost_cameras(const CameraReports& cameras, Time now) {
-  constexpr double kLost_s = 1;
   CameraReports lost = cameras;
   std::erase_if(
       lost, [now](const auto& camera) { return to_seconds(now - camera.second.since) < kLost_s; });
