@@ -279,6 +279,8 @@ std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset, Durati
   const DatasetTable data = read_table(folder / "data.csv", 5);
   out.file_ = data.file();
   Known before;
+  Known
+      with_pose;  // the last one that brought a pose; deadlines between may be later than the next
   for (std::size_t row = 0; row < data.size(); ++row) {
     const auto count_of = [&](std::size_t column, std::size_t least, const DatasetTable& of) {
       const std::int64_t n = data.whole(row, column);
@@ -304,11 +306,14 @@ std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset, Durati
       check_last(known.poses, poses);
       check_last(known.seen_runs, seen);
       if (row > 0 && known.poses > before.poses &&
-          poses.stamp(known.poses - 1, 0) - epoch <= before.stamp) {
+          poses.stamp(known.poses - 1, 0) - epoch <= with_pose.stamp) {
         throw poses.fault(known.poses - 1, "is of an instant before the observation it is of (" +
                                                known.mention + "); both must be by one clock");
       }
       out.known_.push_back(known);
+    }
+    if (known.poses > before.poses) {
+      with_pose = known;
     }
     before = known;
   }
