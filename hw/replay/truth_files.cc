@@ -279,8 +279,7 @@ std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset, Durati
   const DatasetTable data = read_table(folder / "data.csv", 5);
   out.file_ = data.file();
   Known before;
-  Known
-      with_pose;  // the last one that brought a pose; deadlines between may be later than the next
+  Known with_pose;  // the last that brought a pose; a deadline's stamp may be later than the next's
   for (std::size_t row = 0; row < data.size(); ++row) {
     const auto count_of = [&](std::size_t column, std::size_t least, const DatasetTable& of) {
       const std::int64_t n = data.whole(row, column);
