@@ -138,13 +138,8 @@ std::optional<std::string> text_of(const std::filesystem::path& path) {
   }
 }
 
-/// Takes the run's figures from its folder; false when it has none.
-bool take_metrics(Trial& trial) {
-  const auto text = text_of(trial.dir / "metrics.json");
-  if (!text) {
-    return false;
-  }
-  const Json metrics = Json::parse(*text, nullptr, false);
+/// Takes the run's figures; false when they are none.
+bool take_metrics(const Json& metrics, Trial& trial) {
   if (!metrics.is_object() || !metrics.contains("outcome") || !metrics["outcome"].is_string()) {
     return false;
   }
@@ -169,6 +164,19 @@ bool take_metrics(Trial& trial) {
   trial.status =
       trial.outcome == "completed" && trial.broken.empty() ? Status::kPassed : Status::kFailed;
   return true;
+}
+
+/// The same of its folder; false when it holds none that can be read.
+bool take_metrics(Trial& trial) {
+  const auto text = text_of(trial.dir / "metrics.json");
+  if (!text) {
+    return false;
+  }
+  try {
+    return take_metrics(Json::parse(*text), trial);
+  } catch (const Json::exception&) {
+    return false;
+  }
 }
 
 bool is_finished(Trial& trial) {
@@ -363,10 +371,10 @@ void collect(Trial& trial) {
     return;
   }
   trial.process = -1;
+  trial.status = Status::kBroken;  // unless it has left figures
   const bool exited = WIFEXITED(status);
   const int code = exited ? WEXITSTATUS(status) : -1;
   if (!(code == 0 || code == 1) || !take_metrics(trial)) {
-    trial.status = Status::kBroken;
     trial.outcome = exited ? "exit status " + std::to_string(code)
                            : "ended by signal " + std::to_string(WTERMSIG(status));
   }

@@ -6,6 +6,9 @@
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "core/base/error.h"
 #include "core/io/csv.h"
@@ -80,8 +83,7 @@ class Trials : public ScratchTest {
   void SetUp() override {
     ScratchTest::SetUp();
     options_.program = folder_ / "program";
-    write_file(options_.program, kProgram);
-    std::filesystem::permissions(options_.program, std::filesystem::perms::owner_all);
+    run_as(kProgram);
     write_file(folder_ / "texture", "wood");
     options_.missions = {"m.yaml"};
     options_.seeds = {3, 6};
@@ -96,6 +98,10 @@ class Trials : public ScratchTest {
       }
       return ResolvedMission{std::filesystem::path(mission).stem(), text, mission_inputs_};
     };
+  }
+  void run_as(const std::string& program) {
+    write_file(options_.program, program);
+    std::filesystem::permissions(options_.program, std::filesystem::perms::owner_all);
   }
   json metrics() { return json::parse(read_file(options_.out_dir / "metrics.json")); }
   /// Seeds that were really run, in order.
@@ -319,6 +325,50 @@ TEST_F(Trials, RefuseAFolderOfSomethingElse) {
   EXPECT_EQ(message_of([&] { run_trials(options_); }),
             (options_.out_dir / "m" / "4").string() +
                 ": two runs would go there; a seed or a value is given twice");
+}
+
+TEST_F(Trials, ThatCannotGoOnEndTheirOwnRunsAloneAndSaySo) {
+  run_as(R"(#!/bin/bash
+dir=$5
+mkdir -p "$dir"
+for word in "$@"; do case $word in seed=*) seed=${word#seed=} ;; esac; done
+if [ "$seed" = 4 ]; then
+  trap 'touch "$dir/ended"; exit 130' INT
+  touch "${dir%/*}/waits"
+  while true; do sleep 0.02; done
+fi
+until [ -e "${dir%/*}/waits" ]; do sleep 0.02; done
+mkdir "${dir%/*}/../trials.csv.part"  # no table can be written from now on
+echo '{"outcome": "completed"}' >"$dir/metrics.json"
+)");
+  options_.seeds = {3, 4};
+  options_.jobs = 2;
+  const pid_t bystander = ::fork();
+  ASSERT_GE(bystander, 0);
+  if (bystander == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    std::signal(SIGINT, SIG_DFL);
+    ::pause();
+    ::_exit(0);
+  }
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_trials(options_), 3);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("trials.csv: cannot be created"));
+  EXPECT_TRUE(std::filesystem::exists(options_.out_dir / "m" / "4" / "ended"));
+  EXPECT_EQ(metrics()["outcome"], "failed");
+  EXPECT_THAT(metrics()["fault"].get<std::string>(), HasSubstr("trials.csv: cannot be created"));
+  EXPECT_EQ(::waitpid(bystander, nullptr, WNOHANG), 0);
+  ::kill(bystander, SIGKILL);
+  ::waitpid(bystander, nullptr, 0);
+}
+
+TEST_F(Trials, CallARunBrokenWhoseFiguresAreNone) {
+  run_as(
+      "#!/bin/bash\nmkdir -p \"$5\"\n"
+      "echo '{\"outcome\": \"completed\", \"wall_s\": \"long\"}' >\"$5/metrics.json\"\n");
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_trials(options_), 1);
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("exit status 0"));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <csignal>
 #include <fstream>
+#include <stdexcept>
 #include <thread>
 
 #include <fcntl.h>
@@ -72,6 +73,9 @@ Said run(std::vector<std::string> words, const fs::path& folder, const Fate& fat
   const pid_t child = ::fork();
   if (child == 0) {
     become(words, folder, fate);
+  }
+  if (child < 0) {  // kill() would take it for every process
+    throw std::runtime_error("the program cannot be started");
   }
   int ended = 0;
   bool sent = fate.signal == 0;
