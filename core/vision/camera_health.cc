@@ -146,10 +146,12 @@ void CameraHealth::count_missing(const Observation& seen, const Picture* picture
                                  CameraReport& report) const {
   const Time now = picture != nullptr ? picture->stamp : seen.stamp;
   const double periods = to_seconds(now - camera.since) / camera.period_s;
-  // one that is there comes half a period early at most, one that is not may still come
-  const int due = static_cast<int>(std::floor(periods - kJitter_periods));
-  report.missing += std::max(0, due - camera.missed);
-  camera.missed = std::max(camera.missed, due);
+  // one that is there comes half a period early at most
+  const int due = std::max(0, static_cast<int>(std::floor(periods - kJitter_periods)));
+  // one that comes behind a deadline was missing only so long
+  const int missed = picture != nullptr ? due : std::max(camera.missed, due);
+  report.missing += missed - camera.missed;
+  camera.missed = missed;
 }
 
 CameraState CameraHealth::judge(const Observation& seen, const Picture& picture, Watched& camera,

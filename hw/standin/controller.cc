@@ -251,9 +251,8 @@ Sip StandInController::sip() const {
     sip.control = signed_whole(wrap_angle(*state_.goal_heading_rad - T_odom_origin_.theta_rad) /
                                model_.angle_rad);
   }
-  sip.flags =
-      static_cast<std::uint16_t>((state_.motors_on ? kFlagMotorsOn : 0) | state_.sonars_on << 1 |
-                                 (state_.emergency_stall ? kFlagEmergencyStall : 0));
+  sip.flags = static_cast<std::uint16_t>((state_.motors_on ? kFlagMotorsOn : 0) |
+                                         (state_.emergency_stall ? kFlagEmergencyStall : 0));
   sip.battery_fine_dv = kBattery_dv;
   sip.charge_stage = 0;
   sip.turn_velocity = signed_whole(10 * rad_to_deg(twist.w_radps));
@@ -398,13 +397,6 @@ void StandInController::obey(const CommandPacket& packet) {
         send(encoders());
       }
       break;
-    case Command::kSonar: {
-      const int named = argument >> 1 & 0xF;
-      const int arrays = named == 0 ? 0xF : named;
-      state_.sonars_on =
-          (argument & 1) != 0 ? state_.sonars_on | arrays : state_.sonars_on & ~arrays;
-      break;
-    }
     case Command::kBumpStall:
       state_.bump_stall = argument & 3;
       break;

@@ -79,7 +79,6 @@ class StandInController {
     int baud = 0;
     bool motors_on = false;
     bool emergency_stall = true;
-    int sonars_on = 0;  ///< a bit an array
     int bump_stall = 0;
     bool encoders = false;  ///< a stream of them
     Limits limits;

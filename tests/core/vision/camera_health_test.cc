@@ -126,6 +126,30 @@ TEST(CameraHealth, ThreePicturesMissingInARowAreALostCamera) {
   EXPECT_EQ(w.see(w.scene.things()).missing, 4);
 }
 
+// Each picture comes after a deadline that passed without it.
+TEST(CameraHealth, PicturesBehindADeadlineAreNotMissing) {
+  Watch w;
+  const auto look = [&w](double seen_s, double taken_s) {
+    Observation seen;
+    seen.stamp = time_at(seen_s);
+    seen.odometry.T_odom_body = w.T_odom_body = w.T_odom_body * exp_twist({0.3, 0}, kFrame_s);
+    if (taken_s >= 0) {
+      seen.pictures["eye"] = {time_at(taken_s), w.scene.things()};
+    }
+    return w.health.look(seen).at("eye");
+  };
+  look(0, 0);
+  for (int i = 1; i <= 30; ++i) {
+    look((i + 0.8) * kFrame_s, -1);
+    if (i % 5 != 0) {
+      look((i + 0.4) * kFrame_s, i * kFrame_s);
+    }
+  }
+  const CameraReport report = look(31.4 * kFrame_s, 31 * kFrame_s);
+  EXPECT_EQ(report.missing, 6);  // of i = 5, 10 to 30
+  EXPECT_EQ(report.state, CameraState::kGood);
+}
+
 TEST(CameraHealth, PicturesAsOldAsThatAreLate) {
   Watch w;
   w.see_things(3);
