@@ -370,6 +370,22 @@ void require_known_materials(const ObjectSettings& settings, const std::string& 
   }
 }
 
+// The importer calls everything that is thrown in it an unreadable file. It is one where the importer
+// says so itself, or where a number in the file leads out of a container.
+[[noreturn]] void raise_unread(const Assimp::Importer& importer, const Complaint& complaint) {
+  try {
+    if (const std::exception_ptr& thrown = importer.GetException()) {
+      std::rethrow_exception(thrown);
+    }
+  } catch (const std::runtime_error&) {  // DeadlyImportError
+  } catch (const std::out_of_range&) {
+  } catch (const std::length_error&) {
+  }
+  std::string reason = importer.GetErrorString();
+  std::replace(reason.begin(), reason.end(), '\n', ' ');
+  complaint.raise(fmt::format("cannot be read: {}; export it again, as glTF or OBJ", reason));
+}
+
 }  // namespace
 
 std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictures) {
@@ -396,9 +412,7 @@ std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictur
   importer.SetIOHandler(new NotedFiles);  // it is the importer's from now on
   const aiScene* scene = importer.ReadFile(file, 0);
   if (scene == nullptr) {
-    std::string reason = importer.GetErrorString();
-    std::replace(reason.begin(), reason.end(), '\n', ' ');
-    complaint.raise(fmt::format("cannot be read: {}; export it again, as glTF or OBJ", reason));
+    raise_unread(importer, complaint);
   }
   if (scene->mRootNode == nullptr || scene->mNumMeshes == 0) {
     complaint.raise("has no faces; export it with its surfaces");

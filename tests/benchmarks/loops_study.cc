@@ -40,14 +40,18 @@ struct Picture {
   bool shows = true;
 };
 
+Time stamp_of(const CsvTable& table, std::size_t row) {
+  return Time(Duration(std::stoll(table.rows[row][0])));
+}
+
 std::vector<Picture> read_drive(const fs::path& drive, int every) {
   const CsvTable rows = read_csv(drive / "mav0" / "front" / "data.csv");
   const CsvTable truth = read_csv(drive / "mav0" / "state_groundtruth_estimate0" / "data.csv");
   std::vector<Picture> pictures;
   std::size_t at = 0;
   for (std::size_t row = 0; row < rows.rows.size(); row += every) {
-    const Time stamp = rows.stamp(row, 0);
-    while (at + 1 < truth.rows.size() && truth.stamp(at, 0) < stamp) {
+    const Time stamp = stamp_of(rows, row);
+    while (at + 1 < truth.rows.size() && stamp_of(truth, at) < stamp) {
       ++at;
     }
     const double theta_rad = 2 * std::atan2(truth.number(at, 7), truth.number(at, 4));
