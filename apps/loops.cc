@@ -221,13 +221,13 @@ void say_what_shows_nothing(const std::vector<std::string>& files, const RunReco
 
 void write_table(const fs::path& path, const std::vector<std::string>& files,
                  const RunRecognition& run, const std::optional<PlaceTruth>& truth) {
-  CsvWriter table(path, {"picture", "earlier", "emd_grey", "inliers", "support", "confidence",
-                         "verdict", "truth"});
+  CsvWriter table(path, {"picture", "earlier", "emd_grey", "inliers", "support", "seen_again",
+                         "confidence", "verdict", "truth"});
   for (std::size_t i = 0; i < files.size(); ++i) {
     const Recognised& found = run.pictures[i];
     table << as_utf8(fs::path(files[i]).filename().string());
     if (found.earlier < 0) {
-      table.skip().skip().skip().skip().skip()
+      table.skip().skip().skip().skip().skip().skip()
           << (found.fault == PictureFault::kNone
                   ? "nothing alike"
                   : fmt::format("shows nothing: {}", fault_name(found.fault)));
@@ -235,7 +235,7 @@ void write_table(const fs::path& path, const std::vector<std::string>& files,
       continue;
     }
     table << as_utf8(fs::path(files[found.earlier]).filename().string()) << found.emd_grey
-          << found.inliers << found.support << found.confidence
+          << found.inliers << found.support << found.seen_again << found.confidence
           << (found.believed ? "same place" : "too little in common");
     if (truth) {
       const SamePlace same = truth->at(static_cast<int>(i), found.earlier);

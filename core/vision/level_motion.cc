@@ -115,10 +115,17 @@ LevelAgreement level_agreement(const LevelMotionOptions& options,
       best = f;
     }
   }
-  if (most <= kSample) {
-    return {most, 0};
+  LevelAgreement agreement{most, 0, {}};
+  for (int i = 0; i < count; ++i) {
+    if (agrees(best, scaled[i], noise * noise)) {
+      agreement.agreeing.push_back(i);
+    }
   }
-  return {most, log_false_alarms(count, most, agreeing_by_chance(best, scaled, noise * noise))};
+  if (most > kSample) {
+    const double p = agreeing_by_chance(best, scaled, noise * noise);
+    agreement.log_chance = log_false_alarms(count, most, p);
+  }
+  return agreement;
 }
 
 }  // namespace panoptes

@@ -27,6 +27,7 @@ struct LevelAgreement {
   /// themselves (the number of false alarms of Moisan and Stival 2004): far below 0 where the
   /// agreement is no chance. How often a random match agrees is counted on the pairs' own points.
   double log_chance = 0;
+  std::vector<int> agreeing;  ///< the inliers' places among the pairs
 };
 
 /// How many pairs agree with one motion of a camera that stays level, as on a robot's mast: turns

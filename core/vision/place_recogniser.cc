@@ -11,6 +11,32 @@
 #include "core/vision/grey.h"
 
 namespace panoptes {
+namespace {
+
+// As coarse as a few features a part allow.
+constexpr int kPartsAcross = 6;
+constexpr int kPartsDown = 4;
+constexpr float kMoved = 0.25F;  // of the picture's width and height
+
+PictureParts part_at(const PlaceView& view, const Eigen::Vector2f& px) {
+  const auto cell = [](float at_px, float middle_px, int count) {
+    const float share = at_px / (2 * middle_px + 1);
+    return std::clamp(static_cast<int>(share * static_cast<float>(count)), 0, count - 1);
+  };
+  const int column = cell(px.x(), view.middle_px.x(), kPartsAcross);
+  const int row = cell(px.y(), view.middle_px.y(), kPartsDown);
+  return PictureParts{1} << static_cast<unsigned>(row * kPartsAcross + column);
+}
+
+}  // namespace
+
+PictureParts parts_with_features(const PlaceView& view) {
+  PictureParts parts = 0;
+  for (const Eigen::Vector2f& px : view.features.px) {
+    parts |= part_at(view, px);
+  }
+  return parts;
+}
 
 PlaceView place_view(const RecogniserOptions& options, const cv::Mat& picture) {
   cv::Mat grey = grey_of(picture);
@@ -58,16 +84,26 @@ std::vector<PlaceCandidate> PlaceRecogniser::query(const PlaceView& view, int un
 
 PlaceCandidate PlaceRecogniser::compare(const PlaceView& view, int place) const {
   const PlaceView& earlier = this->place(place);
+  const std::vector<FeatureMatch> matches =
+      match_features(options_.features, view.features, earlier.features);
   std::vector<PixelPair> pairs;
-  for (const FeatureMatch& match :
-       match_features(options_.features, view.features, earlier.features)) {
+  pairs.reserve(matches.size());
+  for (const FeatureMatch& match : matches) {
     pairs.push_back({view.features.px[match.a] - view.middle_px,
                      earlier.features.px[match.b] - earlier.middle_px});
   }
   const LevelAgreement agreement =
       level_agreement(options_.motion, pairs, rng_.fork(std::to_string(place)));
-  return {place, emd_grey(view.signature, earlier.signature), agreement.inliers,
-          agreement.log_chance};
+  PlaceCandidate candidate{place, emd_grey(view.signature, earlier.signature), agreement.inliers,
+                           agreement.log_chance};
+  for (const int i : agreement.agreeing) {
+    const Eigen::Array2f moved_px = (pairs[i].a_px - pairs[i].b_px).array().abs();
+    if ((moved_px <= kMoved * 2 * view.middle_px.array()).all()) {
+      candidate.again_in_view |= part_at(view, view.features.px[matches[i].a]);
+      candidate.again_in_place |= part_at(earlier, earlier.features.px[matches[i].b]);
+    }
+  }
+  return candidate;
 }
 
 }  // namespace panoptes

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include <Eigen/Core>
@@ -34,12 +35,22 @@ struct PlaceView {
 /// not make another place.
 PlaceView place_view(const RecogniserOptions& options, const cv::Mat& picture);
 
+/// Parts of a picture, a bit each, of a grid over all of it.
+using PictureParts = std::uint32_t;
+
+/// The parts with features of their own.
+PictureParts parts_with_features(const PlaceView& view);
+
 /// A remembered place, compared with a view.
 struct PlaceCandidate {
   int place = 0;
   double emd_grey = 0;
   int inliers = 0;        ///< matched features that agree with one motion of a level camera
   double log_chance = 0;  ///< ln of how often as many would by chance (LevelAgreement)
+  /// Parts of the view, and of the place's picture, with features that agree and are at most a
+  /// quarter of the picture from where the other has them.
+  PictureParts again_in_view = 0;
+  PictureParts again_in_place = 0;
 };
 
 /// Remembers places by one picture each, and says without any prior which a view is most like.

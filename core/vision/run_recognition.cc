@@ -2,6 +2,7 @@
 #include "core/vision/run_recognition.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -15,6 +16,12 @@ constexpr int kLeastSamples = 10;  // fewer say nothing of what is rare
 constexpr int kGaps = 3;           // tried a picture that another place is learned from
 constexpr int kFastest = 2;        // times the speed of the earlier pass, or one of these of it
 constexpr double kFalseARun = 0.01;
+// Of what a picture shows: turned by a quarter of the view, or so far on that a quarter of it has
+// left it, is another place or heading. A third may be hidden, or not found, where what is found
+// would do twice over.
+constexpr double kSeenAgain = 0.75;
+constexpr double kCertainSeenAgain = 2.0 / 3;
+constexpr double kCertain = 2;
 
 double quantile(std::vector<int> values, double share) {
   const auto at =
@@ -93,6 +100,15 @@ class Run {
   }
   int support(int picture, int earlier) { return support_of(picture, earlier).inliers; }
 
+  // Of the parts of either picture that its neighbours show too, the share that the other one
+  // shows: the least of both. What repeats itself, one cupboard of a row or things seen from
+  // farther off, agrees with one motion as well as the same place, but is not all there is to see.
+  double seen_again(int picture, int earlier, double beyond_chance) {
+    const PlaceCandidate& both = compare(picture, earlier);
+    return std::min(share_of(both.again_in_view, telling_parts(picture, beyond_chance)),
+                    share_of(both.again_in_place, telling_parts(earlier, beyond_chance)));
+  }
+
   // More inliers than the most unlike pictures have, which agree by chance alone: their median and
   // two sigma of a count.
   double beyond_chance() {
@@ -143,6 +159,28 @@ class Run {
   }
 
  private:
+  static double share_of(PictureParts found, PictureParts of) {
+    return of == 0 ? 0 : static_cast<double>(std::popcount(found & of)) / std::popcount(of);
+  }
+
+  // Those that neighbours show again: of a plain wall, noise alone has features. All with features
+  // where no neighbour shows anything of it.
+  PictureParts telling_parts(int picture, double beyond_chance) {
+    PictureParts parts = 0;
+    for (const int apart : {-2, -1, 1, 2}) {
+      const int neighbour = picture + apart;
+      if (neighbour < 0 || neighbour >= size()) {
+        continue;
+      }
+      const PlaceCandidate& both =
+          compare(std::max(picture, neighbour), std::min(picture, neighbour));
+      if (both.inliers > beyond_chance) {
+        parts |= neighbour < picture ? both.again_in_view : both.again_in_place;
+      }
+    }
+    return parts != 0 ? parts : parts_with_features(recogniser_.place(picture));
+  }
+
   // Evenly spread pictures that have one so many before them.
   std::vector<int> sample(int gap) const {
     const int count = std::min(kSamples, size() - gap);
@@ -266,14 +304,21 @@ RunRecognition recognise_full(const RecogniserOptions& options, std::vector<Plac
     const auto support = run.support_of(picture, best.place);
     // a picture that matches wrong places better than most must match the right one better, too
     const double harder = 1 + std::max(0.0, elsewhere[picture] - typical) / result.threshold;
-    const double confidence =
-        std::max(best.inliers / result.threshold,
-                 (best.inliers + support.inliers) / result.threshold_support) /
-        harder;
-    result.pictures[picture] = {
-        best.place,   best.emd_grey,
-        best.inliers, support.inliers,
-        confidence,   confidence >= 1 && support.log_chance <= log_chance_allowed};
+    double confidence = std::max(best.inliers / result.threshold,
+                                 (best.inliers + support.inliers) / result.threshold_support) /
+                        harder;
+    const double seen_again = run.seen_again(picture, best.place, beyond_chance);
+    const double needed = confidence >= kCertain ? kCertainSeenAgain : kSeenAgain;
+    if (seen_again < needed) {
+      confidence = std::min(confidence, seen_again / needed);
+    }
+    result.pictures[picture] = {best.place,
+                                best.emd_grey,
+                                best.inliers,
+                                support.inliers,
+                                seen_again,
+                                confidence,
+                                confidence >= 1 && support.log_chance <= log_chance_allowed};
   }
   return result;
 }
