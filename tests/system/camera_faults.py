@@ -6,7 +6,8 @@ contact, and does the map hold no more that is no floor than that of the same dr
   tests/system/camera_faults.py build/ci/apps/panoptes --out runs/faults [--seeds 100-119]
       [--worlds office,home] [--faults freeze,cover,black,unplug] [--camera floor]
 
-Every seed has a moment of its own, 15 to 90 s after the start. Prints a row a run as it ends and keeps
+Every seed has a moment of its own, 15 to 90 s after the start; a drive that ended before it is told
+and not counted. Prints a row a run as it ends and keeps
 it in OUT/faults.csv; runs that are there are not run again. Status 1 where a row breaks a limit.
 """
 import argparse
@@ -74,6 +75,10 @@ def main():
                 at_s = random.Random(f"{world}-{seed}").uniform(15, 90)
                 mission = str(missions / f"explore-{world}.yaml")
                 whole = explore(arguments.program, mission, out / f"{world}-{seed}", seed, at_s, [])
+                if whole["run_s"] < at_s - 1:
+                    print(f"{world} {seed} {at_s:.2f}: the drive ended after {whole['run_s']:.1f} s "
+                          f"({whole['outcome']}); no moment of it", flush=True)
+                    continue
                 for fault in arguments.faults.split(","):
                     run = out / f"{world}-{seed}-{fault}"
                     which = f"camera: {arguments.camera}, " if arguments.camera != "all" else ""
