@@ -115,9 +115,10 @@ TEST(Mission, RefusesWhatIsOutOfRange) {
 }
 
 TEST(Mission, TellsWhatAPioneerLacks) {
-  const auto told = [](const std::string& platform) {
+  const auto told = [](const std::string& platform, const std::string& drive = "none") {
     try {
-      read_settings_text<ExploreMission>("platform: " + platform + "\ndrive: none\n", "m.yaml");
+      read_settings_text<ExploreMission>("platform: " + platform + "\ndrive: " + drive + "\n",
+                                         "m.yaml");
     } catch (const ConfigError& error) {
       return error.lines();
     }
@@ -138,6 +139,9 @@ TEST(Mission, TellsWhatAPioneerLacks) {
   EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0', cameras: standin}"),
               testing::Contains(testing::HasSubstr("must be none with this base")));
   EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0'}"), testing::IsEmpty());
+  EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0'}",
+                   "{route: {waypoints: [{x_m: 1, y_m: 2}], speed_mps: 0.3}}"),
+              testing::Contains(testing::HasSubstr("drive: must not be a route on a pioneer")));
 }
 
 TEST(Mission, TakesRigAndRobotOfAStandIn) {

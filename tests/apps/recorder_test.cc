@@ -404,6 +404,9 @@ TEST_F(RecorderTest, KeepsTheInstantsOfABlindRunInOrder) {
   recorder.write_report(std::nullopt, {}, {"completed", "duration"});
   EXPECT_EQ(read_tum(out / "odometry.tum").size(), 3U);  // else it throws
   EXPECT_EQ(read_csv(out / "steps.csv").rows.size(), 3U);
+  for (const char* name : {"map.png", "coverage.png"}) {
+    EXPECT_FALSE(std::filesystem::exists(out / name)) << "nothing was mapped: " << name;
+  }
 }
 
 TEST_F(RecorderTest, KeepsARunThatEndedAtOnce) {
