@@ -481,7 +481,7 @@ class Judge {
     for (const Closure& closure : closures_) {
       const GraphEdge& edge = graph.edges[closure.edge];
       if (kept[closure.edge]) {
-        if (chi2(graph, edge) > gate) {
+        if (!(chi2(graph, edge) <= gate)) {
           kept[closure.edge] = false;
           ++times_out_[closure.edge];
           changed = true;
