@@ -9,31 +9,9 @@
 #include <fmt/format.h>
 
 #include "apps/run/progress.h"
-#include "apps/run/teleop.h"
 #include "core/base/error.h"
 
 namespace panoptes {
-
-namespace {
-
-// A person who holds a key must be heard, whether pictures come or not.
-constexpr double kHandDeadline_s = 0.1;
-
-bool is_teleop(const ExploreMission& mission) {
-  return std::holds_alternative<DriveByTeleop>(mission.drive);
-}
-
-const char* who_drives(const DriveOptions& drive) {
-  return std::holds_alternative<DriveAlongRoute>(drive) ? "along the route"
-         : std::holds_alternative<DriveByTeleop>(drive) ? "by hand"
-                                                        : "nobody drives";
-}
-
-}  // namespace
-
-bool by_hand(const ExploreMission& mission) {
-  return is_teleop(mission) && !std::holds_alternative<hw::RecordedOptions>(mission.platform);
-}
 
 StageListener listener(StageClock& clock) {
   return [&clock](std::string_view stage, bool begins) {
@@ -41,76 +19,31 @@ StageListener listener(StageClock& clock) {
   };
 }
 
-Observation observe(hw::Robot& robot, const ExploreMission& mission, StageClock& clock) {
-  const TimedStage stage(clock, "observe");
-  const double longest_s = by_hand(mission) ? std::min(mission.frame_deadline_s, kHandDeadline_s)
-                                            : mission.frame_deadline_s;
-  return robot.observe(robot.now() + from_seconds(longest_s));
-}
-
-NavStep navigate(std::optional<Navigator>& navigator, const Observation& seen,
-                 const DriveOptions& drive, StageClock& clock) {
-  const TimedStage stage(clock, "step");
-  NavStep step = navigator ? navigator->step(seen) : NavStep{};
-  if (!std::holds_alternative<DriveByNavigator>(drive)) {
-    step.command_body = {};
-    step.goal_map.reset();
-    step.state = NavState::kStopped;
-    step.blind = false;
-    step.reason = who_drives(drive);
-    if (!step.cameras_told.empty()) {
-      step.reason += "; " + step.cameras_told;
-    }
-  }
-  return step;
-}
-
-NavStep driven_by_hand(NavStep step, const Twist2& command_body) {
-  const bool stands = command_body.v_mps == 0 && command_body.w_radps == 0;
-  step.command_body = command_body;
-  step.state = stands ? NavState::kStopped : NavState::kDriving;
-  return step;
-}
-
-Duration command_valid_for(const ExploreMission& mission) {
-  const Duration valid_for = from_seconds(mission.command_valid_for_s);
-  return is_teleop(mission) ? std::min(valid_for, kKeyHeld) : valid_for;
-}
-
-void refuse_bad_start(const ExploreMission& mission, const std::optional<Navigator>& navigator) {
+void refuse_bad_start(const ExploreMission& mission, const Slam* slam) {
   const auto* wired = std::get_if<PioneerOptions>(&mission.platform);
   const auto* simulated = std::get_if<sim::SimulatedOptions>(
       wired != nullptr && wired->standin != nullptr ? &wired->standin->platform
                                                     : &mission.platform);
-  if (simulated == nullptr || !navigator || navigator->start_fault().empty()) {
+  if (simulated == nullptr || slam == nullptr || slam->start_fault().empty()) {
     return;
   }
   const std::string& mention = simulated->start_mention;
   throw ConfigError(fmt::format(
       "{}{}platform.start: the robot cannot start {}: {}; give platform.start another pose{}",
       mention, mention.empty() ? "" : ": ", mention.empty() ? "where the seed has put it" : "here",
-      navigator->start_fault(), mention.empty() ? ", or another --seed" : ""));
+      slam->start_fault(), mention.empty() ? ", or another --seed" : ""));
 }
 
-bool finished(const DriveOptions& drive, const std::optional<Navigator>& navigator,
-              const OpenRobot& open) {
+bool finished(const Pilot& pilot, const OpenRobot& open) {
   if (open.recorded != nullptr &&
       (open.recorded->ended() || open.recorded->commands_diverged_at())) {
     return open.recorded->ended();
   }
-  return std::holds_alternative<DriveByNavigator>(drive) ? navigator->done() : open.route_done();
+  return pilot.done();
 }
 
-std::size_t keyframe_count(const std::optional<Navigator>& navigator) {
-  return navigator ? navigator->keyframes().size() : 0;
-}
-
-std::string doing(const std::optional<Navigator>& navigator, const NavStep& step) {
-  if (!navigator) {
-    return step.reason;
-  }
-  return fmt::format("{:.1f} m2 mapped, {} keyframes, {}", step.mapped_free_m2,
-                     navigator->keyframes().size(), step.reason);
+std::size_t keyframe_count(const Slam* slam) {
+  return slam == nullptr ? 0 : slam->keyframes().size();
 }
 
 RunInfo run_info(const std::string& command, const ExploreMission& mission) {
@@ -124,29 +57,42 @@ RunInfo run_info(const std::string& command, const ExploreMission& mission) {
   return info;
 }
 
-RunResult run_result(const std::optional<Navigator>& navigator) {
+RunResult run_result(const Slam* slam) {
   constexpr double kCell_m = 0.01;
   RunResult result;
-  if (!navigator) {
+  if (slam == nullptr) {
     return result;
   }
-  result.graph = navigator->graph();
+  result.graph = slam->graph();
   // a step that was cut short may have left a keyframe without its node
-  const std::size_t count = std::min(navigator->keyframes().size(), result.graph.T_map_node.size());
+  const std::size_t count = std::min(slam->keyframes().size(), result.graph.T_map_node.size());
   for (std::size_t i = 0; i < count; ++i) {
-    const Keyframe& keyframe = navigator->keyframes()[i];
+    const Keyframe& keyframe = slam->keyframes()[i];
     result.keyframes.push_back(
         {keyframe.stamp, result.graph.T_map_node[i], keyframe.T_wheels_body});
   }
-  result.map = navigator->map(kCell_m);
+  result.map = slam->map(kCell_m);
   return result;
+}
+
+std::vector<KeptKeyframe> kept_keyframes(const Slam* slam) {
+  std::vector<KeptKeyframe> kept;
+  if (slam == nullptr) {
+    return kept;
+  }
+  for (const PlacedGrid& placed : slam->grids()) {
+    const std::size_t k = kept.size();
+    kept.push_back({slam->keyframes().at(k).stamp, placed.T_map_keyframe,
+                    slam->place(static_cast<int>(k)), placed.grid});
+  }
+  return kept;
 }
 
 namespace {
 
 // Nothing to explore is no success for a robot that has not got away from where it stood.
-bool shut_in(const Navigator& navigator, const Body& body) {
-  return std::all_of(navigator.keyframes().begin(), navigator.keyframes().end(),
+bool shut_in(const Slam& slam, const Body& body) {
+  return std::all_of(slam.keyframes().begin(), slam.keyframes().end(),
                      [&](const Keyframe& keyframe) {
                        return keyframe.T_wheels_body.position().norm() < body.radius_m;
                      });
@@ -165,8 +111,8 @@ CameraReports lost_cameras(const CameraReports& cameras, Time now) {
 
 }  // namespace
 
-RunEnd run_end(const Until& until, const ExploreMission& mission,
-               const std::optional<Navigator>& navigator, const OpenRobot& open) {
+RunEnd run_end(const Until& until, const ExploreMission& mission, const Slam* slam,
+               const Pilot& pilot, const OpenRobot& open) {
   const bool replayed = open.recorded != nullptr;
   const std::optional<Time> diverged =
       replayed ? open.recorded->commands_diverged_at() : std::nullopt;
@@ -175,7 +121,7 @@ RunEnd run_end(const Until& until, const ExploreMission& mission,
                   reason,
                   diverged,
                   open.robot->devices(),
-                  navigator ? navigator->cameras() : CameraReports{},
+                  slam != nullptr ? slam->cameras() : CameraReports{},
                   !replayed || open.recorded->touches_known()};
   };
   if (!until.device_fault().empty()) {
@@ -187,22 +133,21 @@ RunEnd run_end(const Until& until, const ExploreMission& mission,
   if (until.interrupted()) {
     return end("interrupted", "");
   }
-  if (navigator) {  // a part of the map is not to be had
-    const std::string lost = told(lost_cameras(navigator->cameras(), open.robot->now()));
+  if (slam != nullptr) {  // a part of the map is not to be had
+    const std::string lost = told(lost_cameras(slam->cameras(), open.robot->now()));
     if (!lost.empty()) {
       return end("device_lost", lost);
     }
   }
-  const std::string reason = until.end_reason(open.robot->now(), keyframe_count(navigator));
+  const std::string reason = until.end_reason(open.robot->now(), keyframe_count(slam));
   if (!reason.empty()) {
     return end("completed", reason);
   }
-  const bool explored =
-      std::holds_alternative<DriveByNavigator>(mission.drive) && navigator->done() && !diverged;
+  const bool explored = pilot.explored() && !diverged;
   if (replayed && !explored) {
     return end("completed", "end_of_data");
   }
-  if (explored && shut_in(*navigator, mission.robot)) {
+  if (explored && shut_in(*slam, mission.robot)) {
     return end("stuck", "");
   }
   return end("completed", explored ? "explored" : "goals_done");

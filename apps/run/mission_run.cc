@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -12,98 +13,76 @@
 #include "apps/run/fault.h"
 #include "apps/run/loop.h"
 #include "apps/run/out_dir.h"
+#include "apps/run/pilot.h"
 #include "apps/run/place_study.h"
 #include "apps/run/progress.h"
 #include "apps/run/recorder.h"
 #include "apps/run/stage_clock.h"
+#include "apps/run/step_listener.h"
 #include "apps/run/until.h"
 #include "core/base/error.h"
 
 namespace panoptes {
 namespace {
 
-std::vector<KeptKeyframe> kept_keyframes(const std::optional<Navigator>& navigator) {
-  std::vector<KeptKeyframe> kept;
-  if (!navigator) {
-    return kept;
-  }
-  for (const PlacedGrid& placed : navigator->grids()) {
-    const std::size_t k = kept.size();
-    kept.push_back({navigator->keyframes().at(k).stamp, placed.T_map_keyframe,
-                    navigator->place(static_cast<int>(k)), placed.grid});
-  }
-  return kept;
-}
+// Of a run whose map is known meanwhile.
+class MapSnapshots : public StepListener {
+ public:
+  MapSnapshots(Recorder& recorder, Slam& slam) : recorder_(recorder), slam_(slam) {}
 
-// Empty where no person drives and none has driven.
-std::optional<Twist2> hand_command(const ExploreMission& mission, std::optional<Cockpit>& cockpit,
-                                   const OpenRobot& open, const Observation& seen,
-                                   const std::string& doing) {
-  if (cockpit) {
-    if (!open.paced) {
-      cockpit->keep_pace(open.robot->now());
+  void add(const Observation& seen, const SlamStep& /*at*/, const PilotStep& /*step*/) override {
+    if (recorder_.snapshot_due(seen.stamp)) {
+      recorder_.add_snapshot(seen.stamp, slam_.planning_map());
     }
-    return cockpit->command(seen, doing);
   }
-  return std::holds_alternative<DriveByTeleop>(mission.drive)
-             ? open.recorded->recorded_command().value_or(Twist2{})
-             : std::optional<Twist2>();
-}
 
-// A person sees to what holds the robot; without one the run ends.
-void heed(const Health& health, std::optional<Cockpit>& cockpit, hw::Robot& robot, Until& until) {
-  if (cockpit && cockpit->take_stop()) {
-    robot.emergency_stop();
-  } else if (cockpit && cockpit->acknowledges()) {
-    robot.acknowledge();
-  } else if (!cockpit && !health.held_by.empty()) {
-    until.hold(health);
-  }
-}
+ private:
+  Recorder& recorder_;
+  Slam& slam_;
+};
 
-// A robot that cannot see where it goes stands as soon as it can, and does not wait for ever.
-void heed_cameras(const NavStep& step, const std::optional<Navigator>& navigator, hw::Robot& robot,
-                  Until& until) {
-  if (!step.blind) {
-    return;
+class ShownProgress : public StepListener {
+ public:
+  ShownProgress(Duration length, bool quiet, const Slam* slam)
+      : progress_(length, quiet), slam_(slam) {}
+
+  void add(const Observation& seen, const SlamStep& /*at*/, const PilotStep& step) override {
+    progress_.show(seen.stamp, doing(slam_, step));
   }
-  robot.brake_hard();
-  if (!navigator->given_up().empty()) {
-    until.lose_device(DeviceError(navigator->given_up()));
-  }
-}
+
+ private:
+  Progress progress_;
+  const Slam* slam_;
+};
 
 // Whatever is thrown on the way, the robot stands afterwards, what is being written of the drive is
 // written, and what went wrong is told: at once, for the rest takes a while. A mission that is
 // refused before it has begun is thrown on.
 template <class Drive>
-Faults driven_to_its_end(const Drive& drive, const OpenRobot& open, const OutDir& out,
-                         std::optional<Cockpit>& cockpit, Until& until) {
+Faults driven_to_its_end(const Drive& drive, const OpenRobot& open, const OutDir& out, Pilot& pilot,
+                         Until& until) {
   Faults faults;
   std::exception_ptr refusal;
-  const auto leave = [&] {  // the terminal is its owner's again
-    cockpit.reset();
-  };
   faults.attempt([&] {
     try {
       drive();
     } catch (const ConfigError&) {
-      leave();
+      pilot.leave();
       if (out.kept()) {
         throw;
       }
       refusal = std::current_exception();
     } catch (const DeviceError& error) {
-      leave();
+      pilot.leave();
       until.lose_device(error);
       throw;
     } catch (...) {
-      leave();
+      pilot.leave();
       throw;
     }
   });
   faults.attempt([&] { open.robot->stop(); });
-  leave();
+  pilot.leave();
   if (refusal) {
     std::rethrow_exception(refusal);
   }
@@ -118,10 +97,7 @@ Faults driven_to_its_end(const Drive& drive, const OpenRobot& open, const OutDir
 int run_mission(const ExploreMission& mission, const MissionRun& run) {
   Until until(mission.until);
   OutDir out(run.out_dir);
-  std::optional<Cockpit> cockpit;
-  if (by_hand(mission)) {
-    cockpit.emplace(mission.robot, run.quiet);
-  }
+  auto cockpit = by_hand(mission) ? std::make_unique<Cockpit>(mission.robot, run.quiet) : nullptr;
   const Rng rng(mission.seed);
   RunInfo info = run_info(run.command, mission);
   info.judged = run.judged;
@@ -138,64 +114,73 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   if (run.wrap) {
     run.wrap(open, run.out_dir);
   }
-  if (cockpit) {
-    open.route_done = [&cockpit] { return cockpit->left(); };
-  }
   hw::Robot& robot = *open.robot;
   info.blind = open.rig.cameras.empty();
   info.start_unix_ns = robot.start_unix_ns();
   StageClock clock;
-  std::optional<Navigator> navigator;
+  const Rng navigation = rng.fork("navigator");
+  std::unique_ptr<Slam> slam;
   if (can_navigate(open.rig)) {
-    navigator.emplace(mission.navigator, mission.robot, open.rig, rng.fork("navigator"),
-                      listener(clock));
+    slam = std::make_unique<Slam>(mission.navigator.slam, mission.robot, open.rig, navigation,
+                                  listener(clock));
   }
-  std::optional<PlaceStudy> places;
-  if (mission.places && navigator) {
-    places.emplace(*mission.places, open.rig, open.look);
-  }
+  const std::unique_ptr<Pilot> pilot =
+      make_pilot(mission, open, slam.get(), std::move(cockpit), navigation, listener(clock));
+
   Recorder recorder(run.out_dir, info, &clock);
-  Progress progress(std::min(from_seconds(mission.until.duration_s), open.length), run.quiet);
+  std::optional<PlaceStudy> places;
+  std::optional<MapSnapshots> snapshots;
+  std::optional<ShownProgress> progress;
+  std::vector<StepListener*> listeners{&recorder};
+  if (mission.places && slam) {
+    listeners.push_back(&places.emplace(*mission.places, open.rig, open.look));
+  }
+  if (slam) {
+    listeners.push_back(&snapshots.emplace(recorder, *slam));
+  }
+  if (!pilot->shows_progress()) {
+    const Duration length = std::min(from_seconds(mission.until.duration_s), open.length);
+    listeners.push_back(&progress.emplace(length, run.quiet, slam.get()));
+  }
   for (const std::string& remark : open.remarks) {
     std::fprintf(stderr, "%s\n", remark.c_str());
   }
 
+  const Duration deadline = std::min(from_seconds(mission.frame_deadline_s), pilot->longest_wait());
+  const Duration valid_for =
+      std::min(from_seconds(mission.command_valid_for_s), pilot->longest_command());
   const auto drive = [&] {
-    while (!finished(mission.drive, navigator, open) &&
-           !until.reached(robot.now(), keyframe_count(navigator))) {
-      const Observation seen = observe(robot, mission, clock);
-      NavStep step = navigate(navigator, seen, mission.drive, clock);
-      refuse_bad_start(mission, navigator);
-      if (const auto by_hand = hand_command(mission, cockpit, open, seen, doing(navigator, step))) {
-        step = driven_by_hand(step, *by_hand);
+    while (!finished(*pilot, open) && !until.reached(robot.now(), keyframe_count(slam.get()))) {
+      clock.begin("observe");
+      const Observation seen = robot.observe(robot.now() + deadline);
+      clock.end("observe");
+      clock.begin("step");
+      const SlamStep at = slam ? slam->step(seen) : SlamStep{};
+      const PilotStep step = pilot->step(seen, at);
+      clock.end("step");
+      refuse_bad_start(mission, slam.get());
+      pilot->heed(seen.health, step, robot, until);
+      robot.drive(step.command_body, valid_for);
+      if (step.blind) {
+        robot.brake_hard();
       }
-      if (places && step.keyframe_made) {
-        places->add(seen);
-      }
-      heed(seen.health, cockpit, robot, until);
-      robot.drive(step.command_body, command_valid_for(mission));
-      heed_cameras(step, navigator, robot, until);
-      recorder.add(seen, step);
       out.keep();
-      if (navigator && recorder.snapshot_due(seen.stamp)) {
-        recorder.add_snapshot(seen.stamp, navigator->planning_map());
-      }
-      if (!cockpit) {
-        progress.show(seen.stamp, doing(navigator, step));
+      for (StepListener* listener : listeners) {
+        listener->add(seen, at, step);
       }
       clock.end_frame();
     }
   };
-  Faults faults = driven_to_its_end(drive, open, out, cockpit, until);
+  Faults faults = driven_to_its_end(drive, open, out, *pilot, until);
   out.keep();
   std::optional<Truth> truth;
   RunResult result;
   std::vector<KeptKeyframe> kept;
   RunEnd end{"failed", ""};
   faults.attempt([&] { truth = robot.truth(); });
-  faults.attempt([&] { result = run_result(navigator); });
-  faults.attempt([&] { kept = kept_keyframes(navigator); });
-  faults.attempt([&] { end = run_end(until, mission, navigator, open); });
+  faults.attempt([&] { result = run_result(slam.get()); });
+  faults.attempt([&] { kept = kept_keyframes(slam.get()); });
+  faults.attempt([&] { end = run_end(until, mission, slam.get(), *pilot, open); });
   const RunReport report = recorder.write_report(std::move(truth), result, std::move(end), kept,
                                                  places ? &*places : nullptr, std::move(faults),
                                                  [&until] { return until.hurried(); });

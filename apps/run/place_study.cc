@@ -195,7 +195,10 @@ PlaceStudy::PlaceStudy(const PlaceStudyOptions& options, const Rig& rig, Look lo
   }
 }
 
-void PlaceStudy::add(const Observation& seen) {
+void PlaceStudy::add(const Observation& seen, const SlamStep& at, const PilotStep& /*step*/) {
+  if (!at.keyframe_made) {
+    return;
+  }
   std::map<PlacePictures, std::vector<cv::Mat>> taken;
   for (const PlacePictures pictures : options_.pictures) {
     std::vector<cv::Mat>& mosaic = taken[pictures];

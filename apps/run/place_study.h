@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/run/step_listener.h"
 #include "core/camera/observation.h"
 #include "core/camera/rig.h"
 #include "core/config/fields.h"
@@ -55,13 +56,13 @@ std::vector<PlaceRow> read_places(const std::filesystem::path& path);
 using Look = std::function<Picture(const std::string& camera)>;
 
 /// Takes the histograms of each keyframe's pictures, and compares them when the run is over.
-class PlaceStudy {
+class PlaceStudy : public StepListener {
  public:
   /// `look` may be empty where no camera needs to be asked.
   PlaceStudy(const PlaceStudyOptions& options, const Rig& rig, Look look);
 
-  /// The frame set that a keyframe was made of.
-  void add(const Observation& seen);
+  /// Takes part in steps that make a keyframe of their frame set.
+  void add(const Observation& seen, const SlamStep& at, const PilotStep& step) override;
 
   /// A row for each combination. `path_m`: the true way up to each keyframe.
   std::vector<PlaceRow> rows(const std::vector<Pose2>& true_T_scene_body,

@@ -16,13 +16,13 @@ using Json = nlohmann::ordered_json;
 
 constexpr Duration kSnapshotEvery = std::chrono::seconds(10);
 
-const char* name_of(NavState state) {
+const char* name_of(PilotState state) {
   switch (state) {
-    case NavState::kDriving:
+    case PilotState::kDriving:
       return "driving";
-    case NavState::kRecovering:
+    case PilotState::kRecovering:
       return "recovering";
-    case NavState::kStopped:
+    case PilotState::kStopped:
       return "stopped";
   }
   return "";
@@ -73,7 +73,7 @@ void Recorder::keep_settings() {
   }
 }
 
-void Recorder::add(const Observation& seen, const NavStep& step) {
+void Recorder::add(const Observation& seen, const SlamStep& at, const PilotStep& step) {
   keep_settings();
   now_ = seen.stamp;
   if (!next_snapshot_) {
@@ -82,9 +82,9 @@ void Recorder::add(const Observation& seen, const NavStep& step) {
   if (step.frontier_reachable) {
     last_frontier_ = seen.stamp;
   }
-  for (const ClosureReport& closure : step.closures) {
+  for (const ClosureReport& closure : at.closures) {
     ClosureReport kept = closure;
-    kept.contour_earlier = {};  // the largest part; NavStep is for showing it
+    kept.contour_earlier = {};  // the largest part; a step is for showing it
     kept.contour_recent = {};
     run_.closures.emplace_back(seen.stamp, std::move(kept));
   }
@@ -95,7 +95,7 @@ void Recorder::add(const Observation& seen, const NavStep& step) {
   }
   run_.frames.push_back({seen.stamp, seen.odometry.T_odom_body, step.goal_map.has_value()});
   try {
-    add_row(seen, step);
+    add_row(seen, at, step);
   } catch (...) {  // tables of frame sets have the same ones
     run_.frames.pop_back();
     steps_.drop_row();
@@ -103,17 +103,17 @@ void Recorder::add(const Observation& seen, const NavStep& step) {
   }
 }
 
-void Recorder::add_row(const Observation& seen, const NavStep& step) {
-  steps_ << seen.stamp << step.T_map_body.x_m << step.T_map_body.y_m
-         << rad_to_deg(step.T_map_body.theta_rad) << step.command_body.v_mps
+void Recorder::add_row(const Observation& seen, const SlamStep& at, const PilotStep& step) {
+  steps_ << seen.stamp << at.T_map_body.x_m << at.T_map_body.y_m
+         << rad_to_deg(at.T_map_body.theta_rad) << step.command_body.v_mps
          << step.command_body.w_radps;
   if (step.goal_map) {
     steps_ << step.goal_map->x() << step.goal_map->y();
   } else {
     steps_.skip().skip();
   }
-  if (step.keyframe_made) {
-    steps_ << *step.keyframe_made;
+  if (at.keyframe_made) {
+    steps_ << *at.keyframe_made;
   } else {
     steps_.skip();
   }

@@ -11,12 +11,12 @@
 #include "apps/run/finished_run.h"
 #include "apps/run/place_study.h"
 #include "apps/run/stage_clock.h"
+#include "apps/run/step_listener.h"
 #include "core/camera/observation.h"
 #include "core/eval/run_result.h"
 #include "core/eval/truth.h"
 #include "core/io/csv.h"
 #include "core/io/keyframe_files.h"
-#include "core/nav/nav_step.h"
 
 namespace panoptes {
 
@@ -31,13 +31,13 @@ std::string mission_text(const std::string& version, const std::string& mission_
 
 /// Writes the run directory (its files and figures are a contract with other programs). Construct
 /// it right before the loop: the real-time factor counts from there.
-class Recorder {
+class Recorder : public StepListener {
  public:
   /// `out_dir` is there (OutDir). `clock` may be null, and outlives the recorder.
   Recorder(std::filesystem::path out_dir, RunInfo info, StageClock* clock);
 
   /// Once a step; a few microseconds.
-  void add(const Observation& seen, const NavStep& step);
+  void add(const Observation& seen, const SlamStep& at, const PilotStep& step) override;
 
   /// Whether coverage over time wants the map as it is now: every 10 s.
   bool snapshot_due(Time now) const;
@@ -54,7 +54,7 @@ class Recorder {
 
  private:
   void keep_settings();
-  void add_row(const Observation& seen, const NavStep& step);
+  void add_row(const Observation& seen, const SlamStep& at, const PilotStep& step);
 
   std::filesystem::path out_dir_;
   FinishedRun run_;  ///< as far as it is known

@@ -260,7 +260,7 @@ void Driver::start_retreat(const DriveTask& task, const std::string& why) {
 void Driver::recover(const DriveTask& task, const std::string& why, DriveStep& out) {
   turning_ = false;
   count_as_getting_on(task);
-  out.state = NavState::kRecovering;
+  out.state = PilotState::kRecovering;
   out.command_body = brake(task.twist_body);
   ++recoveries_;
   if (recoveries_ == 1) {
@@ -333,7 +333,7 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
   }
   if (!path_) {
     out.command_body = brake(task.twist_body);
-    out.state = NavState::kStopped;
+    out.state = PilotState::kStopped;
     out.reason = no_path_;
     constexpr int kFailures = 3;  // a speck in the local map lasts for a picture or two
     if (plans_failed_ < kFailures) {
@@ -361,14 +361,14 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
     if (std::abs(turn) <= options_.reached_rad) {
       out.goal_reached = true;
       out.reason = "goal reached";
-      out.state = NavState::kDriving;
+      out.state = PilotState::kDriving;
       out.command_body = brake(task.twist_body);
       goal_.reset();
       path_.reset();
       count_as_getting_on(task);
       return;
     }
-    out.state = NavState::kDriving;
+    out.state = PilotState::kDriving;
     if (std::abs(task.twist_body.v_mps) > kStanding_mps) {
       out.command_body = brake(task.twist_body);
       out.reason = "stopping at the goal";
@@ -384,7 +384,7 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
   constexpr double kTurned_rad = 0.26;  // 15 degrees: the dynamic window takes it from there
   turning_ = std::abs(aside) > (turning_ ? kTurned_rad : options_.turn_first_rad);
   if (turning_) {
-    out.state = NavState::kDriving;
+    out.state = PilotState::kDriving;
     if (std::abs(task.twist_body.v_mps) > kStanding_mps) {
       out.command_body = brake(task.twist_body);
       out.reason = "stopping to turn to the path";
@@ -415,7 +415,7 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
   const ClearanceMap window = clearance_map(window_map(options_.dwa, task, touched_odom), kCap_m);
   DwaResult result = choose_arc(options_.dwa, body_, window, request);
   out.window = std::move(result.window);
-  out.state = NavState::kDriving;
+  out.state = PilotState::kDriving;
   if (!result.choice) {
     out.command_body = brake(task.twist_body);
     out.reason = "no arc is clear";
@@ -437,7 +437,7 @@ bool Driver::took_too_long(const DriveTask& task) const {
 }
 
 void Driver::look(const DriveTask& task, DriveStep& out) {
-  out.state = NavState::kRecovering;
+  out.state = PilotState::kRecovering;
   out.reason = why_ + ": turning on the spot to look";
   if (std::abs(task.twist_body.v_mps) > kStanding_mps) {
     out.command_body = brake(task.twist_body);
@@ -457,7 +457,7 @@ void Driver::look(const DriveTask& task, DriveStep& out) {
 }
 
 void Driver::retreat(const DriveTask& task, DriveStep& out) {
-  out.state = NavState::kRecovering;
+  out.state = PilotState::kRecovering;
   out.reason = why_ + ": retreating along the own track";
   if (task.twist_body.v_mps > kStanding_mps) {
     out.command_body = brake(task.twist_body);
@@ -545,7 +545,7 @@ DriveStep Driver::step(const DriveTask& task) {
       recoveries_ = 1;
     }
     if (hit) {
-      out.state = NavState::kRecovering;
+      out.state = PilotState::kRecovering;
       out.reason = "touched something: stopping";
     } else if (mode_ == Mode::kLook) {
       look(task, out);

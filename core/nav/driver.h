@@ -11,7 +11,7 @@
 #include "core/config/fields.h"
 #include "core/geometry/body.h"
 #include "core/graph/held_pose.h"
-#include "core/nav/nav_step.h"
+#include "core/nav/pilot_step.h"
 #include "core/plan/dwa.h"
 #include "core/plan/path_search.h"
 
@@ -56,7 +56,7 @@ struct DriveTask {
 
 struct DriveStep {
   Twist2 command_body;
-  NavState state = NavState::kStopped;
+  PilotState state = PilotState::kStopped;
   std::string reason;
   bool goal_reached = false;
   bool goal_given_up = false;

@@ -56,12 +56,13 @@ class LeftRunTest : public ScratchTest {
       seen.stamp = time_at(t_s);
       seen.pictures["front"].stamp = seen.stamp;
       seen.odometry.T_odom_body = {0.36 * t_s, 0, 0};
-      NavStep step;
-      step.T_map_body = {0.4 * t_s, 0.05, 0};
+      SlamStep at;
+      PilotStep step;
+      at.T_map_body = {0.4 * t_s, 0.05, 0};
       step.goal_map = Vec2(9, 0);
       if (i % 5 == 0) {
-        result.keyframes.push_back({seen.stamp, step.T_map_body, seen.odometry.T_odom_body});
-        result.graph.T_map_node.push_back(step.T_map_body);
+        result.keyframes.push_back({seen.stamp, at.T_map_body, seen.odometry.T_odom_body});
+        result.graph.T_map_node.push_back(at.T_map_body);
       }
       if (i == 80) {
         ClosureReport closure;
@@ -70,12 +71,12 @@ class LeftRunTest : public ScratchTest {
         closure.accepted = true;
         closure.information = Mat3::Identity() * 1e4;
         closure.verdict = "accepted, wrongly";
-        step.closures = {closure, closure};
-        step.closures[1].accepted = false;
-        step.closures[1].T_earlier_recent.x_m = std::numeric_limits<double>::quiet_NaN();
-        step.closures[1].verdict = "features: 3 of 9 agree, \"12\" needed";
+        at.closures = {closure, closure};
+        at.closures[1].accepted = false;
+        at.closures[1].T_earlier_recent.x_m = std::numeric_limits<double>::quiet_NaN();
+        at.closures[1].verdict = "features: 3 of 9 agree, \"12\" needed";
       }
-      recorder.add(seen, step);
+      recorder.add(seen, at, step);
     }
     for (int i = 1; i < static_cast<int>(result.keyframes.size()); ++i) {
       result.graph.edges.push_back({i - 1, i, {0.2, 0, 0}, Mat3::Identity(), false});

@@ -75,7 +75,9 @@ TEST(PlaceStudy, AsksForEveryCombinationOfOneDrive) {
   });
   const Drive drive;
   for (const Observation& seen : drive.seen) {
-    study.add(seen);
+    SlamStep keyframe;
+    keyframe.keyframe_made = 0;
+    study.add(seen, keyframe, {});
   }
   EXPECT_THAT(asked, SizeIs(4 * drive.seen.size()));
   const auto rows = study.rows(drive.truth, path_lengths_m(drive.truth));

@@ -31,7 +31,8 @@ struct MadeUpRun {
   Truth truth;
   RunResult result;
   std::vector<Observation> seen;
-  std::vector<NavStep> steps;
+  std::vector<SlamStep> slam;
+  std::vector<PilotStep> steps;
 
   MadeUpRun() {
     const auto layer = [](double cell_m, auto is_set) {
@@ -68,23 +69,25 @@ struct MadeUpRun {
         observation.stamp = stamp;
         observation.pictures["front"].stamp = stamp;
         observation.odometry.T_odom_body = T_odom;
-        NavStep step;
-        step.stamp = stamp;
-        step.T_map_body = T_scene_map.inverse() * T;
+        SlamStep where;
+        where.stamp = stamp;
+        PilotStep step;
+        where.T_map_body = T_scene_map.inverse() * T;
         step.command_body = {0.4, 0};
-        step.state = NavState::kDriving;
+        step.state = PilotState::kDriving;
         step.reason = "to a frontier, 1.2 m2";
         step.goal_map = Vec2(2, 3);
         step.frontier_reachable = side < 6;
         if (since_keyframe_m > 0.45) {
           since_keyframe_m = 0;
-          step.keyframe_made = static_cast<int>(result.keyframes.size());
-          const Pose2 T_map = step.T_map_body;
+          where.keyframe_made = static_cast<int>(result.keyframes.size());
+          const Pose2 T_map = where.T_map_body;
           result.keyframes.push_back(
               {stamp, {T_map.x_m, T_map.y_m + 0.03, T_map.theta_rad}, T_odom});
           result.graph.T_map_node.push_back(result.keyframes.back().T_map_body);
         }
         seen.push_back(observation);
+        slam.push_back(where);
         steps.push_back(step);
         T = T * Pose2{0.1, 0, 0};
         T_odom = T_odom * Pose2{0.1, 0, 0.0004};
@@ -104,7 +107,7 @@ struct MadeUpRun {
       report.accepted = accepted;
       report.information = Vec3(1e4, 1e4, 1e4).asDiagonal();
       report.verdict = accepted ? "accepted" : "diagonal 4.1 grey, over 1.5";
-      steps[at].closures.push_back(report);
+      slam[at].closures.push_back(report);
     };
     closure(45, 5, true, 220);   // the second time around: truly there
     closure(50, 20, true, 300);  // across the room
@@ -155,7 +158,7 @@ class RecorderTest : public ScratchTest {
     for (std::size_t i = 0; i < run_.seen.size(); ++i) {
       {
         const TimedStage stage(clock, "step");
-        recorder.add(run_.seen[i], run_.steps[i]);
+        recorder.add(run_.seen[i], run_.slam[i], run_.steps[i]);
       }
       if (recorder.snapshot_due(run_.seen[i].stamp)) {
         const double share = std::min(1.0, static_cast<double>(i) / 260);
@@ -216,7 +219,7 @@ TEST_F(RecorderTest, CarriesTheLastKeyframeOnAtEveryFrameSet) {
   ASSERT_EQ(way.size(), run_.seen.size());
   std::size_t last = 0;
   for (std::size_t i = 0; i < way.size(); ++i) {
-    last += run_.steps[i].keyframe_made.value_or(0) > 0 ? 1 : 0;
+    last += run_.slam[i].keyframe_made.value_or(0) > 0 ? 1 : 0;
     EXPECT_EQ(way[i].stamp, run_.seen[i].stamp);
     const Pose2 expected = keyframes[last].T_map_body * keyframes[last].T_odom_body.inverse() *
                            run_.seen[i].odometry.T_odom_body;
@@ -399,7 +402,7 @@ TEST_F(RecorderTest, KeepsTheInstantsOfABlindRunInOrder) {
   for (const double t_s : {0.0, 0.1003, 0.1002, 0.1003, 0.2}) {
     Observation seen;
     seen.stamp = time_at(t_s);
-    recorder.add(seen, {});
+    recorder.add(seen, {}, {});
   }
   recorder.write_report(std::nullopt, {}, {"completed", "duration"});
   EXPECT_EQ(read_tum(out / "odometry.tum").size(), 3U);  // else it throws

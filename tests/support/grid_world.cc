@@ -351,7 +351,7 @@ GridRun explore_world(const GridWorld& world, const Pose2& start, const ExploreO
                     to_seconds(robot.now()), T.x_m, T.y_m, rad_to_deg(T.theta_rad),
                     world.gap_m(T.position(), body.radius_m), said.c_str());
       run.said.emplace_back(line.data());
-      run.recoveries += step.state == NavState::kRecovering ? 1 : 0;
+      run.recoveries += step.state == PilotState::kRecovering ? 1 : 0;
     }
     if (step.goal_reached) {
       explorer.reached();

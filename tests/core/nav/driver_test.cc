@@ -91,7 +91,7 @@ TEST(Driver, StandsWithoutAGoal) {
   const DriveStep step = r.step(std::nullopt);
   EXPECT_EQ(step.command_body.v_mps, 0);
   EXPECT_EQ(step.command_body.w_radps, 0);
-  EXPECT_EQ(step.state, NavState::kStopped);
+  EXPECT_EQ(step.state, PilotState::kStopped);
 }
 
 TEST(Driver, ReachesAGoalAndItsHeadingBehindIt) {
@@ -170,11 +170,11 @@ TEST(Driver, BacksOffAlongItsTrackWhenTouchedAndDoesNotTouchAgain) {
   r.twist = {};
   const DriveStep hit = r.step(goal);
   EXPECT_EQ(hit.command_body.v_mps, 0);
-  EXPECT_EQ(hit.state, NavState::kRecovering);
+  EXPECT_EQ(hit.state, PilotState::kRecovering);
   r.bumper = false;
   const DriveStep back =
-      r.drive(goal, 10, [](const DriveStep& s) { return s.state == NavState::kDriving; });
-  EXPECT_EQ(back.state, NavState::kDriving) << back.reason;
+      r.drive(goal, 10, [](const DriveStep& s) { return s.state == PilotState::kDriving; });
+  EXPECT_EQ(back.state, PilotState::kDriving) << back.reason;
   EXPECT_LT(r.T_map_body.x_m, touched_at - 0.3);
   EXPECT_LT(r.least_v_mps, 0);
   double nearest = 1;
@@ -207,7 +207,7 @@ TEST(Driver, RecoversInOrderAndGivesUpWhenHeld) {
   EXPECT_TRUE(last.goal_given_up) << last.reason;
 }
 
-bool recovers(const DriveStep& s) { return s.state == NavState::kRecovering; }
+bool recovers(const DriveStep& s) { return s.state == PilotState::kRecovering; }
 
 TEST(Driver, WaitsAfreshWhereItIsBlockedAfterATurnAndForAnotherGoal) {
   DriverOptions options;

@@ -19,16 +19,37 @@ namespace {
 
 constexpr double kFrame_s = 1.0 / 15;
 
+// Slam and the navigator beside it, and what both say of an observation.
+struct Explorer {
+  struct Step : PilotStep {
+    SlamStep at;
+  };
+  Slam slam;
+  Navigator navigator;
+
+  explicit Explorer(const Rig& rig, const NavigatorOptions& options = {},
+                    const StageListener& listener = {})
+      : slam(options.slam, Body{}, rig, Rng(7), listener),
+        navigator(options, Body{}, slam, Rng(7), listener) {}
+
+  Step step(const Observation& seen) {
+    SlamStep at = slam.step(seen);
+    Step step{navigator.step(seen, at), {}};
+    step.at = std::move(at);
+    return step;
+  }
+};
+
 // Drives an ideal robot by the navigator's commands.
-std::vector<NavStep> drive(Navigator& navigator, test::RoomRobot& robot, const Pose2& start,
-                           int frames) {
-  std::vector<NavStep> steps;
+std::vector<Explorer::Step> drive(Explorer& explorer, test::RoomRobot& robot, const Pose2& start,
+                                  int frames) {
+  std::vector<Explorer::Step> steps;
   Pose2 T_odom_body;
   Twist2 twist;
   for (int i = 0; i < frames; ++i) {
     Observation seen = robot.look(i * kFrame_s, start * T_odom_body, T_odom_body);
     seen.odometry.twist_body = twist;
-    steps.push_back(navigator.step(seen));
+    steps.push_back(explorer.step(seen));
     twist = steps.back().command_body;
     T_odom_body = T_odom_body * exp_twist(twist, kFrame_s);
   }
@@ -37,14 +58,14 @@ std::vector<NavStep> drive(Navigator& navigator, test::RoomRobot& robot, const P
 
 TEST(Navigator, GivesTheSameStepsForTheSameObservations) {
   const Pose2 start{-1, 0, 0.4};
-  std::vector<std::vector<NavStep>> runs;
+  std::vector<std::vector<Explorer::Step>> runs;
   for (int run = 0; run < 2; ++run) {
     test::RoomRobot robot(11);
-    Navigator navigator({}, Body{}, robot.rig(), Rng(7));
-    runs.push_back(drive(navigator, robot, start, 20));
+    Explorer explorer(robot.rig());
+    runs.push_back(drive(explorer, robot, start, 20));
   }
   for (std::size_t i = 0; i < runs[0].size(); ++i) {
-    EXPECT_EQ(runs[0][i].T_map_body, runs[1][i].T_map_body);
+    EXPECT_EQ(runs[0][i].at.T_map_body, runs[1][i].at.T_map_body);
     EXPECT_EQ(runs[0][i].command_body.v_mps, runs[1][i].command_body.v_mps);
     EXPECT_EQ(runs[0][i].command_body.w_radps, runs[1][i].command_body.w_radps);
     EXPECT_EQ(runs[0][i].reason, runs[1][i].reason);
@@ -53,11 +74,11 @@ TEST(Navigator, GivesTheSameStepsForTheSameObservations) {
 
 TEST(Navigator, MovesAndMapsFromAStartThatSeesFloor) {
   test::RoomRobot robot(12);
-  Navigator navigator({}, Body{}, robot.rig(), Rng(7));
-  const std::vector<NavStep> steps = drive(navigator, robot, {-1, 0, 0.4}, 30);
-  EXPECT_EQ(navigator.start_fault(), "");
+  Explorer explorer(robot.rig());
+  const std::vector<Explorer::Step> steps = drive(explorer, robot, {-1, 0, 0.4}, 30);
+  EXPECT_EQ(explorer.slam.start_fault(), "");
   EXPECT_GT(steps.back().mapped_free_m2, 1.0);
-  EXPECT_TRUE(std::any_of(steps.begin(), steps.end(), [](const NavStep& step) {
+  EXPECT_TRUE(std::any_of(steps.begin(), steps.end(), [](const Explorer::Step& step) {
     return step.command_body.v_mps != 0 || step.command_body.w_radps != 0;
   }));
 }
@@ -69,16 +90,16 @@ TEST(Navigator, MapsThroughLensesThatBend) {
     test::RoomRobot robot(12);
     robot.bend(lens);
     std::map<std::string, int> begun;
-    Navigator navigator(
-        {}, Body{}, robot.rig(), Rng(7),
-        [&begun](std::string_view stage, bool begins) { begun[std::string(stage)] += begins; });
+    Explorer explorer(robot.rig(), {}, [&begun](std::string_view stage, bool begins) {
+      begun[std::string(stage)] += begins;
+    });
     constexpr int kFrames = 8;
-    const std::vector<NavStep> steps = drive(navigator, robot, start, kFrames);
+    const std::vector<Explorer::Step> steps = drive(explorer, robot, start, kFrames);
     EXPECT_EQ(begun["rectifying"], kFrames);
-    EXPECT_EQ(navigator.start_fault(), "");
+    EXPECT_EQ(explorer.slam.start_fault(), "");
     EXPECT_GT(steps.back().mapped_free_m2, 1.0);
     // Floor on the way to the box, and the box.
-    const OccupancyMap map = navigator.map(0.05);
+    const OccupancyMap map = explorer.slam.map(0.05);
     const auto in_map = [&start](const Vec2& p_scene) { return start.inverse() * p_scene; };
     EXPECT_EQ(map.at(in_map({0.5, 0.5})), Cell::kFree);
     EXPECT_NE(map.at(in_map({1.7, 1.0})), Cell::kFree);
@@ -88,11 +109,11 @@ TEST(Navigator, MapsThroughLensesThatBend) {
 TEST(Navigator, MapsTheFloorBehindItWithASecondFloorCamera) {
   const Vec2 behind_map(-1, 0);
   const auto floor_behind = [&](test::RoomRobot& robot) {
-    Navigator navigator({}, Body{}, robot.rig(), Rng(7));
+    Explorer explorer(robot.rig());
     for (int i = 0; i < 5; ++i) {
-      navigator.step(robot.look(i * kFrame_s, {-1, 0, 0}, {}));
+      explorer.step(robot.look(i * kFrame_s, {-1, 0, 0}, {}));
     }
-    return navigator.map(0.05).at(behind_map);
+    return explorer.slam.map(0.05).at(behind_map);
   };
   test::RoomRobot one_eyed(12);
   EXPECT_EQ(floor_behind(one_eyed), Cell::kUnknown);
@@ -103,7 +124,7 @@ TEST(Navigator, MapsTheFloorBehindItWithASecondFloorCamera) {
 
 TEST(Navigator, WaitsUntilItHasSeenTheFloorAndLivesWithSetsThatMissCameras) {
   test::RoomRobot robot(12);
-  Navigator navigator({}, Body{}, robot.rig(), Rng(7));
+  Explorer explorer(robot.rig());
   const Pose2 start{-1, 0, 0.4};
   Pose2 T_odom_body;
   bool moved = false;
@@ -115,7 +136,7 @@ TEST(Navigator, WaitsUntilItHasSeenTheFloorAndLivesWithSetsThatMissCameras) {
     if (i % 5 == 3) {
       seen.pictures.erase("front");
     }
-    const NavStep step = navigator.step(seen);
+    const Explorer::Step step = explorer.step(seen);
     if (i < 3) {
       EXPECT_EQ(step.command_body.v_mps, 0);
       EXPECT_EQ(step.command_body.w_radps, 0);
@@ -124,14 +145,14 @@ TEST(Navigator, WaitsUntilItHasSeenTheFloorAndLivesWithSetsThatMissCameras) {
     moved = moved || step.command_body.v_mps != 0 || step.command_body.w_radps != 0;
     T_odom_body = T_odom_body * exp_twist(step.command_body, kFrame_s);
   }
-  EXPECT_EQ(navigator.start_fault(), "");
+  EXPECT_EQ(explorer.slam.start_fault(), "");
   EXPECT_TRUE(moved);
 }
 
 // Drives until `bad_from`; from then on what `spoil` makes of it is seen.
 struct Spoiled {
-  NavStep first;  // of those spoiled
-  NavStep last;
+  Explorer::Step first;  // of those spoiled
+  Explorer::Step last;
   double free_before_m2 = 0;
   double free_after_m2 = 0;
   std::size_t keyframes_before = 0;
@@ -143,7 +164,7 @@ Spoiled spoiled(const std::function<void(Observation&)>& spoil, int frames) {
   test::RoomRobot robot(12);
   NavigatorOptions options;
   options.camera_patience_s = 1;
-  Navigator navigator(options, Body{}, robot.rig(), Rng(7));
+  Explorer explorer(robot.rig(), options);
   const Pose2 start{-1, 0, 0.4};
   Pose2 T_odom_body;
   Twist2 twist;
@@ -154,25 +175,25 @@ Spoiled spoiled(const std::function<void(Observation&)>& spoil, int frames) {
       EXPECT_GT(std::abs(twist.v_mps) + std::abs(twist.w_radps), 0);
     }
     if (i == kBadFrom + 1) {  // what freezes has been seen once
-      out.free_before_m2 = navigator.map(0.05).free_m2();
-      out.keyframes_before = navigator.keyframes().size();
+      out.free_before_m2 = explorer.slam.map(0.05).free_m2();
+      out.keyframes_before = explorer.slam.keyframes().size();
     }
     Observation seen = robot.look(i * kFrame_s, start * T_odom_body, T_odom_body);
     seen.odometry.twist_body = twist;
     if (i >= kBadFrom) {
       spoil(seen);
     }
-    out.last = navigator.step(seen);
+    out.last = explorer.step(seen);
     if (i == kBadFrom) {
       out.first = out.last;
     }
     twist = out.last.command_body;
     T_odom_body = T_odom_body * exp_twist(twist, kFrame_s);
   }
-  out.free_after_m2 = navigator.map(0.05).free_m2();
-  out.keyframes_after = navigator.keyframes().size();
-  out.given_up = navigator.given_up();
-  out.done = navigator.done();
+  out.free_after_m2 = explorer.slam.map(0.05).free_m2();
+  out.keyframes_after = explorer.slam.keyframes().size();
+  out.given_up = explorer.navigator.given_up();
+  out.done = explorer.navigator.done();
   return out;
 }
 
@@ -202,7 +223,7 @@ TEST(Navigator, StandsAndMapsNothingWhileTheFloorCameraIsLost) {
            {"missing", [](Observation& seen) { seen.pictures.erase("floor"); }}}) {
     const Spoiled run = spoiled(spoil, kAWhile);
     EXPECT_TRUE(run.last.blind) << fault;
-    EXPECT_EQ(run.last.state, NavState::kStopped);
+    EXPECT_EQ(run.last.state, PilotState::kStopped);
     EXPECT_EQ(run.last.command_body.v_mps, 0);
     EXPECT_EQ(run.last.command_body.w_radps, 0);
     EXPECT_EQ(run.last.reason, "camera floor: " + fault);
@@ -245,34 +266,34 @@ TEST(Navigator, DrivesOnAndMakesKeyframesWithoutALoopCamera) {
 
 TEST(Navigator, RefusesAStartBeforeAThingWheneverTheFloorCameraBeginsToSee) {
   test::RoomRobot robot(13);
-  Navigator navigator({}, Body{}, robot.rig(), Rng(7));
+  Explorer explorer(robot.rig());
   const Pose2 close{1.6 - 0.42, 1.0, 0};
   Observation without = robot.look(0, close, {});
   without.pictures.erase("floor");
-  navigator.step(without);
-  EXPECT_EQ(navigator.start_fault(), "");
-  navigator.step(robot.look(kFrame_s, close, {}));
-  EXPECT_NE(navigator.start_fault(), "");
+  explorer.step(without);
+  EXPECT_EQ(explorer.slam.start_fault(), "");
+  explorer.step(robot.look(kFrame_s, close, {}));
+  EXPECT_NE(explorer.slam.start_fault(), "");
 }
 
 TEST(Navigator, StandsStillWhereTheStartShowsNoFloor) {
   test::RoomRobot robot(13);
-  Navigator navigator({}, Body{}, robot.rig(), Rng(7));
+  Explorer explorer(robot.rig());
   const double close_m = 0.42;  // the box begins nearer than the floor is seen
-  const std::vector<NavStep> steps = drive(navigator, robot, {1.6 - close_m, 1.0, 0}, 5);
-  EXPECT_NE(navigator.start_fault(), "");
-  for (const NavStep& step : steps) {
+  const std::vector<Explorer::Step> steps = drive(explorer, robot, {1.6 - close_m, 1.0, 0}, 5);
+  EXPECT_NE(explorer.slam.start_fault(), "");
+  for (const Explorer::Step& step : steps) {
     EXPECT_EQ(step.command_body.v_mps, 0);
     EXPECT_EQ(step.command_body.w_radps, 0);
-    EXPECT_EQ(step.reason, navigator.start_fault());
+    EXPECT_EQ(step.reason, explorer.slam.start_fault());
   }
 }
 
 TEST(Navigator, StandsWhileTheWheelsTellNoNumberAndGoesOnWhenTheyDo) {
   test::RoomRobot robot(12);
-  Navigator navigator({}, Body{}, robot.rig(), Rng(7));
+  Explorer explorer(robot.rig());
   test::RoomRobot same(12);
-  Navigator undisturbed({}, Body{}, same.rig(), Rng(7));
+  Explorer undisturbed(same.rig());
   const Pose2 start{-1, 0, 0.4};
   Pose2 T_odom_body;
   for (int i = 0; i < 10; ++i) {
@@ -281,15 +302,15 @@ TEST(Navigator, StandsWhileTheWheelsTellNoNumberAndGoesOnWhenTheyDo) {
       Observation broken = seen;
       (i % 2 == 0 ? broken.odometry.T_odom_body.theta_rad : broken.odometry.twist_body.v_mps) =
           no_number;
-      const NavStep stands = navigator.step(broken);
+      const Explorer::Step stands = explorer.step(broken);
       EXPECT_EQ(stands.command_body.v_mps, 0);
       EXPECT_EQ(stands.command_body.w_radps, 0);
-      EXPECT_EQ(stands.state, NavState::kStopped);
+      EXPECT_EQ(stands.state, PilotState::kStopped);
       EXPECT_EQ(stands.reason, "the wheels tell no number");
     }
-    const NavStep step = navigator.step(seen);
-    const NavStep wanted = undisturbed.step(seen);
-    EXPECT_EQ(step.T_map_body, wanted.T_map_body);
+    const Explorer::Step step = explorer.step(seen);
+    const Explorer::Step wanted = undisturbed.step(seen);
+    EXPECT_EQ(step.at.T_map_body, wanted.at.T_map_body);
     EXPECT_EQ(step.command_body.w_radps, wanted.command_body.w_radps);
     EXPECT_EQ(step.reason, wanted.reason);
     T_odom_body = T_odom_body * exp_twist(step.command_body, kFrame_s);
@@ -299,15 +320,15 @@ TEST(Navigator, StandsWhileTheWheelsTellNoNumberAndGoesOnWhenTheyDo) {
 // The map after the robot was driven by hand along y = 1 through where it sees a box.
 OccupancyMap map_driven_through_the_box(double step_m, bool touching) {
   test::RoomRobot robot(12);
-  Navigator navigator({}, Body{}, robot.rig(), Rng(7));
+  Explorer explorer(robot.rig());
   const Pose2 start{0.2, 1, 0};
   double at_s = 0;
   for (double x_m = 0; x_m <= 1.7; x_m += step_m) {
     Observation seen = robot.look(at_s += kFrame_s, start * Pose2{x_m, 0, 0}, {x_m, 0, 0});
     seen.health.bumper_pressed = touching;
-    navigator.step(seen);
+    explorer.step(seen);
   }
-  return navigator.map(0.01);
+  return explorer.slam.map(0.01);
 }
 
 TEST(Navigator, WhatTheBodyHasDrivenThroughIsFreeInTheMap) {
@@ -335,11 +356,11 @@ TEST(Navigator, EveryStageThatBeginsEnds) {
   test::RoomRobot robot(14);
   std::map<std::string, int> open;
   std::map<std::string, int> times;
-  Navigator navigator({}, Body{}, robot.rig(), Rng(7), [&](std::string_view stage, bool begins) {
+  Explorer explorer(robot.rig(), {}, [&](std::string_view stage, bool begins) {
     open[std::string(stage)] += begins ? 1 : -1;
     times[std::string(stage)] += begins ? 1 : 0;
   });
-  drive(navigator, robot, {-1, 0, 0.4}, 3);
+  drive(explorer, robot, {-1, 0, 0.4}, 3);
   EXPECT_THAT(open, testing::Each(testing::Pair(testing::_, 0)));
   EXPECT_THAT(times, testing::UnorderedElementsAre(
                          testing::Pair("odometry", 3), testing::Pair("slam", 3),

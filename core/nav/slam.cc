@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/nav/slam.h"
+
+#include <cmath>
+#include <utility>
+
+namespace panoptes {
+namespace {
+
+bool tells_numbers(const Odometry& odometry) {
+  const Pose2& T = odometry.T_odom_body;
+  const Twist2& twist = odometry.twist_body;
+  return std::isfinite(T.x_m) && std::isfinite(T.y_m) && std::isfinite(T.theta_rad) &&
+         std::isfinite(twist.v_mps) && std::isfinite(twist.w_radps);
+}
+
+}  // namespace
+
+Slam::Slam(const SlamOptions& options, const Body& body, const Rig& rig, const Rng& rng,
+           StageListener listener)
+    : listener_(std::move(listener)),
+      cameras_(rig),
+      rectifier_(rig),
+      localiser_(options.localiser, body, rectifier_.rig(), rng.fork("localiser")),
+      mapper_(options.mapper, body, rectifier_.rig()) {}
+
+OccupancyMap Slam::map(double cell_m) const {
+  return mapper_.finished_map(cell_m, localiser_.graph().T_map_node);
+}
+
+OccupancyMap Slam::planning_map() {
+  OccupancyMap map = mapper_.map(localiser_.graph().T_map_node);
+  mapped_free_m2_ = map.free_m2();
+  return map;
+}
+
+SlamStep Slam::step(const Observation& raw) {
+  if (!tells_numbers(raw.odometry)) {
+    SlamStep step;
+    step.stamp = raw.stamp;
+    step.T_map_body = T_map_body_;
+    step.T_odom_body = T_odom_body_;
+    step.cameras_told = told(cameras_.reports());
+    step.passed_over = "the wheels tell no number";
+    return step;
+  }
+  if (told(cameras_.look(raw)).empty()) {
+    return step_believed(raw);
+  }
+  return step_believed(cameras_.believable(raw));
+}
+
+SlamStep Slam::step_believed(const Observation& believed) {
+  if (!rectifier_.bends()) {
+    return step_straight(believed);
+  }
+  Observation straight;
+  {
+    const StageScope scope(listener_, "rectifying");
+    straight = rectifier_.rectified(believed);
+  }
+  return step_straight(straight);
+}
+
+SlamStep Slam::step_straight(const Observation& seen) {
+  SlamStep step;
+  step.stamp = seen.stamp;
+  step.cameras_told = told(cameras_.reports());
+  const std::vector<Pose2>& T_map_nodes = localiser_.graph().T_map_node;
+  const Located located = localiser_.step(
+      seen, [&](int keyframe) { return mapper_.contour(keyframe, T_map_nodes); }, listener_,
+      cameras_.reports());
+  step.T_map_body = T_map_body_ = located.T_map_body;
+  step.T_odom_body = T_odom_body_ = located.T_odom_body;
+  step.keyframe = located.keyframe;
+  step.keyframe_made = located.keyframe_made;
+  step.closures = located.closures;
+  step.relaxed = located.relaxed;
+  {
+    const StageScope scope(listener_, "mapping");
+    Mapped mapped = mapper_.step(seen, located, localiser_.keyframes(), T_map_nodes);
+    step.floor = std::move(mapped.reading);
+    step.local_odom = std::move(mapped.local_odom);
+  }
+  if (!looked_at_floor_ && step.floor.projection) {
+    looked_at_floor_ = true;
+    start_fault_ = step.floor.sees_floor ? "" : step.floor.fault;
+  }
+  return step;
+}
+
+}  // namespace panoptes
