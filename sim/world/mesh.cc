@@ -11,6 +11,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <string_view>
@@ -370,18 +371,22 @@ void require_known_materials(const ObjectSettings& settings, const std::string& 
   }
 }
 
-// The importer calls everything that is thrown in it an unreadable file. It is one where the importer
-// says so itself, or where a number in the file leads out of a container.
-[[noreturn]] void raise_unread(const Assimp::Importer& importer, const Complaint& complaint) {
+// The importer calls everything that is thrown in it an unreadable file. It is one where the
+// importer says so itself, or where a number in the file leads out of a container.
+[[noreturn]] void raise_unread(std::unique_ptr<Assimp::Importer> importer,
+                               const Complaint& complaint) {
   try {
-    if (const std::exception_ptr& thrown = importer.GetException()) {
+    if (const std::exception_ptr& thrown = importer->GetException()) {
       std::rethrow_exception(thrown);
     }
   } catch (const std::runtime_error&) {  // DeadlyImportError
   } catch (const std::out_of_range&) {
   } catch (const std::length_error&) {
+  } catch (...) {
+    importer.release();  // what it was making is half made: its destructor may crash
+    throw;
   }
-  std::string reason = importer.GetErrorString();
+  std::string reason = importer->GetErrorString();
   std::replace(reason.begin(), reason.end(), '\n', ' ');
   complaint.raise(fmt::format("cannot be read: {}; export it again, as glTF or OBJ", reason));
 }
@@ -408,11 +413,11 @@ std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictur
       count > kMostTriangles) {
     complaint.raise_many(count);
   }
-  Assimp::Importer importer;
-  importer.SetIOHandler(new NotedFiles);  // it is the importer's from now on
-  const aiScene* scene = importer.ReadFile(file, 0);
+  auto importer = std::make_unique<Assimp::Importer>();
+  importer->SetIOHandler(new NotedFiles);  // it is the importer's from now on
+  const aiScene* scene = importer->ReadFile(file, 0);
   if (scene == nullptr) {
-    raise_unread(importer, complaint);
+    raise_unread(std::move(importer), complaint);
   }
   if (scene->mRootNode == nullptr || scene->mNumMeshes == 0) {
     complaint.raise("has no faces; export it with its surfaces");
@@ -421,7 +426,7 @@ std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictur
   if (const std::uint64_t count = count_placed(*scene, *scene->mRootNode); count > kMostTriangles) {
     complaint.raise_many(count);
   }
-  scene = importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_TransformUVCoords);
+  scene = importer->ApplyPostProcessing(aiProcess_Triangulate | aiProcess_TransformUVCoords);
   if (scene == nullptr) {
     complaint.raise("cannot be cut into triangles; export it again, as glTF or OBJ");
   }
