@@ -129,10 +129,18 @@ void Recorder::add_snapshot(Time now, OccupancyMap map) {
   next_snapshot_ = now + kSnapshotEvery;
 }
 
+// Until its figures are found: whatever ends the program first, there is one that says so.
+void Recorder::keep_ended() {
+  run_.end = {"failed", ""};
+  run_.end.fault = "ended before its figures were found";
+  write_file(out_dir_ / "metrics.json", bare_verdict(run_).metrics_json);
+}
+
 RunReport Recorder::write_report(std::optional<Truth> truth, const RunResult& result, RunEnd end,
                                  const std::vector<KeptKeyframe>& kept, const PlaceStudy* places,
                                  Faults faults, const std::function<bool()>& hurried) {
   const double loop_s = steady_s() - loop_from_s_;
+  faults.attempt([&] { keep_ended(); });
   run_.end = std::move(end);
   run_.last_step = now_.value_or(Time{});
   run_.end_delay = run_.last_step - last_frontier_.value_or(Time{});

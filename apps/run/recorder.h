@@ -54,6 +54,7 @@ class Recorder : public StepListener {
 
  private:
   void keep_settings();
+  void keep_ended();
   void add_row(const Observation& seen, const SlamStep& at, const PilotStep& step);
 
   std::filesystem::path out_dir_;
