@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace panoptes::hw {
@@ -13,9 +14,14 @@ constexpr double kSlack_m = 0.06;
 const double kSlack_rad = deg_to_rad(5);
 constexpr int kAgreeing = 3;
 constexpr double kTopSpeed_mps = 2.2;  // of any Pioneer's wheel, by the maker's files
-// Slower than this the way of a cycle is less than three counts, too few to tell the time by.
-constexpr double kTells_mps = 0.03;
-constexpr double kTells_radps = 0.05;
+// By what a way tells the time that it took.
+constexpr double kTellStep_s = 0.01;
+constexpr double kTellMost_s = 2;
+constexpr double kVelocityOf_s = 0.05;
+constexpr double kAccel_mps2 = 0.9;        // of a Pioneer under us, and half as much again
+constexpr double kTurnAccel_radps2 = 4.5;  // likewise
+constexpr double kWayRounding_m = 1.5e-3;  // of counters, at both ends
+const double kTurnRounding_rad = deg_to_rad(0.15);
 
 /// The step between two counters of which the lowest 12 bits are known, in [-2048, 2048).
 std::int64_t step(std::int64_t from, std::int64_t to) {
@@ -79,25 +85,35 @@ ReportClock::Elapsed PioneerOdometer::elapsed(const Sip& sip) const {
   if (!last_) {
     return {};
   }
-  const Pose2 from = pose(counts_);
-  const Pose2 to = pose(continued(counts_, sip));
+  const Pose2 moved = pose(counts_).inverse() * pose(continued(counts_, sip));
   const Twist2 now = twist_of(sip, model_);
-  const auto by = [](double way, double before, double after, double tells) {
-    ReportClock::Elapsed elapsed;
-    const auto [lesser, greater] = std::minmax(std::abs(before), std::abs(after));
-    if (greater >= tells) {
-      elapsed.least_s = way / greater;
-    }
-    if (lesser >= tells && before * after > 0) {
-      elapsed.most_s = way / lesser;
-    }
-    return elapsed;
+  // The mean velocity is that in the middle, but for what it gained and lost again on the way, and
+  // for the last 50 ms of which a controller's velocity is the mean.
+  const auto tells = [](double s, double way, double before, double after, double accel,
+                        double rounding) {
+    const double unknown = accel * s * (s / 4 + kVelocityOf_s) + rounding;
+    return std::abs(way - s * (before + after) / 2) <= unknown;
   };
-  const auto straight =
-      by((to.position() - from.position()).norm(), twist_body_.v_mps, now.v_mps, kTells_mps);
-  const auto turned = by(std::abs(wrap_angle(to.theta_rad - from.theta_rad)), twist_body_.w_radps,
-                         now.w_radps, kTells_radps);
-  return {std::max(straight.least_s, turned.least_s), std::min(straight.most_s, turned.most_s)};
+  // The shortest time that fits, and the longest without a break: it might have stopped for a while
+  // and gone on, but seldom does.
+  ReportClock::Elapsed elapsed{std::numeric_limits<double>::infinity(), 0};
+  for (double s = kTellStep_s; s <= kTellMost_s; s += kTellStep_s) {
+    if (tells(s, moved.x_m, twist_body_.v_mps, now.v_mps, kAccel_mps2, kWayRounding_m) &&
+        tells(s, moved.theta_rad, twist_body_.w_radps, now.w_radps, kTurnAccel_radps2,
+              kTurnRounding_rad)) {
+      elapsed.least_s = std::min(elapsed.least_s, s);
+      elapsed.most_s = s;
+    } else if (elapsed.most_s > 0) {
+      break;
+    }
+  }
+  if (elapsed.most_s == 0) {  // it was stopped harder than that, or pushed
+    return {};
+  }
+  if (elapsed.most_s + kTellStep_s > kTellMost_s) {
+    elapsed.most_s = std::numeric_limits<double>::infinity();
+  }
+  return elapsed;
 }
 
 PioneerOdometer::Verdict PioneerOdometer::add(Time stamp, const Sip& sip, const Twist2& most,

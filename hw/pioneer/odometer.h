@@ -36,8 +36,8 @@ class PioneerOdometer {
   Verdict add(Time stamp, const Sip& sip, const Twist2& most, Duration apart = {},
               Duration gap = {});
 
-  /// How long it can be since the last accepted report, by the wheels' velocities in both: the
-  /// whole way at the greater or at the lesser of them.
+  /// How long it can be since the last accepted report: so that the way between them is what a body
+  /// drives from the velocity of the one to that of the other, within a Pioneer's accelerations.
   ReportClock::Elapsed elapsed(const Sip& sip) const;
 
   /// The next report sets the origin again, and the pose stays: after a new connection, maybe to

@@ -5,6 +5,7 @@
 #include <deque>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "core/base/time.h"
 
@@ -14,15 +15,14 @@ namespace panoptes::hw {
 /// order; whatever is between (a program that was frozen, a network) holds them up, never back. So
 /// the last seconds' arrivals over the reports' numbers lie above a straight line, and the nearest
 /// such line is when they left, but for what every report takes.
+///
+/// Their numbers are not in them. One that comes late was held up, or others before it were lost:
+/// every number that it may have is weighed, by those that the last one may have had, by the way
+/// driven since, and by how late reports have been on this link so far (a hidden Markov model's
+/// forward pass). The likeliest is taken for now, and later ones may show that it was another.
 class ReportClock {
  public:
-  explicit ReportClock(Duration cycle = std::chrono::milliseconds(100)) : cycle_(cycle) {}
-
-  struct Departure {
-    Time stamp;        ///< later than the last one's
-    Duration apart{};  ///< whole cycles since the last one
-    Duration gap{};    ///< between the two arrivals
-  };
+  explicit ReportClock(Duration cycle = std::chrono::milliseconds(100));
 
   /// How long it can be since the last report.
   struct Elapsed {
@@ -30,8 +30,17 @@ class ReportClock {
     double most_s = std::numeric_limits<double>::infinity();
   };
 
-  /// Of the report that arrives now. When it comes late, either others were lost or it was held
-  /// up: where its way tells `elapsed`, that decides, and else whether it is late by whole cycles.
+  struct Departure {
+    Time stamp;                    ///< later than the last one's
+    Duration apart{};              ///< whole cycles since the last one
+    Duration gap{};                ///< between the two arrivals
+    std::int64_t ahead = 0;        ///< by how many numbers it is beyond the last one's next
+    std::vector<double> belief{};  ///< that it is beyond by so many, from `least` on
+    std::int64_t least = 0;
+    std::optional<double> lost{};  ///< before it, where its way tells
+  };
+
+  /// Of the report that arrives now, where its way tells `elapsed`.
   Departure departure(Time arrival, const Elapsed& elapsed) const;
 
   /// It is believed: later ones follow it.
@@ -48,10 +57,11 @@ class ReportClock {
   double cycle_s() const;                     // as the arrivals have it
   double offset_s(const Arrival& one) const;  // of the line through it, at number 0
   double line_s(std::int64_t number) const;
-  double lateness(const Arrival& one) const;  // in cycles
-  std::int64_t since(double last_s) const;    // the number that came then
+  double likely(double late) const;  // that a report is late by so many cycles
+  void learn(double late);
+  std::int64_t since(double last_s) const;  // the number that came then
+  void believe(const Departure& departure);
   void lower();
-  void catch_up();
   void fit();
 
   Duration cycle_;
@@ -60,9 +70,14 @@ class ReportClock {
   Time last_stamp_;
   std::int64_t last_number_ = 0;
   std::deque<Arrival> arrivals_;
-  double lowest_s_ = 0;    // the line's offset
-  double slope_s_ = 0;     // by how much a cycle is longer than it should be
-  bool holds_up_ = false;  // reports are held up here now and then
+  double lowest_s_ = 0;              // the line's offset
+  double slope_s_ = 0;               // by how much a cycle is longer than it should be
+  bool holds_up_ = false;            // reports are held up here now and then
+  std::vector<double> belief_{1.0};  // that the last one's number is beyond ours by so many,
+  std::int64_t least_ = 0;           // from this on
+  double told_ = 100;                // reports whose way told how many were lost,
+  double lost_ = 0;                  // and before how many of them some were
+  std::vector<double> late_;         // how often reports were late, in parts of a cycle
 };
 
 }  // namespace panoptes::hw

@@ -139,6 +139,7 @@ struct HeldUp {
   double jitter_s;  // at most, both ways
   double freeze_s;  // of the program,
   double every_s;   // once in so long
+  double lost = 0;  // share of the reports
 };
 
 class HeldUpLinks : public testing::TestWithParam<HeldUp> {};
@@ -157,6 +158,11 @@ TEST_P(HeldUpLinks, NeverPutTheRobotFarFromWhereItsOwnWheelsDo) {
     }
     const Duration frozen = std::max(Duration::zero(), thaw - at);
     return frozen + from_seconds(how.jitter_s * rng.uniform(0, 1));
+  });
+  Rng losing(22);
+  wired.link->damage([&](Bytes bytes, bool to_robot) {
+    const bool lost = !to_robot && bytes.size() > 20 && losing.uniform(0, 1) < how.lost;
+    return lost ? Bytes() : bytes;
   });
   Twist2 command;
   std::optional<Pose2> T_own_odom;
@@ -202,7 +208,9 @@ INSTANTIATE_TEST_SUITE_P(
                     HeldUp{"JitterOnTcp", StandInLink::Wire::kTcp, 0.25, 0, 1},
                     HeldUp{"LongJitterOnTcp", StandInLink::Wire::kTcp, 0.3, 0, 1},
                     HeldUp{"FrozenLongOnTcp", StandInLink::Wire::kTcp, 0, 0.3, 1.1},
-                    HeldUp{"BothOnTcp", StandInLink::Wire::kTcp, 0.1, 0.2, 0.7}),
+                    HeldUp{"BothOnTcp", StandInLink::Wire::kTcp, 0.1, 0.2, 0.7},
+                    HeldUp{"LostOnTcp", StandInLink::Wire::kTcp, 0, 0, 1, 0.1},
+                    HeldUp{"LostOnMemory", StandInLink::Wire::kMemory, 0, 0, 1, 0.1}),
     [](const auto& one) { return one.param.name; });
 
 TEST(PhysicalRobot, DeliversEverySetOnceAndMeetsItsDeadlines) {

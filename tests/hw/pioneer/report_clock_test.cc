@@ -99,6 +99,24 @@ TEST(ReportClock, TellsLostReportsFromThoseHeldUp) {
   }
 }
 
+// Half of the time the robot stands, and nothing tells how many were lost of reports that are held
+// up as well. A count that is wrong is found out by those that follow.
+TEST(ReportClock, FindsItsCountAgain) {
+  for (const std::uint64_t seed : {100, 101, 102, 103, 104, 105}) {
+    Rng rng(seed);
+    Reports reports;
+    int wrong = 0;
+    for (int i = 0; i < 3000; ++i) {
+      reports.moves = i % 100 < 50;
+      if (rng.uniform(0, 1) < 0.005) {
+        reports.lose(1 + static_cast<int>(rng.uniform(0, 5)));
+      }
+      wrong += std::abs(reports.next(rng.uniform(0, 0.3))) > 0.083 ? 1 : 0;
+    }
+    EXPECT_LT(wrong, 150) << seed;  // some 15 losses, each for no longer than a second
+  }
+}
+
 TEST(ReportClock, NeverGoesBack) {
   Rng rng(5);
   ReportClock clock;
