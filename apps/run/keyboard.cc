@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstddef>
+#include <exception>
 #include <mutex>
 #include <string_view>
 #include <thread>
@@ -60,6 +61,9 @@ class Keyboard::Listener {
  public:
   std::vector<KeyPress> take() {
     const std::lock_guard lock(mutex_);
+    if (thrown_) {
+      std::rethrow_exception(std::exchange(thrown_, nullptr));
+    }
     return std::exchange(pressed_, {});
   }
   bool closed() const { return closed_ || g_hung_up; }
@@ -84,14 +88,20 @@ class Keyboard::Listener {
       }
       const WallTime now = std::chrono::steady_clock::now();
       const std::lock_guard lock(mutex_);
-      for (const TeleopKey key : reader.read({bytes.data(), static_cast<std::size_t>(count)})) {
-        pressed_.push_back({key, now});
+      try {
+        for (const TeleopKey key : reader.read({bytes.data(), static_cast<std::size_t>(count)})) {
+          pressed_.push_back({key, now});
+        }
+      } catch (...) {  // no memory, or a bug
+        thrown_ = std::current_exception();
+        return;
       }
     }
   }
 
   std::mutex mutex_;
   std::vector<KeyPress> pressed_;
+  std::exception_ptr thrown_;
   std::atomic<bool> closed_ = false;
   std::jthread thread_{[this](const std::stop_token& stop) { listen(stop); }};  // last: uses all
 };

@@ -5,6 +5,8 @@
 #include <csignal>
 #include <cstddef>
 
+#include "hw/pioneer/last_words.h"
+
 namespace panoptes {
 namespace {
 
@@ -19,6 +21,7 @@ extern "C" void on_signal(int signal) {
   }
   g_signals = g_signals + 1;
   if (g_signals >= kNow) {
+    hw::say_last_words();
     std::signal(signal, SIG_DFL);
     std::raise(signal);
   }

@@ -7,12 +7,14 @@
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include <fcntl.h>
 #include <poll.h>
 #include <unistd.h>
 
 #include "core/base/error.h"
+#include "hw/pioneer/last_words.h"
 #include "hw/pioneer/line.h"
 
 namespace panoptes::hw {
@@ -71,12 +73,14 @@ class PioneerBase::Worker {
   void wait(Time deadline, const std::function<bool(const PioneerClient&)>& done) {
     std::unique_lock lock(mutex_);
     const auto until = begun_ + deadline.time_since_epoch();
-    changed_.wait_until(lock, until, [&] { return done(client_); });
+    changed_.wait_until(lock, until, [&] { return thrown_ || done(client_); });
+    throw_what_was_thrown();
   }
 
   void with(const std::function<void(PioneerClient&)>& act) {
     {
       const std::lock_guard lock(mutex_);
+      throw_what_was_thrown();
       act(client_);
     }
     wake();
@@ -87,6 +91,13 @@ class PioneerBase::Worker {
     const char nothing = 0;
     [[maybe_unused]] const auto written =
         write(wake_[1], &nothing, 1);  // a full pipe wakes as well
+  }
+
+  // On the thread: to whoever asks first, once.
+  void throw_what_was_thrown() {
+    if (thrown_) {
+      std::rethrow_exception(std::exchange(thrown_, nullptr));
+    }
   }
 
   void carry() {
@@ -109,9 +120,12 @@ class PioneerBase::Worker {
       if (whole) {
         try {
           carry();
-        } catch (const std::exception& error) {  // of the line, or no memory
+        } catch (const DeviceError& error) {
           whole = false;
           client_.lose(error.what());
+        } catch (...) {  // no memory, or a bug: the line is whole, and the robot is told to stop
+          thrown_ = std::current_exception();
+          client_.lose(line_.address() + ": given up, the program itself has failed");
         }
       }
       changed_.notify_all();
@@ -129,6 +143,7 @@ class PioneerBase::Worker {
   }
 
   Line line_;
+  LastWords last_words_{line_.fd(), line_.serial()};
   PioneerClient client_;
   Clock::time_point begun_;
   std::int64_t start_unix_ns_ =
@@ -137,6 +152,7 @@ class PioneerBase::Worker {
   std::mutex mutex_;
   std::condition_variable changed_;
   bool done_ = false;
+  std::exception_ptr thrown_;
   int wake_[2] = {-1, -1};
   std::thread thread_;
 };

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The program itself, in which one thing goes wrong at a chosen instant. In the environment:
-//   PANOPTES_FAULT=KIND@AFTER+COUNT   KIND is memory, bug, TERM, HUP or INT2 (twice); AFTER is
-//   start,
-//                                     or the end of a file's name, from whose making on COUNT
-//                                     allocations are counted
+//   PANOPTES_FAULT=KIND@AFTER+COUNT   KIND is memory, bug, end (std::terminate), TERM, HUP, INT2
+//                                     (twice) or INT3 (three at once); AFTER is start, or the end
+//                                     of a file's name, from whose making on COUNT allocations are
+//                                     counted
 //   PANOPTES_FAULT_IN=COMMAND         of the processes it starts, too, only those that do this
 //   PANOPTES_FAULT_MARK=FILE          made when it has happened
 //   PANOPTES_DISK_BYTES=N             so much room is on the disk
@@ -14,6 +14,7 @@
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <new>
 #include <stdexcept>
 #include <string_view>
@@ -27,7 +28,7 @@
 
 namespace {
 
-enum class Kind { kNone, kMemory, kBug, kTerm, kHangUp, kTwice };
+enum class Kind { kNone, kMemory, kBug, kTerm, kHangUp, kTwice, kThrice, kEnd };
 
 // Plain values: they are used before anything else is made.
 Kind g_kind = Kind::kNone;
@@ -68,6 +69,13 @@ void fire() {
         arm();
       }
       break;
+    case Kind::kThrice:
+      for (int i = 0; i < 3; ++i) {
+        ::syscall(SYS_tgkill, ::getpid(), ::gettid(), SIGINT);
+      }
+      break;
+    case Kind::kEnd:
+      std::terminate();
     case Kind::kNone:
       break;
   }
@@ -121,6 +129,8 @@ void read_orders(std::string_view command) {
            : kind == "TERM" ? Kind::kTerm
            : kind == "HUP"  ? Kind::kHangUp
            : kind == "INT2" ? Kind::kTwice
+           : kind == "INT3" ? Kind::kThrice
+           : kind == "end"  ? Kind::kEnd
                             : Kind::kNone;
   g_after = order.substr(at + 1, plus - at - 1);
   g_count = std::atol(order.data() + plus + 1);

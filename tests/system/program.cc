@@ -42,6 +42,9 @@ bool before_terminal(int terminal) {
       (fate.terminal >= 0 ? before_terminal(fate.terminal)
                           : onto(folder / "stderr", STDERR_FILENO) &&
                                 ::dup2(::open("/dev/null", O_RDONLY), 0) == 0);
+  for (const int heard : {SIGINT, SIGHUP, SIGTERM}) {  // though whoever tests may ignore them
+    ::signal(heard, SIG_DFL);
+  }
   if (fate.largest_file_bytes) {
     const struct rlimit limit = {*fate.largest_file_bytes, *fate.largest_file_bytes};
     ::setrlimit(RLIMIT_FSIZE, &limit);

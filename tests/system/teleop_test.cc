@@ -1,24 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Driving by hand, over a terminal of the test's own.
-#include <atomic>
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
-#include <functional>
-#include <mutex>
 #include <string>
 #include <thread>
 
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <poll.h>
-#include <termios.h>
-#include <unistd.h>
 
 #include "core/io/csv.h"
 #include "core/io/file.h"
 #include "tests/system/program.h"
+#include "tests/system/terminal.h"
 
 namespace panoptes {
 namespace {
@@ -26,89 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using testing::HasSubstr;
-
-/// A terminal with somebody before it, who starts once the program has said what its keys do.
-class Terminal {
- public:
-  explicit Terminal(std::function<void(Terminal&)> somebody)
-      : master_(::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
-    EXPECT_EQ(::grantpt(master_), 0);
-    EXPECT_EQ(::unlockpt(master_), 0);
-    slave_ = ::open(::ptsname(master_), O_RDWR | O_NOCTTY | O_CLOEXEC);
-    before_ = modes();
-    reader_ = std::jthread([this](const std::stop_token& stop) { read(stop); });
-    somebody_ = std::jthread([this, somebody = std::move(somebody)](const std::stop_token& stop) {
-      while (!stop.stop_requested() && shown().find("end; Ctrl-C") == std::string::npos) {
-        std::this_thread::sleep_for(5ms);
-      }
-      somebody(*this);
-    });
-  }
-  ~Terminal() {
-    somebody_ = {};
-    reader_ = {};
-    hang_up();
-    ::close(slave_);
-  }
-  Terminal(const Terminal&) = delete;
-  Terminal& operator=(const Terminal&) = delete;
-
-  int slave() const { return slave_; }
-
-  void type(const std::string& keys) const {
-    EXPECT_EQ(::write(master_, keys.data(), keys.size()), static_cast<ssize_t>(keys.size()));
-  }
-  /// As terminals do it: again and again.
-  void hold(const std::string& key, std::chrono::milliseconds time) const {
-    for (auto held = 0ms; held < time; held += 50ms) {
-      type(key);
-      std::this_thread::sleep_for(50ms);
-    }
-  }
-  /// The window is closed.
-  void hang_up() {
-    reader_ = {};
-    ::close(master_);
-    master_ = -1;
-  }
-
-  std::string shown() {
-    const std::lock_guard lock(mutex_);
-    return shown_;
-  }
-  bool as_before() const {
-    const termios now = modes();
-    return now.c_lflag == before_.c_lflag && now.c_iflag == before_.c_iflag &&
-           now.c_cc[VSUSP] == before_.c_cc[VSUSP] && now.c_cc[VQUIT] == before_.c_cc[VQUIT];
-  }
-  bool echoes() const { return (modes().c_lflag & ECHO) != 0; }
-
- private:
-  termios modes() const {
-    termios modes{};
-    EXPECT_EQ(::tcgetattr(slave_, &modes), 0);
-    return modes;
-  }
-  void read(const std::stop_token& stop) {
-    while (!stop.stop_requested()) {
-      pollfd asked{master_, POLLIN, 0};
-      char bytes[256];
-      if (::poll(&asked, 1, 20) == 1) {
-        const ssize_t count = ::read(master_, bytes, sizeof bytes);
-        const std::lock_guard lock(mutex_);
-        shown_.append(bytes, count > 0 ? static_cast<std::size_t>(count) : 0);
-      }
-    }
-  }
-
-  std::atomic<int> master_;
-  int slave_ = -1;
-  termios before_{};
-  std::mutex mutex_;
-  std::string shown_;
-  std::jthread reader_;
-  std::jthread somebody_;
-};
 
 class TeleopRun : public SystemTest {
  protected:
