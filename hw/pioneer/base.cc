@@ -102,7 +102,7 @@ class PioneerBase::Worker {
 
   void carry() {
     const Bytes bytes = line_.read();
-    if (!bytes.empty()) {
+    if (!bytes.empty() && !failed_) {
       client_.receive(now(), bytes);
     }
     for (const PioneerClient::Transmission& next : client_.poll(now())) {
@@ -125,6 +125,7 @@ class PioneerBase::Worker {
           client_.lose(error.what());
         } catch (...) {  // no memory, or a bug: the line is whole, and the robot is told to stop
           thrown_ = std::current_exception();
+          failed_ = true;  // what it was reading may be half done
           client_.lose(line_.address() + ": given up, the program itself has failed");
         }
       }
@@ -153,6 +154,7 @@ class PioneerBase::Worker {
   std::condition_variable changed_;
   bool done_ = false;
   std::exception_ptr thrown_;
+  bool failed_ = false;
   int wake_[2] = {-1, -1};
   std::thread thread_;
 };
