@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -106,7 +107,11 @@ struct Solution {
   Plausibility plausibility;
   bool out_of_time = false;
 
-  bool got_worse() const { return !(report.relax.chi2_end <= report.relax.chi2_start); }
+  // than rounding makes of a graph that is exact
+  bool got_worse() const {
+    constexpr double kRounding = 1e-9;
+    return !(report.relax.chi2_end <= std::max(report.relax.chi2_start, kRounding));
+  }
   bool trustworthy(const RelaxArguments& args) const {
     return !args.robust || plausibility.plausible;
   }
@@ -288,7 +293,7 @@ void say_what_is_wrong(const RelaxArguments& args, const GraphFile& file, const 
     say(fmt::format("did not settle within {} steps{}", relax.iterations,
                     args.robust ? "" : "; closures may be false, which --robust leaves out"));
   }
-  if (args.method == "newton" && !noise.plausible) {
+  if (!noise.plausible) {
     say(
         fmt::format("{}chi2 is {:.3g} per degree of freedom, and errors twice those stated give "
                     "{:.3g} at most",
@@ -415,7 +420,11 @@ void add_relax(CLI::App& app, Command& chosen) {
   sub->add_option("--time-limit", args->time_limit_s,
                   "after so many seconds the best so far is written, with status 1 (300)")
       ->type_name("S")
-      ->check(CLI::PositiveNumber);
+      ->check([](const std::string& text) {
+        double s = 0;
+        const bool positive = CLI::detail::lexical_cast(text, s) && std::isfinite(s) && s > 0;
+        return positive ? std::string() : "must be a number of seconds above 0, got " + text;
+      });
   sub->add_flag("--quiet", args->quiet, "no progress");
   sub->footer(
       "Example: panoptes relax runs/office/graph.g2o --robust --out runs/office-relaxed.g2o\n"

@@ -2,6 +2,8 @@
 #include "apps/run/figure_names.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <string_view>
 #include <variant>
 
@@ -33,10 +35,46 @@ bool fits(std::string_view path, std::string_view pattern) {
                     });
 }
 
+// With what each stage of a step took.
+std::vector<std::string> with_stages(std::vector<std::string> names) {
+  for (const std::string stage :
+       {"observe", "step", "rectifying", "odometry", "slam", "mapping", "planning"}) {
+    for (const std::string of : {"mean", "p50", "p99", "max"}) {
+      names.push_back("timing_ms." + stage + "." + of);
+    }
+    for (const std::string of : {"mean", "p99"}) {
+      names.push_back("timing_cpu_ms." + stage + "." + of);
+    }
+  }
+  return names;
+}
+
+// The same with the cameras that there are.
+std::vector<std::string> with_cameras(const std::vector<std::string>& cameras) {
+  const std::string kAny = "cameras.*";
+  std::vector<std::string> names;
+  for (const std::string& name : figure_names()) {
+    if (!name.starts_with(kAny)) {
+      names.push_back(name);
+      continue;
+    }
+    for (const std::string& camera : cameras) {
+      names.push_back("cameras." + camera + name.substr(kAny.size()));
+    }
+  }
+  return names;
+}
+
+bool is_word(const std::string& figure) {
+  const std::array<std::string_view, 7> kWords{"schema",  "command", "version",   "mission",
+                                               "outcome", "fault",   "end_reason"};
+  return std::find(kWords.begin(), kWords.end(), figure) != kWords.end();
+}
+
 }  // namespace
 
 const std::vector<std::string>& figure_names() {
-  static const std::vector<std::string> kNames{
+  static const std::vector<std::string> kNames = with_stages({
       "schema",
       "command",
       "version",
@@ -51,12 +89,6 @@ const std::vector<std::string>& figure_names() {
       "cpu_s",
       "real_time_factor",
       "peak_memory_mb",
-      "timing_ms.*.mean",
-      "timing_ms.*.p50",
-      "timing_ms.*.p99",
-      "timing_ms.*.max",
-      "timing_cpu_ms.*.mean",
-      "timing_cpu_ms.*.p99",
       "frames",
       "keyframes",
       "distance_m",
@@ -108,9 +140,15 @@ const std::vector<std::string>& figure_names() {
       "exploration.t90_s",
       "exploration.t97_s",
       "exploration.end_delay_s",
-      "cameras.*.*",
+      "cameras.*.missing",
+      "cameras.*.late",
+      "cameras.*.frozen",
+      "cameras.*.dark",
+      "cameras.*.saturated",
+      "cameras.*.covered",
+      "cameras.*.lost_s",
       "devices.*.*",
-  };
+  });
   return kNames;
 }
 
@@ -119,16 +157,25 @@ bool is_figure(const std::string& path) {
                      [&](const std::string& pattern) { return fits(path, pattern); });
 }
 
-std::string requirement_fault(const Requirement& requirement) {
+std::string requirement_fault(const Requirement& requirement,
+                              const std::vector<std::string>& cameras) {
+  const std::vector<std::string> names = with_cameras(cameras);
   const auto fault = [&](const std::string& what, const std::string& near) {
     return "requirement '" + requirement.text + "': " + what +
            (near.empty() ? "" : "; did you mean " + near + "?");
   };
-  if (!is_figure(requirement.figure)) {
+  const bool known = std::any_of(names.begin(), names.end(), [&](const std::string& pattern) {
+    return fits(requirement.figure, pattern);
+  });
+  if (!known) {
     return fault("no run has a figure '" + requirement.figure + "'",
-                 nearest_word(requirement.figure, figure_names()));
+                 nearest_word(requirement.figure, names));
   }
   const auto* word = std::get_if<std::string>(&requirement.wanted);
+  const auto* number = std::get_if<double>(&requirement.wanted);
+  if (!is_word(requirement.figure) && (number == nullptr || !std::isfinite(*number))) {
+    return fault("must be compared with a number", "");
+  }
   const std::vector<std::string> words =
       requirement.figure == "outcome"
           ? std::vector<std::string>{"completed",        "collision", "stuck",      "device_lost",

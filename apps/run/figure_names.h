@@ -9,14 +9,15 @@
 namespace panoptes {
 
 /// Every figure that a run may write in metrics.json, by its dotted path; `*` stands for one name
-/// that the run itself gives (a camera, a device, a stage). A test holds it against what runs
-/// write.
+/// that the run itself gives (a camera, a device, a setting of the study of places). A test holds
+/// it against what runs write.
 const std::vector<std::string>& figure_names();
 
 bool is_figure(const std::string& path);
 
-/// What is wrong with what a line requires: no run can have such a figure, or no such word. Empty
-/// when nothing is.
-std::string requirement_fault(const Requirement& requirement);
+/// What is wrong with what a line requires: no run with these cameras can have such a figure, no
+/// such word, or no number where one is. Empty when nothing is.
+std::string requirement_fault(const Requirement& requirement,
+                              const std::vector<std::string>& cameras);
 
 }  // namespace panoptes

@@ -20,9 +20,13 @@ constexpr double kForEver_s = 1e8;
 constexpr int kLeastSide_px = 48;  // of a picture by which places are recognised
 
 // What is wrong with a line of `require:`; empty when nothing is.
-std::string fault_of(const std::string& line) {
+std::string fault_of(const std::string& line, const Rig& rig) {
+  std::vector<std::string> cameras;
+  for (const auto& [name, camera] : rig.cameras) {
+    cameras.push_back(name);
+  }
   try {
-    return requirement_fault(parse_requirement(line));
+    return requirement_fault(parse_requirement(line), cameras);
   } catch (const ConfigError& error) {
     return error.what();
   }
@@ -184,7 +188,7 @@ void bind(Fields& f, ExploreMission& o) {
   }
   f("require", o.require);
   for (const std::string& line : o.require) {
-    const std::string fault = fault_of(line);
+    const std::string fault = fault_of(line, o.rig);
     f.require(fault.empty(), "require", fault);
   }
   f("navigator", o.navigator);

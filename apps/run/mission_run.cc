@@ -60,7 +60,7 @@ class ShownProgress : public StepListener {
 // refused before it has begun is thrown on.
 template <class Drive>
 Faults driven_to_its_end(const Drive& drive, const OpenRobot& open, const OutDir& out, Pilot& pilot,
-                         Until& until) {
+                         Recorder& recorder, Until& until) {
   Faults faults;
   std::exception_ptr refusal;
   faults.attempt([&] {
@@ -86,6 +86,7 @@ Faults driven_to_its_end(const Drive& drive, const OpenRobot& open, const OutDir
   if (refusal) {
     std::rethrow_exception(refusal);
   }
+  faults.attempt([&] { recorder.keep_ended(); });
   if (open.finish) {
     faults.attempt(open.finish);
   }
@@ -171,7 +172,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
       clock.end_frame();
     }
   };
-  Faults faults = driven_to_its_end(drive, open, out, *pilot, until);
+  Faults faults = driven_to_its_end(drive, open, out, *pilot, recorder, until);
   out.keep();
   std::optional<Truth> truth;
   RunResult result;

@@ -90,7 +90,9 @@ void Recorder::add(const Observation& seen, const SlamStep& at, const PilotStep&
   }
   // a deadline that comes just before a late report tells of an instant after the report's
   const bool later = run_.frames.empty() || seen.stamp > run_.frames.back().stamp;
-  if (seen.pictures.empty() && !(run_.info.blind && later)) {
+  // pictures that do not come stop the robot, which has to be told
+  const bool counts = run_.info.blind || step.blind;
+  if (seen.pictures.empty() && !(counts && later)) {
     return;
   }
   run_.frames.push_back({seen.stamp, seen.odometry.T_odom_body, step.goal_map.has_value()});

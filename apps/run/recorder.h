@@ -43,6 +43,9 @@ class Recorder : public StepListener {
   bool snapshot_due(Time now) const;
   void add_snapshot(Time now, OccupancyMap map);
 
+  /// Leaves a metrics.json that says `failed`, until the report takes its place.
+  void keep_ended();
+
   /// All that is left behind: what a picture can be made from first, then metrics.json, then the
   /// pictures, until `hurried` says that they are not waited for. Without truth the figures that
   /// need it are absent. `faults` are those of the run until here. Never throws for what cannot be
@@ -54,7 +57,6 @@ class Recorder : public StepListener {
 
  private:
   void keep_settings();
-  void keep_ended();
   void add_row(const Observation& seen, const SlamStep& at, const PilotStep& step);
 
   std::filesystem::path out_dir_;

@@ -6,7 +6,9 @@
 namespace panoptes {
 namespace {
 
-std::string fault(const std::string& line) { return requirement_fault(parse_requirement(line)); }
+std::string fault(const std::string& line) {
+  return requirement_fault(parse_requirement(line), {"floor", "front"});
+}
 
 TEST(FigureNames, TakeWhatRunsMayHave) {
   for (const char* line :
@@ -25,10 +27,19 @@ TEST(FigureNames, RefuseWhatNoRunHas) {
   EXPECT_EQ(fault("colisions == 0"),
             "requirement 'colisions == 0': no run has a figure 'colisions'; did you mean "
             "collisions?");
-  for (const char* line : {"map == 1", "map.coverage.x == 1", "timing_ms.slam.p98 < 20",
-                           "devices.base == 0", "nothing_like_it < 1"}) {
+  for (const char* line :
+       {"map == 1", "map.coverage.x == 1", "timing_ms.slam.p98 < 20", "devices.base == 0",
+        "nothing_like_it < 1", "timing_ms.slm.p99 < 5", "cameras.front.frosen == 0",
+        "collisions == 0x", "map.coverage == nan"}) {
     EXPECT_NE(fault(line), "") << line;
   }
+}
+
+TEST(FigureNames, RefuseCamerasThatTheRigHasNot) {
+  EXPECT_EQ(
+      fault("cameras.flor.frozen == 0"),
+      "requirement 'cameras.flor.frozen == 0': no run has a figure 'cameras.flor.frozen'; did "
+      "you mean cameras.floor.frozen?");
 }
 
 TEST(FigureNames, RefuseOutcomesThatNoRunHas) {

@@ -412,6 +412,24 @@ TEST_F(RecorderTest, KeepsTheInstantsOfABlindRunInOrder) {
   }
 }
 
+TEST_F(RecorderTest, TellsThatTheRobotStandsForPicturesDoNotCome) {
+  const auto out = folder_ / "run";
+  std::filesystem::create_directories(out);
+  Recorder recorder(out, RunInfo{}, nullptr);
+  PilotStep step;
+  for (int i = 0; i < 6; ++i) {
+    Observation seen;
+    seen.stamp = time_at(0.1 * i);
+    if (i < 2) {
+      seen.pictures["front"].stamp = seen.stamp;
+    }
+    step.blind = i >= 4;
+    recorder.add(seen, {}, step);
+  }
+  recorder.write_report(std::nullopt, {}, {"device_lost", ""});
+  EXPECT_EQ(read_csv(out / "steps.csv").rows.size(), 4U);
+}
+
 TEST_F(RecorderTest, KeepsARunThatEndedAtOnce) {
   const auto out = folder_ / "run";
   std::filesystem::create_directories(out);
