@@ -334,6 +334,10 @@ void name_rejected(const GraphFile& file, const std::vector<bool>& kept, const f
 
 // Relaxes a pose graph, and tells how well its edges agree before and after.
 int relax_file(const RelaxArguments& args) {
+  if (!std::isfinite(args.time_limit_s) || args.time_limit_s <= 0) {
+    throw ConfigError(fmt::format("--time-limit: must be a number of seconds above 0, got {:g}",
+                                  args.time_limit_s));
+  }
   if (args.robust && args.method == "toro") {
     throw ConfigError("--robust: goes with --method newton alone");
   }
@@ -419,12 +423,7 @@ void add_relax(CLI::App& app, Command& chosen) {
                 "two vertices that follow one another");
   sub->add_option("--time-limit", args->time_limit_s,
                   "after so many seconds the best so far is written, with status 1 (300)")
-      ->type_name("S")
-      ->check([](const std::string& text) {
-        double s = 0;
-        const bool positive = CLI::detail::lexical_cast(text, s) && std::isfinite(s) && s > 0;
-        return positive ? std::string() : "must be a number of seconds above 0, got " + text;
-      });
+      ->type_name("S");
   sub->add_flag("--quiet", args->quiet, "no progress");
   sub->footer(
       "Example: panoptes relax runs/office/graph.g2o --robust --out runs/office-relaxed.g2o\n"

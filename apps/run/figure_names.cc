@@ -35,6 +35,11 @@ bool fits(std::string_view path, std::string_view pattern) {
                     });
 }
 
+bool is_among(const std::vector<std::string>& patterns, const std::string& path) {
+  return std::any_of(patterns.begin(), patterns.end(),
+                     [&](const std::string& pattern) { return fits(path, pattern); });
+}
+
 // With what each stage of a step took.
 std::vector<std::string> with_stages(std::vector<std::string> names) {
   for (const std::string stage :
@@ -152,10 +157,7 @@ const std::vector<std::string>& figure_names() {
   return kNames;
 }
 
-bool is_figure(const std::string& path) {
-  return std::any_of(figure_names().begin(), figure_names().end(),
-                     [&](const std::string& pattern) { return fits(path, pattern); });
-}
+bool is_figure(const std::string& path) { return is_among(figure_names(), path); }
 
 std::string requirement_fault(const Requirement& requirement,
                               const std::vector<std::string>& cameras) {
@@ -164,10 +166,7 @@ std::string requirement_fault(const Requirement& requirement,
     return "requirement '" + requirement.text + "': " + what +
            (near.empty() ? "" : "; did you mean " + near + "?");
   };
-  const bool known = std::any_of(names.begin(), names.end(), [&](const std::string& pattern) {
-    return fits(requirement.figure, pattern);
-  });
-  if (!known) {
+  if (!is_among(names, requirement.figure)) {
     return fault("no run has a figure '" + requirement.figure + "'",
                  nearest_word(requirement.figure, names));
   }
