@@ -430,6 +430,20 @@ TEST_F(RecorderTest, TellsThatTheRobotStandsForPicturesDoNotCome) {
   EXPECT_EQ(read_csv(out / "steps.csv").rows.size(), 4U);
 }
 
+TEST_F(RecorderTest, SaysFailedFromTheEndUntilTheFiguresAreFound) {
+  const auto out = folder_ / "run";
+  std::filesystem::create_directories(out);
+  Recorder recorder(out, RunInfo{}, nullptr);
+  recorder.keep_ended();
+  const auto before = nlohmann::json::parse(read_file(out / "metrics.json"));
+  EXPECT_EQ(before["outcome"], "failed");
+  EXPECT_EQ(before["fault"], "ended before its figures were found");
+  recorder.write_report(std::nullopt, {}, {"completed", "duration"});
+  const auto after = nlohmann::json::parse(read_file(out / "metrics.json"));
+  EXPECT_EQ(after["outcome"], "completed");
+  EXPECT_FALSE(after.contains("fault"));
+}
+
 TEST_F(RecorderTest, KeepsARunThatEndedAtOnce) {
   const auto out = folder_ / "run";
   std::filesystem::create_directories(out);
