@@ -36,6 +36,7 @@ void PhysicalRobot::take_reports() {
       }
       track_.add(pose);
     }
+    holds_up_ = client.holds_up();
     for (const ToldTwist& told : client.take_told()) {
       track_.told(told);
     }
@@ -55,7 +56,7 @@ Observation PhysicalRobot::observe(Time deadline) {
     }
     if (waiting_) {
       odometry = track_.at(waiting_->stamp);
-      if (odometry) {
+      if (odometry && (!odometry->extrapolated || !holds_up_ || link_->now() >= deadline)) {
         seen.stamp = waiting_->stamp;
         seen.pictures = std::move(waiting_->pictures);
         waiting_.reset();

@@ -26,7 +26,8 @@ struct CameraSet {
 using NextCameraSet = std::function<std::optional<CameraSet>()>;
 
 /// A base and cameras as one robot: every set of pictures with the odometry of its instant, the
-/// base's reports being interpolated (extrapolated by one at most, which is marked). Without
+/// base's reports being interpolated (extrapolated by one at most, which is marked; where the link
+/// holds reports up the next one is waited for). Without
 /// cameras there is an observation a report. Motors are enabled by the first command
 /// to move.
 class PhysicalRobot final : public Robot {
@@ -61,6 +62,7 @@ class PhysicalRobot final : public Robot {
   std::optional<CameraSet> waiting_;  // for the odometry of its instant
   std::optional<Pose2> T_first_odom_;
   std::optional<Time> seen_report_;
+  bool holds_up_ = false;  // reports, and so what the base hears: what it was told says little
   int epoch_ = 0;
   bool enabled_ = false;
   std::size_t sets_ = 0;

@@ -23,6 +23,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr Duration kConnectWithin = std::chrono::seconds(15);
+constexpr Duration kSettlesWithin = std::chrono::seconds(5);
 constexpr Duration kTcpWithin = std::chrono::seconds(3);
 constexpr Duration kAtLeastEvery = std::chrono::milliseconds(100);
 constexpr Duration kFarewell = std::chrono::milliseconds(200);  // four frames, and another baud
@@ -33,6 +34,9 @@ void connect(BaseLink& link) {
   link.with([&](PioneerClient& client) { client.connect(link.now()); });
   link.wait(link.now() + kConnectWithin, [](const PioneerClient& client) {
     return client.state() != PioneerClient::State::kConnecting;
+  });
+  link.wait(link.now() + kSettlesWithin, [](const PioneerClient& client) {
+    return client.state() != PioneerClient::State::kReady || client.settled();
   });
   link.with([](PioneerClient& client) {
     if (client.state() != PioneerClient::State::kReady) {

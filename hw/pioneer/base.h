@@ -36,8 +36,9 @@ class BaseLink {
   BaseLink& operator=(const BaseLink&) = delete;
 };
 
-/// Connects to the robot. Throws DeviceError with the device and the cure when there is none within
-/// 10 s (15 s where packets come), or one that is not known.
+/// Connects to the robot, and listens until it is known when its reports leave: half a second, or
+/// a few where the link holds them up. Throws DeviceError with the device and the cure when there
+/// is none within 10 s (15 s where packets come), or one that is not known.
 void connect(BaseLink& link);
 
 /// A Pioneer at the other end of a line, in wall-clock time since it was made. A thread of its own

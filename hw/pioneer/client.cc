@@ -44,6 +44,7 @@ constexpr Duration kOwnSilence = milliseconds(800);  // of ours, well within the
 constexpr Duration kRefresh = milliseconds(200);
 constexpr Duration kLongestValid = milliseconds(500);
 constexpr Duration kZeroAfter = milliseconds(500);  // without a report
+constexpr Duration kLeastApart = milliseconds(1);   // two reports
 constexpr Duration kLostAfter = milliseconds(850);  // without a byte: said within 1 s
 // Bytes come, but no right report: of long ones on a bad cable some 30 in a row may be damaged.
 constexpr Duration kUselessAfter = std::chrono::seconds(3);
@@ -342,8 +343,21 @@ void PioneerClient::on_packet(Time now, Time arrival, const Bytes& payload) {
   }
 }
 
+// Poses that nobody has seen yet left a cycle before this report at the latest.
+Time PioneerClient::put_right(const ReportClock::Departure& left) {
+  if (poses_.empty()) {
+    return left.stamp;
+  }
+  Time by = left.left - clock_.cycle();
+  for (std::size_t i = poses_.size(); i-- > 0 && poses_[i].stamp > by; by -= clock_.cycle()) {
+    poses_[i].stamp = std::max(by, seen_ + static_cast<Duration::rep>(i + 1) * kLeastApart);
+  }
+  return std::max(left.left, poses_.back().stamp + kLeastApart);
+}
+
 void PioneerClient::on_report(Time now, Time arrival, const Sip& sip) {
-  const ReportClock::Departure left = clock_.departure(arrival, odometer_->elapsed(sip));
+  ReportClock::Departure left = clock_.departure(arrival, odometer_->elapsed(sip));
+  left.stamp = put_right(left);
   const Time stamp = left.stamp;
   if (odometer_->add(stamp, sip, most_, left.apart, left.gap) ==
       PioneerOdometer::Verdict::kImplausible) {
@@ -351,6 +365,8 @@ void PioneerClient::on_report(Time now, Time arrival, const Sip& sip) {
     return;
   }
   clock_.take(arrival, left);
+  // Commands are held up as reports are.
+  obedience_.allow(round_trip_ + clock_.longest_hold());
   ++counts_.reports;
   counts_.longest_silence_s = std::max(counts_.longest_silence_s, to_seconds(now - last_report_));
   last_report_ = now;
@@ -466,7 +482,6 @@ void PioneerClient::enable(Time now) {
   held_by_.clear();
   say_zero(now);
   supervised_ = true;
-  obedience_.allow(round_trip_);
   send(command_frame(Command::kEnable, 1));
   const int v_mmps = whole(1e3 * body_.max_speed_mps, 0x7FFF);
   const int a_mmps2 = whole(1e3 * body_.max_accel_mps2, 0x7FFF);
@@ -669,7 +684,10 @@ bool PioneerClient::moves() const {
 
 std::vector<ToldTwist> PioneerClient::take_told() { return std::exchange(told_, {}); }
 
-std::vector<WheelPose> PioneerClient::take_poses() { return std::exchange(poses_, {}); }
+std::vector<WheelPose> PioneerClient::take_poses() {
+  seen_ = poses_.empty() ? seen_ : poses_.back().stamp;
+  return std::exchange(poses_, {});
+}
 
 std::vector<std::string> PioneerClient::take_remarks() { return std::exchange(remarks_, {}); }
 

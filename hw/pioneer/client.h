@@ -91,6 +91,14 @@ class PioneerClient {
   Time next_poll() const;
 
   State state() const { return state_; }
+
+  /// Whether it is known when reports leave the robot; before that poses may be a tenth of a second
+  /// late where the link holds bytes up.
+  bool settled() const { return clock_.settled(); }
+
+  /// Whether reports are held up on this link now and then.
+  bool holds_up() const { return clock_.holds_up(); }
+
   const std::string& fault() const { return fault_; }  ///< names the device and the cure
 
   /// Commands. A velocity is rounded to whole mm/s and deg/s, held within the body's limits, and
@@ -146,6 +154,7 @@ class PioneerClient {
   Time give_up_at() const;
   void on_packet(Time now, Time arrival, const Bytes& payload);
   void on_report(Time now, Time arrival, const Sip& sip);
+  Time put_right(const ReportClock::Departure& left);
   void opened(Time now);
   void in_session(Time now);
   void refuse(const std::string& fault);
@@ -188,6 +197,7 @@ class PioneerClient {
   ReportClock clock_;
   std::optional<WheelPose> pose_;
   std::vector<WheelPose> poses_;
+  Time seen_ = Time::min();  // the last pose that somebody took
   std::optional<Sip> report_;
   std::map<int, SonarRange> sonar_;
   Time last_report_;

@@ -9,7 +9,8 @@ namespace {
 
 // With a report's cycle on either side, and the latency, this is said within a second.
 constexpr Duration kDoubted = std::chrono::milliseconds(500);
-constexpr Duration kSeenAfter = std::chrono::milliseconds(100);  // a report's cycle
+constexpr Duration kSeenAfter = std::chrono::milliseconds(100);     // a report's cycle
+constexpr Duration kUnseenAtMost = std::chrono::milliseconds(250);  // two reports, and one lost
 constexpr double kOfBraking = 0.25;
 // Slower than this the robot comes less than 5 cm in that second.
 constexpr double kMatters_mps = 0.05;
@@ -32,12 +33,7 @@ void Obedience::told(Time at, const Twist2& twist_body) {
   }
 }
 
-void Obedience::forget() {
-  speed_ = turn_ = {};
-  while (told_.size() > 1) {
-    told_.pop_front();
-  }
-}
+void Obedience::forget() { speed_ = turn_ = {}; }
 
 bool Obedience::persists(Doubt& doubt, Time at, double beyond, double accel) {
   if (beyond <= 0) {
@@ -51,6 +47,8 @@ bool Obedience::persists(Doubt& doubt, Time at, double beyond, double accel) {
   const auto comes_back = [&](double before, Duration during) {
     return before - beyond >= kOfBraking * accel * to_seconds(during);
   };
+  // What it was told and did meanwhile is not known.
+  *doubt.since += std::max(Duration::zero(), at - doubt.last - kUnseenAtMost);
   const Duration during = at - *doubt.since;
   const bool now = comes_back(doubt.beyond_last, std::max(at - doubt.last, kSeenAfter));
   const bool comes = now || comes_back(doubt.beyond, during);

@@ -27,7 +27,7 @@ class Obedience {
   bool disobeys(Time at, const Twist2& twist_body);
 
   bool doubtful() const { return speed_.since || turn_.since; }  ///< by the last report
-  void forget();                                                 ///< all but what it was told last
+  void forget();  ///< its doubts; what was told before is of reports that come late
 
  private:
   struct Told {

@@ -27,11 +27,14 @@ constexpr double kSeldom = 1e-4;   // of any lateness that was not seen yet
 constexpr double kEarly = 0.1;     // of a cycle: the line is not as exact as that
 // How likely it is that none is lost before a report, or k: as often as ways have told, at least
 constexpr double kNoneLost = 0.95;
-constexpr double kOneLost = 0.03;     // and k of them by so much over k squared
-constexpr double kSeldomLost = 2e-4;  // where some are held up: that is why they are late
-constexpr double kUnseen = 0.1;       // of their lateness, which is of no kind seen yet, but
-constexpr double kHeldUp = 1.5;       // by so many cycles in the mean
-constexpr double kOnTime = 0.15;      // of a cycle
+constexpr double kOneLost = 0.03;          // and k of them by so much over k squared
+constexpr double kSeldomLost = 5e-5;       // where some are held up: that is why they are late
+constexpr double kUnseen = 0.1;            // of their lateness, which is of no kind seen yet, but
+constexpr double kHeldUp = 1.5;            // by so many cycles in the mean
+constexpr double kOnTime = 0.15;           // of a cycle
+constexpr std::size_t kFewArrivals = 5;    // on time, which show a link that holds nothing up
+constexpr std::size_t kManyArrivals = 40;  // of which one is likely to have been held up by little
+constexpr std::size_t kNearest = 8;        // arrivals, for how far the fastest is from the end
 constexpr std::size_t kNewLink = 10;  // arrivals, of which the first that are held up teach anew
 constexpr double kNotItsWay = 1e-9;   // that a report's way tells of another time
 constexpr double kHardly = 1e-6;      // what is believed less is forgotten
@@ -81,13 +84,41 @@ std::int64_t ReportClock::since(double last_s) const {
   return last_number_ - static_cast<std::int64_t>(std::lround(last_s / to_seconds(cycle_)));
 }
 
-// To the highest line of the slope that no arrival of the last seconds lies below.
+// To the highest line of the slope that no arrival of the last seconds lies below. The fastest of
+// them took longer than the least that is possible, by about what the next ones are apart (the end
+// of a distribution from its least values: Robson, Whitlock 1964).
 void ReportClock::lower() {
   const std::int64_t oldest = since(kOffsetFrom_s);
-  lowest_s_ = offset_s(arrivals_.back());
+  std::vector<double> offsets;
   for (auto one = arrivals_.rbegin(); one != arrivals_.rend() && one->number >= oldest; ++one) {
-    lowest_s_ = std::min(lowest_s_, offset_s(*one));
+    offsets.push_back(offset_s(*one));
   }
+  lowest_s_ = *std::min_element(offsets.begin(), offsets.end());
+  end_below_s_ = 0;
+  if (offsets.size() >= kNearest) {
+    std::nth_element(offsets.begin(), offsets.begin() + kNearest - 1, offsets.end());
+    end_below_s_ = (offsets[kNearest - 1] - lowest_s_) / static_cast<double>(kNearest - 1);
+  }
+}
+
+Duration ReportClock::longest_hold() const {
+  double longest_s = 0;
+  for (const Arrival& one : arrivals_) {
+    longest_s = std::max(longest_s, offset_s(one) - lowest_s_);
+  }
+  return from_seconds(longest_s);
+}
+
+bool ReportClock::settled() const {
+  if (arrivals_.size() >= kManyArrivals) {
+    return true;
+  }
+  if (arrivals_.size() < kFewArrivals) {
+    return false;
+  }
+  return std::all_of(arrivals_.end() - kFewArrivals, arrivals_.end(), [&](const Arrival& one) {
+    return std::abs(offset_s(one) - offset_s(arrivals_.back())) < kOnTime * cycle_s();
+  });
 }
 
 ReportClock::ReportClock(Duration cycle) : cycle_(cycle), late_(kParts, kSeldom) {
@@ -96,7 +127,7 @@ ReportClock::ReportClock(Duration cycle) : cycle_(cycle), late_(kParts, kSeldom)
 
 ReportClock::Departure ReportClock::departure(Time arrival, const Elapsed& elapsed) const {
   if (!first_) {
-    return {arrival, Duration::zero(), Duration::zero()};
+    return {arrival, arrival, Duration::zero(), Duration::zero()};
   }
   const double late = (arrival_s(arrival) - line_s(last_number_ + 1)) / cycle_s();
   const auto cycles_of = [&](double s) { return s / cycle_s(); };
@@ -132,8 +163,9 @@ ReportClock::Departure ReportClock::departure(Time arrival, const Elapsed& elaps
   const Arrival newest{number,
                        arrival_s(arrival) - to_seconds(cycle_) * static_cast<double>(number)};
   const double below_s = std::min(0.0, offset_s(newest) - lowest_s_);
-  const Time stamp = *first_ + from_seconds(line_s(number) + below_s);
+  const Time stamp = *first_ + from_seconds(line_s(number) + below_s - end_below_s_);
   return {std::max(stamp, last_stamp_ + kLeastApart),
+          stamp,
           (1 + std::max<std::int64_t>(0, ahead)) * cycle_,
           arrival - last_arrival_,
           ahead,

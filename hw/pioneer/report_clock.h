@@ -31,7 +31,8 @@ class ReportClock {
   };
 
   struct Departure {
-    Time stamp;                    ///< later than the last one's
+    Time stamp;                    ///< later than the last one's, which may have been believed
+    Time left;                     ///< to have left later than it did: then this is the better one
     Duration apart{};              ///< whole cycles since the last one
     Duration gap{};                ///< between the two arrivals
     std::int64_t ahead = 0;        ///< by how many numbers it is beyond the last one's next
@@ -45,6 +46,17 @@ class ReportClock {
 
   /// It is believed: later ones follow it.
   void take(Time arrival, const Departure& departure);
+
+  /// Whether some of the last half minute's reports were held up, and arrived with the next.
+  bool holds_up() const { return holds_up_; }
+
+  /// By how much longer than the fastest the slowest of the last half minute's reports took.
+  Duration longest_hold() const;
+
+  /// Whether it is known when reports leave: the last few came on time, or many have come.
+  bool settled() const;
+
+  Duration cycle() const { return cycle_; }
 
  private:
   struct Arrival {
@@ -70,7 +82,8 @@ class ReportClock {
   Time last_stamp_;
   std::int64_t last_number_ = 0;
   std::deque<Arrival> arrivals_;
-  double lowest_s_ = 0;              // the line's offset
+  double lowest_s_ = 0;              // the line's offset,
+  double end_below_s_ = 0;           // and by how much the true one is likely to be lower
   double slope_s_ = 0;               // by how much a cycle is longer than it should be
   bool holds_up_ = false;            // reports are held up here now and then
   std::vector<double> belief_{1.0};  // that the last one's number is beyond ours by so many,

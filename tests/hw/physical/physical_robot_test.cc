@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "hw/physical/physical_robot.h"
 
+#include <cstdlib>
 #include <deque>
 #include <map>
 #include <memory>
@@ -144,11 +145,13 @@ struct HeldUp {
 
 class HeldUpLinks : public testing::TestWithParam<HeldUp> {};
 
-// Five minutes on a link that holds bytes up, or of a program that is frozen again and again.
+// Five minutes on a link that holds bytes up, or of a program that is frozen again and again. On
+// other seeds: PANOPTES_LINK_SEED=7 hw_physical_test --gtest_filter='*HeldUpLinks*'
 TEST_P(HeldUpLinks, NeverPutTheRobotFarFromWhereItsOwnWheelsDo) {
   const HeldUp& how = GetParam();
   constexpr double kNear_m = 0.05;
-  Rng rng(21);
+  const char* seed = std::getenv("PANOPTES_LINK_SEED");
+  Rng rng(seed == nullptr ? 21 : std::stoull(seed));
   Time thaw{};
   Time next_freeze = time_at(how.every_s);
   Wired wired(how.wire, {}, [&](Time at, bool) {
@@ -209,6 +212,8 @@ INSTANTIATE_TEST_SUITE_P(
                     HeldUp{"LongJitterOnTcp", StandInLink::Wire::kTcp, 0.3, 0, 1},
                     HeldUp{"FrozenLongOnTcp", StandInLink::Wire::kTcp, 0, 0.3, 1.1},
                     HeldUp{"BothOnTcp", StandInLink::Wire::kTcp, 0.1, 0.2, 0.7},
+                    HeldUp{"BothLongOnTcp", StandInLink::Wire::kTcp, 0.3, 0.3, 1.1},
+                    HeldUp{"BothLongOnPty", StandInLink::Wire::kPty, 0.3, 0.3, 1.1},
                     HeldUp{"LostOnTcp", StandInLink::Wire::kTcp, 0, 0, 1, 0.1},
                     HeldUp{"LostOnMemory", StandInLink::Wire::kMemory, 0, 0, 1, 0.1}),
     [](const auto& one) { return one.param.name; });

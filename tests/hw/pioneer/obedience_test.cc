@@ -88,6 +88,31 @@ TEST(Obedience, AllowsForALinksLatency) {
   EXPECT_EQ(robot.until_found({}, 4, 0.6), kNever);
 }
 
+// Told otherwise and back within a silence of five lost reports, it brakes a second time.
+TEST(Obedience, DoesNotDoubtThroughASilence) {
+  Obedience obedience{Body()};
+  obedience.told(time_at(0), {0.5, 0});
+  EXPECT_FALSE(obedience.disobeys(time_at(1), {0.5, 0}));
+  obedience.told(time_at(1), {-0.1, 0});
+  EXPECT_FALSE(obedience.disobeys(time_at(1.11), {0.44, 0}));
+  EXPECT_TRUE(obedience.doubtful());
+  obedience.told(time_at(1.2), {0.5, 0});
+  obedience.told(time_at(1.6), {});
+  EXPECT_FALSE(obedience.disobeys(time_at(1.71), {0.44, 0}));
+}
+
+// Reports of one burst, the first of which are of before the motors were on.
+TEST(Obedience, RemembersWhatReportsThatComeLateAreOf) {
+  Obedience obedience{Body()};
+  obedience.allow(std::chrono::milliseconds(500));
+  obedience.told(time_at(0), {-0.3, 0});
+  obedience.told(time_at(0.6), {});
+  obedience.forget();
+  for (int i = 0; i < 7; ++i) {
+    EXPECT_FALSE(obedience.disobeys(time_at(0.3 + 0.1 * i), {-0.3, 0})) << i;
+  }
+}
+
 TEST(Obedience, LetsWheelsBeSlowerThanTold) {
   Obedience obedience{Body()};
   obedience.told(Time{}, {0.5, 1});

@@ -73,6 +73,44 @@ TEST(ReportClock, FindsWhenReportsLeaveThoughEveryOneIsHeldUp) {
   }
 }
 
+// The end of a uniform distribution is nearer than the least of what was seen of it.
+TEST(ReportClock, IsAsOftenEarlyAsLate) {
+  double sum_s = 0;
+  int count = 0;
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8}) {
+    Rng rng(seed);
+    Reports reports;
+    for (int i = 0; i < 3000; ++i) {
+      const double late_s = reports.next(rng.uniform(0, 0.15));
+      sum_s += i < 100 ? 0 : late_s;
+      count += i < 100 ? 0 : 1;
+    }
+  }
+  EXPECT_NEAR(sum_s / count, 0, 2e-3);
+}
+
+TEST(ReportClock, KnowsALinkThatIsOnTimeSoonAndOneThatHoldsUpLater) {
+  Reports punctual;
+  int few = 0;
+  for (; !punctual.clock.settled(); ++few) {
+    punctual.next(0.004);
+  }
+  EXPECT_EQ(few, 5);
+  EXPECT_FALSE(punctual.clock.holds_up());
+  EXPECT_LT(to_seconds(punctual.clock.longest_hold()), kRoundoff_s);
+  Rng rng(4);
+  Reports held_up;
+  int many = 0;
+  for (; !held_up.clock.settled(); ++many) {
+    held_up.next(rng.uniform(0, 0.3));
+  }
+  EXPECT_GE(many, 40);
+  EXPECT_LT(many, 50);  // it begins anew when it finds out
+  EXPECT_TRUE(held_up.clock.holds_up());
+  EXPECT_GT(to_seconds(held_up.clock.longest_hold()), 0.2);
+  EXPECT_LT(to_seconds(held_up.clock.longest_hold()), 0.32);
+}
+
 TEST(ReportClock, FollowsAServersOwnCycle) {
   for (const double cycle_s : {0.099, 0.101}) {
     Rng rng(3);
