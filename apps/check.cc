@@ -132,7 +132,7 @@ int check_dataset(const std::string& folder) {
 
 // What a run keeps of its places.
 void check_keyframes(const std::string& run_dir) {
-  const std::size_t keyframes = read_keyframes(run_dir).size();
+  const std::size_t keyframes = read_keyframes(run_dir).all.size();
   const std::filesystem::path folder = std::filesystem::path(run_dir) / "keyframes";
   const double bytes = static_cast<double>(file_size(folder / "signatures.bin") +
                                            file_size(folder / "features.bin"));

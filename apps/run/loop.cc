@@ -75,15 +75,19 @@ RunResult run_result(const Slam* slam) {
   return result;
 }
 
-std::vector<KeptKeyframe> kept_keyframes(const Slam* slam) {
-  std::vector<KeptKeyframe> kept;
+KeptKeyframes kept_keyframes(const Slam* slam) {
+  KeptKeyframes kept;
   if (slam == nullptr) {
     return kept;
   }
+  kept.looks.clear();
+  for (const LoopCamera& camera : slam->loop_cameras()) {
+    kept.looks.push_back(camera.looks);
+  }
   for (const PlacedGrid& placed : slam->grids()) {
-    const std::size_t k = kept.size();
-    kept.push_back({slam->keyframes().at(k).stamp, placed.T_map_keyframe,
-                    slam->place(static_cast<int>(k)), placed.grid});
+    const std::size_t k = kept.all.size();
+    kept.all.push_back({slam->keyframes().at(k).stamp, placed.T_map_keyframe,
+                        slam->place(static_cast<int>(k)), placed.grid});
   }
   return kept;
 }

@@ -33,7 +33,7 @@ std::size_t keyframe_count(const Slam* slam);
 /// What the recorder needs to know before and after.
 RunInfo run_info(const std::string& command, const ExploreMission& mission);
 RunResult run_result(const Slam* slam);
-std::vector<KeptKeyframe> kept_keyframes(const Slam* slam);
+KeptKeyframes kept_keyframes(const Slam* slam);
 RunEnd run_end(const Until& until, const ExploreMission& mission, const Slam* slam,
                const Pilot& pilot, const OpenRobot& open);
 

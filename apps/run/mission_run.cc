@@ -176,7 +176,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   out.keep();
   std::optional<Truth> truth;
   RunResult result;
-  std::vector<KeptKeyframe> kept;
+  KeptKeyframes kept;
   RunEnd end{"failed", ""};
   faults.attempt([&] { truth = robot.truth(); });
   faults.attempt([&] { result = run_result(slam.get()); });

@@ -139,7 +139,7 @@ void Recorder::keep_ended() {
 }
 
 RunReport Recorder::write_report(std::optional<Truth> truth, const RunResult& result, RunEnd end,
-                                 const std::vector<KeptKeyframe>& kept, const PlaceStudy* places,
+                                 const KeptKeyframes& kept, const PlaceStudy* places,
                                  Faults faults, const std::function<bool()>& hurried) {
   const double loop_s = steady_s() - loop_from_s_;
   faults.attempt([&] { keep_ended(); });
@@ -166,7 +166,7 @@ RunReport Recorder::write_report(std::optional<Truth> truth, const RunResult& re
   faults.attempt([&] { keep_settings(); });
   faults.attempt([&] { steps_.finish(); });
   write_run_files(out_dir_, run_, findings, faults);
-  if (!kept.empty()) {
+  if (!kept.all.empty()) {
     if (!faults.attempt([&] { write_keyframes(out_dir_, kept); })) {
       std::error_code ignored;  // of no use in part
       std::filesystem::remove_all(out_dir_ / "keyframes", ignored);

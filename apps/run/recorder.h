@@ -51,7 +51,7 @@ class Recorder : public StepListener {
   /// need it are absent. `faults` are those of the run until here. Never throws for what cannot be
   /// found out or written: what can be is, and metrics.json, the exit status and stderr tell.
   RunReport write_report(std::optional<Truth> truth, const RunResult& result, RunEnd end,
-                         const std::vector<KeptKeyframe>& kept = {},
+                         const KeptKeyframes& kept = {},
                          const PlaceStudy* places = nullptr, Faults faults = {},
                          const std::function<bool()>& hurried = {});
 

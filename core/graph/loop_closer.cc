@@ -140,7 +140,7 @@ double diagonal_max_grey(const DistanceMatrix& matrix, Heading heading) {
 LoopCloser::LoopCloser(const LoopOptions& options, const LoopCameras& cameras, Rng rng)
     : options_(options), cameras_(cameras), rng_(rng) {
   if (options.shortlist == Shortlist::kWords) {
-    words_.emplace(kWords, rng.fork("words"));
+    words_.emplace(kWords, static_cast<int>(cameras.size()), rng.fork("words"));
   }
 }
 
@@ -148,6 +148,7 @@ std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const PoseGraph& g
                                              const ContourSource& contours) {
   PANOPTES_CHECK(graph.T_map_node.size() == places_.size() + 1,
                  "the newest keyframe is the graph's last node");
+  PANOPTES_CHECK(place.features.size() == cameras_.size(), "a picture's features a camera");
   Remembered remembered;
   remembered.place = std::move(place);
   if (!places_.empty()) {

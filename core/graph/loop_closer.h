@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <optional>
@@ -73,7 +74,10 @@ struct LoopPlace {
   bool one_eyed = false;  ///< front or back was lost: the signature is half a one
 
   /// Such a place is never closed, however alike another looks, and teaches nothing.
-  bool blind() const { return one_eyed || (features[0].px.empty() && features[1].px.empty()); }
+  bool blind() const {
+    return one_eyed || std::all_of(features.begin(), features.end(),
+                                   [](const LocalFeatures& one) { return one.px.empty(); });
+  }
 };
 
 /// Contour points of the free space around a keyframe, in its frame, from the keyframes around it.
@@ -102,6 +106,8 @@ class LoopCloser {
   /// remembered. Empty when the pictures say nothing.
   std::optional<PlanarMotion> motion_to(const LoopPlace& place, int from,
                                         const MotionPrior& wheels) const;
+
+  const LoopCameras& cameras() const { return cameras_; }
 
   const LoopPlace& place(int keyframe) const {
     return places_.at(static_cast<std::size_t>(keyframe)).place;

@@ -39,8 +39,7 @@ enum Column : std::size_t {
   kY,
   kTheta,
   kSignature,
-  kFront,
-  kBack,
+  // here the points of each loop camera
   kCell,
   kFirstColumn,
   kFirstRow,
@@ -49,9 +48,9 @@ enum Column : std::size_t {
   kColumns
 };
 constexpr std::array<const char*, kColumns> kNames{
-    "keyframe",  "stamp_s",        "x_m",           "y_m",    "theta_deg",
-    "signature", "front_features", "back_features", "cell_m", "first_column",
-    "first_row", "map_bytes",      "crc32"};
+    "keyframe", "stamp_s",      "x_m",       "y_m",       "theta_deg", "signature",
+    "cell_m",   "first_column", "first_row", "map_bytes", "crc32"};
+constexpr std::string_view kPointsOf = "_features";  // after where a camera looks
 constexpr const char* kGrid = "grid";
 constexpr const char* kMosaic = "mosaic";
 
@@ -222,54 +221,85 @@ class Pile {
   std::size_t taken_ = 0;
 };
 
+std::vector<std::string_view> split(std::string_view line) {
+  std::vector<std::string_view> fields;
+  for (std::size_t at = 0; at <= line.size();) {
+    const std::size_t end = std::min(line.find(',', at), line.size());
+    fields.push_back(line.substr(at, end - at));
+    at = end + 1;
+  }
+  return fields;
+}
+
+std::vector<std::string> header_of(const std::vector<std::string>& looks) {
+  std::vector<std::string> names(kNames.begin(), kNames.end());
+  std::vector<std::string> points;
+  for (const std::string& look : looks) {
+    points.push_back(look + std::string(kPointsOf));
+  }
+  names.insert(names.begin() + kCell, points.begin(), points.end());
+  return names;
+}
+
 // A line of the table.
 class Row {
  public:
-  Row(std::string place, std::string_view text) : place_(std::move(place)), text_(text) {
-    std::size_t columns = 0;
-    for (std::size_t at = 0; at <= text.size(); ++columns) {
-      const std::size_t end = std::min(text.find(',', at), text.size());
-      if (columns < kColumns) {
-        fields_[columns] = text.substr(at, end - at);
-      }
-      at = end + 1;
-    }
-    if (columns != kColumns) {
-      throw fault("has " + std::to_string(columns) + " fields instead of " +
-                  std::to_string(kColumns));
+  Row(std::string place, std::string_view text, const std::vector<std::string>& names)
+      : place_(std::move(place)),
+        text_(text),
+        fields_(split(text)),
+        names_(names),
+        cameras_(names.size() - kColumns) {
+    if (fields_.size() != names.size()) {
+      throw fault("has " + std::to_string(fields_.size()) + " fields instead of " +
+                  std::to_string(names.size()));
     }
   }
 
-  std::string_view operator[](Column column) const { return fields_[column]; }
+  std::size_t cameras() const { return cameras_; }
+  std::string_view operator[](Column column) const { return fields_[index(column)]; }
   std::string_view before_crc() const {
-    return text_.substr(0, text_.size() - fields_[kCrc].size() - 1);
+    return text_.substr(0, text_.size() - fields_.back().size() - 1);
   }
   double number(Column column, double low, double high) const {
-    const std::optional<double> value = parse_number(fields_[column]);
-    if (!value || !(*value >= low && *value <= high)) {
-      throw fault(column, "is not a number from " + shortest(low) + " to " + shortest(high));
-    }
-    return *value;
+    return number(index(column), low, high);
   }
-  int whole(Column column, int low, int high) const {
-    const double value = number(column, low, high);
-    if (value != std::floor(value)) {
-      throw fault(column, "is not a whole number");
-    }
-    return static_cast<int>(value);
+  int whole(Column column, int low, int high) const { return whole(index(column), low, high); }
+  std::size_t points(std::size_t camera) const {
+    return static_cast<std::size_t>(whole(kCell + camera, 0, kPoints));
   }
   ConfigError fault(Column column, const std::string& what) const {
-    return fault(std::string(kNames[column]) + ": " + what);
+    return fault(index(column), what);
   }
 
  private:
+  std::size_t index(Column column) const { return column < kCell ? column : column + cameras_; }
+  double number(std::size_t field, double low, double high) const {
+    const std::optional<double> value = parse_number(fields_[field]);
+    if (!value || !(*value >= low && *value <= high)) {
+      throw fault(field, "is not a number from " + shortest(low) + " to " + shortest(high));
+    }
+    return *value;
+  }
+  int whole(std::size_t field, int low, int high) const {
+    const double value = number(field, low, high);
+    if (value != std::floor(value)) {
+      throw fault(field, "is not a whole number");
+    }
+    return static_cast<int>(value);
+  }
+  ConfigError fault(std::size_t field, const std::string& what) const {
+    return fault(names_[field] + ": " + what);
+  }
   ConfigError fault(const std::string& what) const {
     return ConfigError(place_ + ": " + what + kCure);
   }
 
   std::string place_;
   std::string_view text_;
-  std::array<std::string_view, kColumns> fields_;
+  std::vector<std::string_view> fields_;
+  const std::vector<std::string>& names_;
+  std::size_t cameras_;
 };
 
 struct Piles {
@@ -309,11 +339,10 @@ KeptKeyframe parse_keyframe(const Row& row, int number, Piles& piles) {
 
   std::string_view features;
   std::uint32_t crc = crc32(shares, crc32(row.before_crc()));
-  for (const Column column : {kFront, kBack}) {
-    const auto count = static_cast<std::size_t>(row.whole(column, 0, kPoints));
-    features = piles.features.take(kPoint_bytes * count);
+  for (std::size_t camera = 0; camera < row.cameras(); ++camera) {
+    features = piles.features.take(kPoint_bytes * row.points(camera));
     crc = crc32(features, crc);
-    keyframe.place.features[column - kFront] = features_of(features);
+    keyframe.place.features.push_back(features_of(features));
   }
 
   const double cell_m = row.number(kCell, 1e-6, kFarthest_m);
@@ -336,24 +365,33 @@ KeptKeyframe parse_keyframe(const Row& row, int number, Piles& piles) {
 
 }  // namespace
 
-KeyframeFiles keyframe_files(const std::vector<KeptKeyframe>& keyframes) {
+KeyframeFiles keyframe_files(const KeptKeyframes& keyframes) {
   KeyframeFiles files;
-  files.table = joined({kNames.begin(), kNames.end()}, ",") + "\n";
-  for (std::size_t k = 0; k < keyframes.size(); ++k) {
-    const KeptKeyframe& keyframe = keyframes[k];
-    const PlaceFeatures& points = keyframe.place.features;
+  files.table = joined(header_of(keyframes.looks), ",") + "\n";
+  for (std::size_t k = 0; k < keyframes.all.size(); ++k) {
+    const KeptKeyframe& keyframe = keyframes.all[k];
+    PANOPTES_CHECK(keyframe.place.features.size() == keyframes.looks.size(),
+                   "a picture a loop camera");
     const Pose2& T_map_keyframe = keyframe.T_map_keyframe;
     const Drawn map = drawn(*keyframe.grid);
     const std::string signature = bytes_of(keyframe.place.signature);
-    const std::string features = bytes_of(points[0]) + bytes_of(points[1]);
-    const std::string row =
-        joined({std::to_string(k), seconds(keyframe.stamp), shortest(T_map_keyframe.x_m),
-                shortest(T_map_keyframe.y_m), shortest(rad_to_deg(T_map_keyframe.theta_rad)),
-                keyframe.place.signature.grid ? kGrid : kMosaic,
-                std::to_string(points_kept(points[0])), std::to_string(points_kept(points[1])),
-                shortest(keyframe.grid->cell_m), std::to_string(map.first_column),
-                std::to_string(keyframe.grid->first_row), std::to_string(map.png.size())},
-               ",");
+    std::vector<std::string> fields{std::to_string(k),
+                                    seconds(keyframe.stamp),
+                                    shortest(T_map_keyframe.x_m),
+                                    shortest(T_map_keyframe.y_m),
+                                    shortest(rad_to_deg(T_map_keyframe.theta_rad)),
+                                    keyframe.place.signature.grid ? kGrid : kMosaic};
+    std::string features;
+    for (const LocalFeatures& points : keyframe.place.features) {
+      features += bytes_of(points);
+      fields.push_back(std::to_string(points_kept(points)));
+    }
+    for (const std::string& field :
+         {shortest(keyframe.grid->cell_m), std::to_string(map.first_column),
+          std::to_string(keyframe.grid->first_row), std::to_string(map.png.size())}) {
+      fields.push_back(field);
+    }
+    const std::string row = joined(fields, ",");
     const std::uint32_t crc = crc32(map.png, crc32(features, crc32(signature, crc32(row))));
     files.table += joined({row, hexadecimal(crc)}, ",") + "\n";
     files.signatures += signature;
@@ -363,14 +401,15 @@ KeyframeFiles keyframe_files(const std::vector<KeptKeyframe>& keyframes) {
   return files;
 }
 
-std::vector<KeptKeyframe> parse_keyframes(const std::string& folder, const KeyframeFiles& files) {
+KeptKeyframes parse_keyframes(const std::string& folder, const KeyframeFiles& files) {
   const auto file = [&](const char* name) {
     return (std::filesystem::path(folder) / name).string();
   };
   Piles piles{{file(kSignatures), files.signatures},
               {file(kFeatures), files.features},
               {file(kMaps), files.maps}};
-  std::vector<KeptKeyframe> keyframes;
+  KeptKeyframes keyframes;
+  std::vector<std::string> names;
   int line = 0;
   for (std::size_t at = 0; line == 0 || at < files.table.size();) {
     const std::string place = file(kTable) + ":" + std::to_string(++line);
@@ -381,8 +420,19 @@ std::vector<KeptKeyframe> parse_keyframes(const std::string& folder, const Keyfr
     const std::string_view text = std::string_view(files.table).substr(at, end - at);
     at = end + 1;
     if (line > 1) {
-      keyframes.push_back(parse_keyframe(Row(place, text), line - 2, piles));
-    } else if (text != joined({kNames.begin(), kNames.end()}, ",")) {
+      keyframes.all.push_back(parse_keyframe(Row(place, text, names), line - 2, piles));
+      continue;
+    }
+    std::vector<std::string>& looks = keyframes.looks;
+    looks.clear();
+    for (const std::string_view field : split(text)) {
+      if (field.ends_with(kPointsOf)) {
+        looks.emplace_back(field.substr(0, field.size() - kPointsOf.size()));
+      }
+    }
+    names = header_of(looks);
+    if (looks.size() < 2 || looks[0] != "front" || looks[1] != "back" ||
+        text != joined(names, ",")) {
       throw ConfigError(place + ": other columns than this version keeps; repeat the run with it");
     }
   }
@@ -392,8 +442,7 @@ std::vector<KeptKeyframe> parse_keyframes(const std::string& folder, const Keyfr
   return keyframes;
 }
 
-void write_keyframes(const std::filesystem::path& run_dir,
-                     const std::vector<KeptKeyframe>& keyframes) {
+void write_keyframes(const std::filesystem::path& run_dir, const KeptKeyframes& keyframes) {
   const std::filesystem::path folder = run_dir / kFolder;
   std::error_code fault;
   std::filesystem::create_directories(folder, fault);
@@ -407,7 +456,7 @@ void write_keyframes(const std::filesystem::path& run_dir,
   write_file(folder / kTable, files.table);
 }
 
-std::vector<KeptKeyframe> read_keyframes(const std::filesystem::path& run_dir) {
+KeptKeyframes read_keyframes(const std::filesystem::path& run_dir) {
   const std::filesystem::path folder = run_dir / kFolder;
   const auto bytes = [&](const char* name) {
     std::error_code ignored;

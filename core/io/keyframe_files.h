@@ -21,34 +21,39 @@ struct KeptKeyframe {
   std::shared_ptr<const GridCrop> grid;
 };
 
+struct KeptKeyframes {
+  std::vector<std::string> looks{"front", "back"};  ///< of each loop camera, as its role says
+  std::vector<KeptKeyframe> all;  ///< each with as many pictures' features as there are cameras
+};
+
 /// The bytes of a folder of keyframes, numbers in little endian.
 struct KeyframeFiles {
   /// keyframes.csv: a row a keyframe: its pose in `map`, the signature's method, how many points
-  /// each picture has, the cell's side, the lattice cell (column, row) in the frame of the keyframe
-  /// of the PNG's lower left pixel, the PNG's bytes, and the CRC-32 of the row up to here and of
-  /// all that the keyframe has in the other files.
+  /// each loop camera's picture has (front_features, back_features, ...), the cell's side, the
+  /// lattice cell (column, row) in the frame of the keyframe of the PNG's lower left pixel, the
+  /// PNG's bytes, and the CRC-32 of the row up to here and of all that the keyframe has in the
+  /// other files.
   std::string table;
   /// signatures.bin: a keyframe after the other, its 256 cumulative shares (see PlaceSignature) as
   /// 32-bit floats.
   std::string signatures;
-  /// features.bin: a keyframe after the other, first the front picture's points and then the
-  /// back's, at most 240 of each; 36 bytes each: x and y in eighths of a pixel as 16-bit integers,
-  /// 256 bits of descriptor.
+  /// features.bin: a keyframe after the other, the points of its pictures in the order of the
+  /// table's columns, at most 240 of each; 36 bytes each: x and y in eighths of a pixel as 16-bit
+  /// integers, 256 bits of descriptor.
   std::string features;
   /// maps.bin: a grey PNG a keyframe, top row first: 128 + evidence in eighths of a nat, free is
   /// bright.
   std::string maps;
 };
 
-KeyframeFiles keyframe_files(const std::vector<KeptKeyframe>& keyframes);
+KeyframeFiles keyframe_files(const KeptKeyframes& keyframes);
 
 /// The reverse, but for points beyond 240 a picture and fractions of an eighth of a pixel. Throws
 /// ConfigError with the file in `folder`, line or byte, what is wrong and what to do.
-std::vector<KeptKeyframe> parse_keyframes(const std::string& folder, const KeyframeFiles& files);
+KeptKeyframes parse_keyframes(const std::string& folder, const KeyframeFiles& files);
 
 /// To and from `run_dir`/keyframes.
-void write_keyframes(const std::filesystem::path& run_dir,
-                     const std::vector<KeptKeyframe>& keyframes);
-std::vector<KeptKeyframe> read_keyframes(const std::filesystem::path& run_dir);
+void write_keyframes(const std::filesystem::path& run_dir, const KeptKeyframes& keyframes);
+KeptKeyframes read_keyframes(const std::filesystem::path& run_dir);
 
 }  // namespace panoptes

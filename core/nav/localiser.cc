@@ -35,32 +35,28 @@ void bind(Fields& f, LocaliserOptions& o) {
 Localiser::Localiser(const LocaliserOptions& options, const Body& body, const Rig& rig, Rng rng)
     : options_(options),
       wheel_base_m_(body.wheel_base_m),
-      cameras_{rig.with_role("loop_front"), rig.with_role("loop_back")},
       closer_(options.loops, loop_cameras(rig), rng.fork("loops")) {}
 
 // Empty while a camera that is not lost has no picture in the set.
-std::optional<Localiser::Pair> Localiser::pair_of(const Observation& seen,
-                                                  const CameraReports& cameras) const {
-  Pair pair{};
-  for (std::size_t i = 0; i < cameras_.size(); ++i) {
-    const auto found = seen.pictures.find(cameras_[i]);
-    if (found != seen.pictures.end()) {
-      pair[i] = &found->second;
-    } else if (!is_lost(cameras, cameras_[i])) {
+std::optional<Localiser::Views> Localiser::views_of(const Observation& seen,
+                                                    const CameraReports& reports) const {
+  Views views;
+  for (const LoopCamera& camera : cameras()) {
+    const auto found = seen.pictures.find(camera.name);
+    if (found == seen.pictures.end() && !is_lost(reports, camera.name)) {
       return std::nullopt;
     }
+    views.push_back(found != seen.pictures.end() ? &found->second : nullptr);
   }
-  return pair;
+  return views;
 }
 
 // Of a camera that is lost the other's picture takes the place.
-PlaceSignature Localiser::signature_of(const Pair& pair) const {
-  if (pair[0] == nullptr && pair[1] == nullptr) {
-    return last_signature_;
-  }
-  const Picture& front = pair[0] != nullptr ? *pair[0] : *pair[1];
-  const Picture& back = pair[1] != nullptr ? *pair[1] : *pair[0];
-  return place_signature(options_.signature, front.bgr, back.bgr);
+PlaceSignature Localiser::signature_of(const Views& views) const {
+  const Picture* front = views[kLoopFront] != nullptr ? views[kLoopFront] : views[kLoopBack];
+  const Picture* back = views[kLoopBack] != nullptr ? views[kLoopBack] : views[kLoopFront];
+  return front == nullptr ? last_signature_
+                          : place_signature(options_.signature, front->bgr, back->bgr);
 }
 
 bool Localiser::keyframe_due(const Pose2& T_last_body, const LoopPlace& now) const {
@@ -137,17 +133,18 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
     if (!keyframes_.empty()) {
       out.T_last_body = keyframes_.back().T_wheels_body.inverse() * seen.odometry.T_odom_body;
     }
-    if (const std::optional<Pair> pair = pair_of(seen, cameras)) {
-      place.one_eyed = (*pair)[0] == nullptr || (*pair)[1] == nullptr;
-      place.signature = signature_of(*pair);
+    if (const std::optional<Views> views = views_of(seen, cameras)) {
+      place.one_eyed = (*views)[kLoopFront] == nullptr || (*views)[kLoopBack] == nullptr;
+      place.signature = signature_of(*views);
       if (keyframes_.empty() || keyframe_due(out.T_last_body, place)) {
-        for (std::size_t i = 0; i < cameras_.size(); ++i) {
-          if (const Picture* picture = (*pair)[i]) {
-            place.features[i] = local_features(options_.loops.features, picture->bgr);
-          }
+        for (const Picture* view : *views) {
+          place.features.push_back(view == nullptr
+                                       ? LocalFeatures()
+                                       : local_features(options_.loops.features, view->bgr));
         }
-        const Picture* first = (*pair)[0] != nullptr ? (*pair)[0] : (*pair)[1];
-        add_keyframe(seen, first != nullptr ? first->stamp : seen.stamp, place, out);
+        const auto first = std::find_if(views->begin(), views->end(),
+                                        [](const Picture* view) { return view != nullptr; });
+        add_keyframe(seen, first == views->end() ? seen.stamp : (*first)->stamp, place, out);
       }
     }
   }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -70,14 +69,15 @@ class Localiser {
 
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
   const PoseGraph& graph() const { return graph_; }
+  const LoopCameras& cameras() const { return closer_.cameras(); }
   const LoopPlace& place(int keyframe) const { return closer_.place(keyframe); }
 
  private:
-  /// The pictures that a keyframe is made of, front and back; null where a camera is lost.
-  using Pair = std::array<const Picture*, 2>;
+  /// The pictures that a keyframe is made of, one for each loop camera; null where it is lost.
+  using Views = std::vector<const Picture*>;
 
-  std::optional<Pair> pair_of(const Observation& seen, const CameraReports& cameras) const;
-  PlaceSignature signature_of(const Pair& pair) const;
+  std::optional<Views> views_of(const Observation& seen, const CameraReports& reports) const;
+  PlaceSignature signature_of(const Views& views) const;
   bool keyframe_due(const Pose2& T_last_body, const LoopPlace& now) const;
   void add_keyframe(const Observation& seen, Time taken, const LoopPlace& place, Located& out);
   Pose2 link_to_last(const LoopPlace& place, const Pose2& T_last_body);
@@ -85,7 +85,6 @@ class Localiser {
 
   LocaliserOptions options_;
   double wheel_base_m_;
-  std::array<std::string, 2> cameras_;  // front, back
   LoopCloser closer_;
   std::vector<Keyframe> keyframes_;
   PoseGraph graph_;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <set>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -15,6 +16,7 @@
 namespace panoptes {
 namespace {
 
+const std::string kLoopRole = "loop_";
 constexpr int kSmallest = 6;  // matches below which nothing is tried
 constexpr int kScored = 100;  // matches that judge a sampled hypothesis: more cost only time
 constexpr double kPoseNoise_px = 0.5;  // of a neighbour's pose: 0.15 degrees on a 190 px lens
@@ -47,14 +49,16 @@ Vec3 ray_body(const LoopCamera& camera, const Mat3& R_body_camera, const Eigen::
 const InverseDepth kUnknownDepth{};
 
 const InverseDepth& depth_of(const PlaceDepths& depths, int camera, int feature) {
-  return depths[camera].empty() ? kUnknownDepth : depths[camera][feature];
+  return depths.empty() || depths[camera].empty() ? kUnknownDepth : depths[camera][feature];
 }
 
 std::vector<Sight> sights_of(const LoopCameras& cameras, const PlaceFeatures& a,
                              const PlaceDepths& depths_a, const PlaceFeatures& b,
                              const PlaceDepths& depths_b, const std::vector<PlaceMatch>& matches) {
-  const std::array<Mat3, 2> R_body_camera{cameras[0].T_body_camera.rotation.toRotationMatrix(),
-                                          cameras[1].T_body_camera.rotation.toRotationMatrix()};
+  std::vector<Mat3> R_body_camera;
+  for (const LoopCamera& camera : cameras) {
+    R_body_camera.push_back(camera.T_body_camera.rotation.toRotationMatrix());
+  }
   std::vector<Sight> sights;
   sights.reserve(matches.size());
   for (const PlaceMatch& match : matches) {
@@ -328,27 +332,44 @@ void bind(Fields& f, MotionOptions& o) {
 }
 
 LoopCameras loop_cameras(const Rig& rig) {
+  std::vector<std::string> roles{kLoopRole + "front", kLoopRole + "back"};
+  std::set<std::string> others;
+  for (const auto& [name, camera] : rig.cameras) {
+    std::copy_if(camera.roles.begin(), camera.roles.end(), std::inserter(others, others.end()),
+                 [&](const std::string& role) {
+                   return role.starts_with(kLoopRole) && role != roles[kLoopFront] &&
+                          role != roles[kLoopBack];
+                 });
+  }
+  roles.insert(roles.end(), others.begin(), others.end());
   LoopCameras cameras;
-  const std::array<std::string, 2> roles{"loop_front", "loop_back"};
-  for (int i = 0; i < 2; ++i) {
-    const std::string name = rig.with_role(roles[i]);
+  for (const std::string& role : roles) {
+    const std::string name = rig.with_role(role);
     if (name.empty()) {
-      throw ConfigError("rig.cameras: no camera has the role " + roles[i] +
+      throw ConfigError("rig.cameras: no camera has the role " + role +
                         ", which closing loops needs");
     }
     const RigCamera& camera = rig.cameras.at(name);
-    cameras[i] = {camera.intrinsics, camera.T_body_camera};
+    cameras.push_back(
+        {name, role.substr(kLoopRole.size()), camera.intrinsics, camera.T_body_camera});
   }
   return cameras;
+}
+
+std::optional<int> opposite_of(int camera) {
+  return camera <= static_cast<int>(kLoopBack) ? std::optional(1 - camera) : std::nullopt;
 }
 
 std::vector<PlaceMatch> match_places(const FeatureOptions& options, const PlaceFeatures& a,
                                      const PlaceFeatures& b, bool opposite) {
   std::vector<PlaceMatch> matches;
-  for (int camera_a = 0; camera_a < 2; ++camera_a) {
-    const int camera_b = opposite ? 1 - camera_a : camera_a;
-    for (const FeatureMatch& match : match_features(options, a[camera_a], b[camera_b])) {
-      matches.push_back({camera_a, camera_b, match.a, match.b});
+  for (int camera_a = 0; camera_a < static_cast<int>(a.size()); ++camera_a) {
+    const std::optional<int> camera_b = opposite ? opposite_of(camera_a) : camera_a;
+    if (!camera_b) {
+      continue;
+    }
+    for (const FeatureMatch& match : match_features(options, a[camera_a], b[*camera_b])) {
+      matches.push_back({camera_a, *camera_b, match.a, match.b});
     }
   }
   return matches;
@@ -381,7 +402,7 @@ std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
     const Motion now(state.T_a_b);
     Residual residual;
     double sum_px2 = 0;
-    motion.inliers_by_camera = {};
+    motion.inliers_by_camera.assign(cameras.size(), 0);
     for (int i = 0; i < static_cast<int>(sights.size()); ++i) {
       if (linearise(sights[i], now, state.nearer_pm, variance_px2, residual) &&
           residual.r.dot(residual.weight * residual.r) <=
@@ -418,17 +439,17 @@ std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
   return motion;
 }
 
-std::array<std::optional<PlanarMotion>, 2> motion_by_each_camera(
+std::vector<std::optional<PlanarMotion>> motion_by_each_camera(
     const MotionOptions& options, const LoopCameras& cameras, const PlaceFeatures& a,
     const PlaceDepths& depths_a, const PlaceFeatures& b, const PlaceDepths& depths_b,
     const std::vector<PlaceMatch>& matches, const MotionPrior& prior) {
-  std::array<std::optional<PlanarMotion>, 2> alone;
-  for (int camera = 0; camera < 2; ++camera) {
+  std::vector<std::optional<PlanarMotion>> alone;
+  for (int camera = 0; camera < static_cast<int>(cameras.size()); ++camera) {
     std::vector<PlaceMatch> own;
     std::copy_if(matches.begin(), matches.end(), std::back_inserter(own),
                  [&](const PlaceMatch& match) { return match.camera_a == camera; });
-    alone[camera] =
-        motion_by_features(options, cameras, a, depths_a, b, depths_b, own, prior, nullptr);
+    alone.push_back(
+        motion_by_features(options, cameras, a, depths_a, b, depths_b, own, prior, nullptr));
   }
   return alone;
 }
@@ -459,11 +480,11 @@ PlaceDepths triangulate(const FeatureOptions& feature_options, const MotionOptio
     Vec3 along;
     Vec2 px;
   };
-  PlaceDepths depths;
+  PlaceDepths depths(cameras.size());
   const double variance_px2 =
       2 * options.noise_px * options.noise_px + kPoseNoise_px * kPoseNoise_px;
   const double limit = options.inlier_sigma * options.inlier_sigma;
-  for (int camera = 0; camera < 2; ++camera) {
+  for (std::size_t camera = 0; camera < cameras.size(); ++camera) {
     const LoopCamera& eye = cameras[camera];
     const Mat3 R_body_camera = eye.T_body_camera.rotation.toRotationMatrix();
     const Vec3& origin = eye.T_body_camera.translation;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/base/rng.h"
@@ -16,21 +17,32 @@ namespace panoptes {
 
 /// A camera that recognises places, as the robot believes it to be.
 struct LoopCamera {
+  std::string name;   ///< in the rig
+  std::string looks;  ///< where its role says: front, back, left
   Intrinsics intrinsics;
   Pose3 T_body_camera;
 };
-using LoopCameras = std::array<LoopCamera, 2>;       ///< front, back
-using PlaceFeatures = std::array<LocalFeatures, 2>;  ///< front, back
+using LoopCameras = std::vector<LoopCamera>;       ///< front, back, then any others
+using PlaceFeatures = std::vector<LocalFeatures>;  ///< one for each loop camera
 
-/// The cameras with the roles loop_front and loop_back; ConfigError when one is missing.
+constexpr std::size_t kLoopFront = 0;
+constexpr std::size_t kLoopBack = 1;
+
+/// The cameras whose roles begin with loop_: loop_front, loop_back, then all others in the order of
+/// their roles. ConfigError when there is none for the first two.
 LoopCameras loop_cameras(const Rig& rig);
+
+/// The camera that shows what `camera` shows when the robot stands the other way round; empty where
+/// there is none.
+std::optional<int> opposite_of(int camera);
 
 /// Inverse distance along a camera's axis of what a pixel shows, 1/m, and how sure that is.
 struct InverseDepth {
   double mean_pm = 0.4;
   double sigma_pm = 0.5;  ///< the defaults say "somewhere between half a metre and infinity"
 };
-using PlaceDepths = std::array<std::vector<InverseDepth>, 2>;  ///< one for each feature of a place
+/// One for each feature of each loop camera; none for a camera where nothing is known.
+using PlaceDepths = std::vector<std::vector<InverseDepth>>;
 
 /// One thing seen from two places, `a` and `b`.
 struct PlaceMatch {
@@ -40,8 +52,8 @@ struct PlaceMatch {
   int feature_b = 0;
 };
 
-/// Matches front with front and back with back, or, for a place seen the other way round
-/// (`opposite`), front with back and back with front.
+/// Matches each camera with itself, or, for a place seen the other way round (`opposite`), with the
+/// one that looks there then: front with back and back with front.
 std::vector<PlaceMatch> match_places(const FeatureOptions& options, const PlaceFeatures& a,
                                      const PlaceFeatures& b, bool opposite);
 
@@ -69,8 +81,8 @@ struct PlanarMotion {
   double direction_rad = 0;              ///< of the translation of T_a_b, in the frame of `a`
   int matches = 0;
   int inliers = 0;
-  std::array<int, 2> inliers_by_camera{};  ///< by the camera of `a`
-  double rms_px = 0;                       ///< of the inliers, across their epipolar lines
+  std::vector<int> inliers_by_camera;  ///< by the camera of `a`
+  double rms_px = 0;                   ///< of the inliers, across their epipolar lines
 };
 
 /// The motion on the floor between two places from matched features: each match is compared where
@@ -88,7 +100,7 @@ std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
 
 /// What each camera of `a` says alone of a motion found by all: from its own matches, beginning at
 /// `T_a_b` with the prior's certainty. Empty where a camera has too few.
-std::array<std::optional<PlanarMotion>, 2> motion_by_each_camera(
+std::vector<std::optional<PlanarMotion>> motion_by_each_camera(
     const MotionOptions& options, const LoopCameras& cameras, const PlaceFeatures& a,
     const PlaceDepths& depths_a, const PlaceFeatures& b, const PlaceDepths& depths_b,
     const std::vector<PlaceMatch>& matches, const MotionPrior& prior);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -56,11 +58,14 @@ void move_to_majority(const cv::Mat& examples, const std::vector<std::uint16_t>&
 
 }  // namespace
 
-WordIndex::WordIndex(int words, Rng rng) : count_(words), rng_(rng) {
+WordIndex::WordIndex(int words, int cameras, Rng rng)
+    : count_(words), cameras_(cameras), rng_(rng) {
   PANOPTES_CHECK(words >= 1 && words <= 1 << 16, "words have numbers of 16 bits");
+  PANOPTES_CHECK(cameras >= 2, "front and back");
 }
 
 void WordIndex::add(const PlaceFeatures& features) {
+  PANOPTES_CHECK(static_cast<int>(features.size()) == cameras_, "a picture a camera");
   for (const LocalFeatures& picture : features) {
     descriptors_.push_back(picture.descriptors);
     known_ += picture.descriptors.rows;
@@ -69,8 +74,9 @@ void WordIndex::add(const PlaceFeatures& features) {
   if (known_ >= std::max(kExamples * count_, 2 * learned_)) {
     learn();
   } else if (!words_.empty()) {
-    enter(2 * size() - 2);
-    enter(2 * size() - 1);
+    for (int camera = 0; camera < cameras_; ++camera) {
+      enter(cameras_ * (size() - 1) + camera);
+    }
   }
 }
 
@@ -100,7 +106,7 @@ void WordIndex::learn() {
   }
   learned_ = known_;
   pictures_with_.assign(count_, {});
-  for (int picture = 0; picture < 2 * size(); ++picture) {
+  for (int picture = 0; picture < cameras_ * size(); ++picture) {
     enter(picture);
   }
 }
@@ -121,29 +127,34 @@ void WordIndex::enter(int picture) {
 std::vector<std::array<double, 2>> WordIndex::shared(int place, int until) const {
   PANOPTES_CHECK(place >= 0 && place < size() && until <= size(), "places that are remembered");
   std::vector<std::array<double, 2>> shares(std::max(0, until), {0, 0});
-  std::vector<std::array<int, 2>> count(count_, {0, 0});
-  for (const int camera : {0, 1}) {
-    for (const std::uint16_t word : shown_[2 * place + camera]) {
-      ++count[word][camera];
+  // of each word, camera by camera
+  std::vector<int> counts(static_cast<std::size_t>(count_) * cameras_, 0);
+  for (int camera = 0; camera < cameras_; ++camera) {
+    for (const std::uint16_t word : shown_[cameras_ * place + camera]) {
+      ++counts[cameras_ * word + camera];
     }
   }
   double all = 0;
   for (int word = 0; word < count_; ++word) {
-    const auto& [front, back] = count[word];
-    if (front + back == 0) {
+    const std::span count(counts.begin() + cameras_ * word, cameras_);
+    const int shown = std::accumulate(count.begin(), count.end(), 0);
+    if (shown == 0) {
       continue;
     }
     const std::vector<Entry>& entries = pictures_with_[word];
-    const double rare = std::log(2.0 * size() / static_cast<double>(entries.size()));
-    all += rare * (front + back);
+    const double rare =
+        std::log(static_cast<double>(cameras_) * size() / static_cast<double>(entries.size()));
+    all += rare * shown;
     for (const Entry& entry : entries) {
-      if (entry.picture >= 2 * until) {
+      if (entry.picture >= cameras_ * until) {
         break;
       }
-      std::array<double, 2>& share = shares[entry.picture / 2];
-      const int camera = entry.picture % 2;
-      share[0] += rare * std::min(entry.count, count[word][camera]);
-      share[1] += rare * std::min(entry.count, count[word][1 - camera]);
+      std::array<double, 2>& share = shares[entry.picture / cameras_];
+      const int camera = entry.picture % cameras_;
+      share[0] += rare * std::min(entry.count, count[camera]);
+      if (const std::optional<int> opposite = opposite_of(camera)) {
+        share[1] += rare * std::min(entry.count, count[*opposite]);
+      }
     }
   }
   for (std::array<double, 2>& share : shares) {

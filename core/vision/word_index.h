@@ -20,21 +20,22 @@ namespace panoptes {
 /// anything with any.
 class WordIndex {
  public:
-  WordIndex(int words, Rng rng);
+  /// A place has so many pictures, one for each loop camera.
+  WordIndex(int words, int cameras, Rng rng);
 
   /// The descriptors are shared, not copied, and must stay as they are.
   void add(const PlaceFeatures& features);
 
-  int size() const { return static_cast<int>(descriptors_.size()) / 2; }
+  int size() const { return static_cast<int>(descriptors_.size()) / cameras_; }
 
   /// For each place before `until`, how much of what `place` shows it shows as well, 0 to 1: the
-  /// words both have, a rare one counting more, camera by camera [0] and with front and back
-  /// exchanged, as if the robot had stood there the other way round [1].
+  /// words both have, a rare one counting more, camera by camera [0] and each with the
+  /// opposite one, as if the robot had stood there the other way round [1].
   std::vector<std::array<double, 2>> shared(int place, int until) const;
 
  private:
   struct Entry {
-    int picture = 0;  ///< two a place: front, back
+    int picture = 0;  ///< of each place as many as there are cameras
     int count = 0;    ///< of the word in it
   };
 
@@ -42,6 +43,7 @@ class WordIndex {
   void enter(int picture);
 
   int count_;
+  int cameras_;
   Rng rng_;
   cv::Mat words_;                                  ///< a row a word, empty until learned
   std::vector<cv::Mat> descriptors_;               ///< of each picture

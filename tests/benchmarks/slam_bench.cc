@@ -343,7 +343,7 @@ BENCHMARK(covariance_of_all_paths)->Arg(1000)->Arg(10000)->Unit(benchmark::kMill
 
 // 400 points a picture and 3000 things to be seen, a third of which change from place to place.
 PlaceFeatures words_seen(Rng rng) {
-  PlaceFeatures features;
+  PlaceFeatures features(2);
   for (LocalFeatures& picture : features) {
     picture.px.resize(400);
     picture.descriptors.create(400, 32, CV_8U);
@@ -358,7 +358,7 @@ PlaceFeatures words_seen(Rng rng) {
 }
 
 WordIndex index_of(int places) {
-  WordIndex index(1000, Rng(1));
+  WordIndex index(1000, 2, Rng(1));
   for (int place = 0; place < places; ++place) {
     index.add(words_seen(Rng(place)));
   }

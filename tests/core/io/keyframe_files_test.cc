@@ -46,6 +46,12 @@ KeptKeyframe keyframe(int number, int back_points = 1000) {
   return made;
 }
 
+KeptKeyframes kept(std::vector<KeptKeyframe> keyframes) {
+  KeptKeyframes all;
+  all.all = std::move(keyframes);
+  return all;
+}
+
 int number_16(const std::string& bytes, std::size_t at) {
   return static_cast<std::uint8_t>(bytes[at]) + 256 * static_cast<std::uint8_t>(bytes[at + 1]);
 }
@@ -62,7 +68,7 @@ std::string said_of(const KeyframeFiles& files) {
 class KeyframeFolder : public ScratchTest {};
 
 TEST_F(KeyframeFolder, LiesAsDescribed) {
-  write_keyframes(folder_, {keyframe(0), keyframe(1)});
+  write_keyframes(folder_, kept({keyframe(0), keyframe(1)}));
   const auto folder = folder_ / "keyframes";
   const CsvTable table = read_csv(folder / "keyframes.csv");
   ASSERT_EQ(table.rows.size(), 2U);
@@ -98,8 +104,8 @@ TEST_F(KeyframeFolder, LiesAsDescribed) {
 TEST_F(KeyframeFolder, IsReadBack) {
   KeptKeyframe mosaic = keyframe(1, 0);
   mosaic.place.signature.grid = false;
-  write_keyframes(folder_, {keyframe(0, 100), mosaic});
-  const std::vector<KeptKeyframe> read = read_keyframes(folder_);
+  write_keyframes(folder_, kept({keyframe(0, 100), mosaic}));
+  const std::vector<KeptKeyframe> read = read_keyframes(folder_).all;
   ASSERT_EQ(read.size(), 2U);
   const KeptKeyframe wanted = keyframe(0, 100);
   EXPECT_EQ(read[0].stamp, wanted.stamp);
@@ -124,31 +130,46 @@ TEST_F(KeyframeFolder, IsReadBack) {
   }
 }
 
+TEST_F(KeyframeFolder, KeepsAsManyPicturesAsThereAreLoopCameras) {
+  KeptKeyframes three = kept({keyframe(0, 2), keyframe(1, 4)});
+  three.looks.push_back("left");
+  three.all[0].place.features.push_back(points(5));
+  three.all[1].place.features.emplace_back();
+  write_keyframes(folder_, three);
+  const KeptKeyframes read = read_keyframes(folder_);
+  EXPECT_THAT(read.looks, testing::ElementsAre("front", "back", "left"));
+  ASSERT_EQ(read.all.size(), 2U);
+  EXPECT_EQ(read.all[0].place.features[2].px, points(5).px);
+  EXPECT_TRUE(read.all[1].place.features[2].px.empty());
+  EXPECT_EQ(read.all[1].place.features[1].px.size(), 4U);
+  EXPECT_EQ(read_csv(folder_ / "keyframes" / "keyframes.csv").columns.size(), 14U);
+}
+
 TEST_F(KeyframeFolder, OfNoFloorSeenAndNoPointsFoundIsKeptToo) {
   KeptKeyframe bare = keyframe(0);
-  bare.place.features = {};
+  bare.place.features = {{}, {}};
   bare.grid = std::make_shared<const GridCrop>();
-  write_keyframes(folder_, {bare});
+  write_keyframes(folder_, kept({bare}));
   EXPECT_TRUE(read_file(folder_ / "keyframes" / "features.bin").empty());
-  EXPECT_EQ(read_keyframes(folder_).size(), 1U);
+  EXPECT_EQ(read_keyframes(folder_).all.size(), 1U);
 }
 
 TEST_F(KeyframeFolder, OfNoKeyframesIsReadBack) {
   write_keyframes(folder_, {});
-  EXPECT_TRUE(read_keyframes(folder_).empty());
+  EXPECT_TRUE(read_keyframes(folder_).all.empty());
 }
 
 TEST_F(KeyframeFolder, TakesLittleRoomHoweverMuchIsSeen) {
   constexpr std::size_t kMost_bytes = 60'000;  // of signature and features a keyframe
   KeptKeyframe full = keyframe(0);
   full.place.features = {points(5000), points(5000)};
-  const KeyframeFiles files = keyframe_files({full});
+  const KeyframeFiles files = keyframe_files(kept({full}));
   EXPECT_LE(files.signatures.size() + files.features.size(), kMost_bytes);
 }
 
 TEST_F(KeyframeFolder, ThatLacksAFileIsRefused) {
   for (const char* name : {"keyframes.csv", "signatures.bin", "features.bin", "maps.bin"}) {
-    write_keyframes(folder_, {keyframe(0)});
+    write_keyframes(folder_, kept({keyframe(0)}));
     const auto file = folder_ / "keyframes" / name;
     std::filesystem::remove(file);
     try {
@@ -161,7 +182,7 @@ TEST_F(KeyframeFolder, ThatLacksAFileIsRefused) {
 }
 
 TEST(KeyframeFiles, SayWhatIsWrongWithThem) {
-  const KeyframeFiles good = keyframe_files({keyframe(0, 2), keyframe(1, 2)});
+  const KeyframeFiles good = keyframe_files(kept({keyframe(0, 2), keyframe(1, 2)}));
   EXPECT_EQ(said_of(good), "");
   KeyframeFiles bad = good;
   bad.signatures.resize(1500);
@@ -211,7 +232,7 @@ TEST(KeyframeFiles, SayWhatIsWrongWithThem) {
 }
 
 TEST(KeyframeFiles, AreRefusedCutAnywhereOrWithAnyBitTurned) {
-  const KeyframeFiles good = keyframe_files({keyframe(0, 2), keyframe(1, 2)});
+  const KeyframeFiles good = keyframe_files(kept({keyframe(0, 2), keyframe(1, 2)}));
   for (std::string KeyframeFiles::*file : {&KeyframeFiles::table, &KeyframeFiles::signatures,
                                            &KeyframeFiles::features, &KeyframeFiles::maps}) {
     for (std::size_t at = 0; at < (good.*file).size(); ++at) {

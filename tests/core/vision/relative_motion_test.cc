@@ -3,7 +3,10 @@
 
 #include <cmath>
 
-#include <gtest/gtest.h>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
 
 #include "core/base/error.h"
 #include "tests/core/vision/synthetic_places.h"
@@ -208,7 +211,45 @@ TEST(LoopCameras, AreNamedByTheirRoles) {
   EXPECT_THROW(loop_cameras(rig), ConfigError);
   rig.cameras["B"].roles = {"loop_back", "floor"};
   rig.cameras["B"].T_body_camera.translation = {-0.2, 0, 0.8};
-  EXPECT_EQ(loop_cameras(rig)[1].T_body_camera.translation.x(), -0.2);
+  EXPECT_EQ(loop_cameras(rig)[kLoopBack].T_body_camera.translation.x(), -0.2);
+  rig.cameras["0"].roles = {"floor", "loop_right"};
+  rig.cameras["C"].roles = {"loop_left"};
+  std::vector<std::string> looks;
+  std::vector<std::string> names;
+  for (const LoopCamera& camera : loop_cameras(rig)) {
+    looks.push_back(camera.looks);
+    names.push_back(camera.name);
+  }
+  EXPECT_THAT(looks, ::testing::ElementsAre("front", "back", "left", "right"));
+  EXPECT_THAT(names, ::testing::ElementsAre("A", "B", "C", "0"));
+}
+
+// A third camera sees what the two do not, and makes the motion surer.
+TEST(RelativeMotion, TakesAnyNumberOfCameras) {
+  const Pose2 T_a_b{0.3, 0.05, 0.1};
+  const SyntheticRoom room(400, 3, Rng(4));
+  LoopCameras cameras = front_and_back();
+  cameras.push_back({"left", "left", cameras[0].intrinsics,
+                     mounted_camera({0, 0.1, 0.75}, std::numbers::pi / 2, 0)});
+  const MotionPrior prior{T_a_b * Pose2{0.03, -0.02, 0.02}, Vec3(0.01, 0.01, 0.01).asDiagonal()};
+  std::vector<double> sigmas_rad;
+  for (const std::size_t count : {2, 3}) {
+    const LoopCameras used(cameras.begin(), cameras.begin() + static_cast<std::ptrdiff_t>(count));
+    const PlaceFeatures a = room.seen_from(used, {}, 0.7, 0.1, Rng(6));
+    const PlaceFeatures b = room.seen_from(used, T_a_b, 0.7, 0.1, Rng(7));
+    const auto matches = match_places(FeatureOptions(), a, b, false);
+    const auto motion = motion_by_features(kMotion, used, a, {}, b, {}, matches, prior, nullptr);
+    ASSERT_TRUE(motion);
+    ASSERT_EQ(motion->inliers_by_camera.size(), count);
+    EXPECT_GT(motion->inliers_by_camera.back(), 0);
+    EXPECT_NEAR(motion->T_a_b.theta_rad, T_a_b.theta_rad, 0.01);
+    sigmas_rad.push_back(motion->sigma_theta_rad);
+    EXPECT_EQ(triangulate(FeatureOptions(), kMotion, used, a, {{&b, T_a_b}}).size(), count);
+    for (const PlaceMatch& match : match_places(FeatureOptions(), a, b, true)) {
+      EXPECT_EQ(match.camera_b, 1 - match.camera_a);
+    }
+  }
+  EXPECT_LT(sigmas_rad[1], sigmas_rad[0]);
 }
 
 }  // namespace

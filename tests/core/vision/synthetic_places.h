@@ -17,8 +17,8 @@ namespace panoptes::testing {
 /// back.
 inline LoopCameras front_and_back() {
   const Intrinsics lens = pinhole(320, 240, deg_to_rad(80));
-  return {LoopCamera{lens, mounted_camera({0.15, 0, 0.75}, 0, 0)},
-          LoopCamera{lens, mounted_camera({-0.15, 0, 0.75}, std::numbers::pi, 0)}};
+  return {{"front", "front", lens, mounted_camera({0.15, 0, 0.75}, 0, 0)},
+          {"back", "back", lens, mounted_camera({-0.15, 0, 0.75}, std::numbers::pi, 0)}};
 }
 
 /// Points on the walls and furniture of a room, each with a random descriptor of its own.
@@ -43,12 +43,12 @@ struct SyntheticRoom {
     }
   }
 
-  /// What both cameras see from a pose: pixels with noise, descriptors with a few bits flipped, and
+  /// What the cameras see from a pose: pixels with noise, descriptors with a few bits flipped, and
   /// a share of the points replaced by clutter that looks like points seen elsewhere.
   PlaceFeatures seen_from(const LoopCameras& cameras, const Pose2& T_map_body, double noise_px,
                           double clutter, Rng rng) const {
-    PlaceFeatures features;
-    for (int camera = 0; camera < 2; ++camera) {
+    PlaceFeatures features(cameras.size());
+    for (std::size_t camera = 0; camera < cameras.size(); ++camera) {
       const Pose3 T_camera_map = (on_floor(T_map_body) * cameras[camera].T_body_camera).inverse();
       const Intrinsics& lens = cameras[camera].intrinsics;
       for (int i = 0; i < static_cast<int>(points_map.size()); ++i) {

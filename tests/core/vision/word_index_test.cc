@@ -52,7 +52,7 @@ PlaceFeatures seen_at(const Pose2& pose, double clutter, const Rng& rng) {
 }
 
 WordIndex index_of_all(double clutter = 0.2) {
-  WordIndex index(kWords, Rng(2));
+  WordIndex index(kWords, 2, Rng(2));
   for (const Pose2& pose : standpoints()) {
     index.add(seen_at(pose, clutter, Rng(3).fork(std::to_string(index.size()))));
   }
@@ -133,7 +133,7 @@ TEST(WordIndex, HasThePlaceAmongItsFirstInNoiseAndClutter) {
 }
 
 TEST(WordIndex, SaysNothingBeforeItHasLearned) {
-  WordIndex index(kWords, Rng(2));
+  WordIndex index(kWords, 2, Rng(2));
   index.add(seen_at({}, 0, Rng(3)));
   index.add(seen_at({}, 0, Rng(3)));
   EXPECT_EQ(index.shared(1, 2), (std::vector<std::array<double, 2>>(2, {0, 0})));
@@ -141,7 +141,7 @@ TEST(WordIndex, SaysNothingBeforeItHasLearned) {
 
 TEST(WordIndex, PlacesWithoutFeaturesShareNothing) {
   WordIndex index = index_of_all();
-  index.add({});
+  index.add(PlaceFeatures(2));
   const int blind = index.size() - 1;
   for (const std::array<double, 2>& share : index.shared(blind, index.size())) {
     EXPECT_EQ(share, (std::array<double, 2>{0, 0}));
