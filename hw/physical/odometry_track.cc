@@ -112,7 +112,7 @@ std::optional<Time> OdometryTrack::last() const {
   return poses_.empty() ? std::nullopt : std::optional(poses_.back().stamp);
 }
 
-std::optional<Odometry> OdometryTrack::at(Time t) const {
+std::optional<Odometry> OdometryTrack::at(Time t, bool late) const {
   const auto after =
       std::lower_bound(poses_.begin(), poses_.end(), t,
                        [](const WheelPose& pose, Time when) { return pose.stamp < when; });
@@ -121,6 +121,11 @@ std::optional<Odometry> OdometryTrack::at(Time t) const {
       return std::nullopt;
     }
     const WheelPose& last = poses_.back();
+    if (late) {
+      const Twist2 twist_body = held_within(last.twist_body);
+      return Odometry{last.T_odom_body * exp_twist(twist_body, to_seconds(t - last.stamp)),
+                      twist_body, true};
+    }
     const Way way = by_commands(last.stamp, t, commanded_, besides_);
     return Odometry{last.T_odom_body * way.T_from_to,
                     held_within({way.twist_body.v_mps + besides_.v_mps,

@@ -40,8 +40,10 @@ class OdometryTrack {
   /// At an instant between two reports, or up to one period after the last (then it is marked as
   /// extrapolated): by what the base was told, and by how its counters have followed that so far.
   /// The velocity that a controller reports is not used for it, for it is a mean of the time
-  /// before. Empty before the first report, and later than a period after the last.
-  std::optional<Odometry> at(Time t) const;
+  /// before. Where commands are heard late (`late`) they tell nothing of it, and the base is taken
+  /// to go on as it reports that it goes. Empty before the first report, and later
+  /// than a period after the last.
+  std::optional<Odometry> at(Time t, bool late = false) const;
 
  private:
   /// A way by the commands alone.

@@ -55,7 +55,7 @@ Observation PhysicalRobot::observe(Time deadline) {
       waiting_ = next_set_();
     }
     if (waiting_) {
-      odometry = track_.at(waiting_->stamp);
+      odometry = track_.at(waiting_->stamp, holds_up_);
       if (odometry && (!odometry->extrapolated || !holds_up_ || link_->now() >= deadline)) {
         seen.stamp = waiting_->stamp;
         seen.pictures = std::move(waiting_->pictures);
@@ -65,15 +65,15 @@ Observation PhysicalRobot::observe(Time deadline) {
         break;
       }
     }
-    if (!next_set_ && track_.last() != seen_report_) {
-      seen_report_ = track_.last();
-      seen.stamp = *seen_report_;
+    if (!next_set_ && track_.last() > last_stamp_) {
+      seen.stamp = *track_.last();
       odometry = track_.at(seen.stamp);
       break;
     }
     if (link_->now() >= deadline) {
-      seen.stamp = std::min(link_->now(), *track_.last() + track_.period());
-      odometry = track_.at(seen.stamp);
+      const Time latest = *track_.last() + track_.period();
+      seen.stamp = std::min(std::max(link_->now(), last_stamp_), latest);
+      odometry = track_.at(seen.stamp, holds_up_);
       break;
     }
     const std::optional<Time> known = track_.last();
@@ -83,6 +83,7 @@ Observation PhysicalRobot::observe(Time deadline) {
              (!waiting_ && next_set_ && (waiting_ = next_set_()));
     });
   }
+  last_stamp_ = std::max(last_stamp_, seen.stamp);
   if (!T_first_odom_) {
     T_first_odom_ = odometry->T_odom_body.inverse();
   }

@@ -61,7 +61,7 @@ class PhysicalRobot final : public Robot {
   OdometryTrack track_;
   std::optional<CameraSet> waiting_;  // for the odometry of its instant
   std::optional<Pose2> T_first_odom_;
-  std::optional<Time> seen_report_;
+  Time last_stamp_ = Time::min();
   bool holds_up_ = false;  // reports, and so what the base hears: what it was told says little
   int epoch_ = 0;
   bool enabled_ = false;

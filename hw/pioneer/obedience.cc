@@ -16,12 +16,13 @@ constexpr double kOfBraking = 0.25;
 constexpr double kMatters_mps = 0.05;
 constexpr double kOvershoot = 0.25;  // of a controller's servo
 
-/// By how much a velocity is beyond all between rest and what was told.
+/// By how much a velocity is beyond all between rest and what was told: negative where it is below.
 double beyond(double is, double least, double most, double matters) {
   const double low = std::min(least, 0.0);
   const double high = std::max(most, 0.0);
-  const double past = std::max(is - high * (1 + kOvershoot), low * (1 + kOvershoot) - is);
-  return past > matters ? past : 0;
+  const double above = is - high * (1 + kOvershoot);
+  const double below = is - low * (1 + kOvershoot);
+  return above > matters ? above : below < -matters ? below : 0;
 }
 
 }  // namespace
@@ -35,30 +36,31 @@ void Obedience::told(Time at, const Twist2& twist_body) {
 
 void Obedience::forget() { speed_ = turn_ = {}; }
 
-bool Obedience::persists(Doubt& doubt, Time at, double beyond, double accel) {
-  if (beyond <= 0) {
+bool Obedience::persists(Doubt& doubt, Time at, double is, double beyond, double accel) {
+  if (beyond == 0) {
     doubt.since.reset();
     return false;
   }
-  if (!doubt.since) {
-    doubt = {at, beyond, at, beyond};
+  const bool above = beyond > 0;
+  if (!doubt.since || above != doubt.above) {
+    doubt = {at, is, at, is, above};
     return false;
   }
-  const auto comes_back = [&](double before, Duration during) {
-    return before - beyond >= kOfBraking * accel * to_seconds(during);
+  const auto comes_back = [&](double was, Duration during) {
+    return (above ? was - is : is - was) >= kOfBraking * accel * to_seconds(during);
   };
   // What it was told and did meanwhile is not known.
   *doubt.since += std::max(Duration::zero(), at - doubt.last - kUnseenAtMost);
   const Duration during = at - *doubt.since;
-  const bool now = comes_back(doubt.beyond_last, std::max(at - doubt.last, kSeenAfter));
-  const bool comes = now || comes_back(doubt.beyond, during);
+  const bool now = comes_back(doubt.is_last, std::max(at - doubt.last, kSeenAfter));
+  const bool comes = now || comes_back(doubt.is, during);
   doubt.last = at;
-  doubt.beyond_last = beyond;
+  doubt.is_last = is;
   if (during < kDoubted) {
     return false;
   }
   if (comes) {
-    doubt = {at, beyond, at, beyond};
+    doubt = {at, is, at, is, above};
   }
   return !comes;
 }
@@ -78,8 +80,8 @@ bool Obedience::disobeys(Time at, const Twist2& twist_body) {
   const double v = beyond(twist_body.v_mps, least.v_mps, most.v_mps, kMatters_mps);
   const double w =
       beyond(twist_body.w_radps, least.w_radps, most.w_radps, kMatters_mps / body_.radius_m);
-  const bool too_fast = persists(speed_, at, v, body_.max_accel_mps2);
-  const bool turns = persists(turn_, at, w, body_.max_turn_accel_radps2);
+  const bool too_fast = persists(speed_, at, twist_body.v_mps, v, body_.max_accel_mps2);
+  const bool turns = persists(turn_, at, twist_body.w_radps, w, body_.max_turn_accel_radps2);
   return too_fast || turns;
 }
 

@@ -37,12 +37,13 @@ class Obedience {
   /// Of one of the two velocities.
   struct Doubt {
     std::optional<Time> since;
-    double beyond = 0;  // then
+    double is = 0;  // the velocity then
     Time last;
-    double beyond_last = 0;
+    double is_last = 0;
+    bool above = false;  // what was told, or below
   };
 
-  static bool persists(Doubt& doubt, Time at, double beyond, double accel);
+  static bool persists(Doubt& doubt, Time at, double is, double beyond, double accel);
 
   Body body_;
   Duration latency_{};

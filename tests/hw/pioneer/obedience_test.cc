@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include <gmock/gmock.h>
 
@@ -99,6 +101,22 @@ TEST(Obedience, DoesNotDoubtThroughASilence) {
   obedience.told(time_at(1.2), {0.5, 0});
   obedience.told(time_at(1.6), {});
   EXPECT_FALSE(obedience.disobeys(time_at(1.71), {0.44, 0}));
+}
+
+// It brakes as fast as it can, and is told to go slower and slower.
+TEST(Obedience, LeavesARobotInPeaceThatIsToldLessAndLess) {
+  Body body;
+  body.max_accel_mps2 = 0.6;
+  Obedience obedience{body};
+  obedience.told(time_at(0), {0.541, 0});
+  const std::vector<std::pair<double, double>> told{{0.255, 0.276}, {0.455, 0.119}, {0.795, -0.06}};
+  std::size_t next = 0;
+  for (const double at_s : {0.285, 0.385, 0.485, 0.585, 0.685, 0.785, 0.985}) {
+    for (; next < told.size() && told[next].first <= at_s; ++next) {
+      obedience.told(time_at(told[next].first), {told[next].second, 0});
+    }
+    EXPECT_FALSE(obedience.disobeys(time_at(at_s), {0.541 - 0.6 * (at_s - 0.262), 0})) << at_s;
+  }
 }
 
 // Reports of one burst, the first of which are of before the motors were on.
