@@ -12,7 +12,7 @@
 #include "core/eval/requirement.h"
 #include "core/eval/run_result.h"
 #include "core/geometry/pose2.h"
-#include "core/graph/closure.h"
+#include "core/loops/closure.h"
 #include "core/map/occupancy.h"
 #include "core/vision/camera_health.h"
 

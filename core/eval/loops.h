@@ -6,7 +6,7 @@
 
 #include "core/eval/truth.h"
 #include "core/geometry/pose2.h"
-#include "core/graph/closure.h"
+#include "core/loops/closure.h"
 
 namespace panoptes {
 

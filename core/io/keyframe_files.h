@@ -8,7 +8,7 @@
 
 #include "core/base/time.h"
 #include "core/geometry/pose2.h"
-#include "core/graph/loop_closer.h"
+#include "core/loops/loop_closer.h"
 #include "core/map/keyframe_grid.h"
 
 namespace panoptes {

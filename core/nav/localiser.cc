@@ -32,9 +32,10 @@ void bind(Fields& f, LocaliserOptions& o) {
   f("loops", o.loops);
 }
 
-Localiser::Localiser(const LocaliserOptions& options, const Body& body, const Rig& rig, Rng rng)
+Localiser::Localiser(const LocaliserOptions& options, const OdometrySource& odometry,
+                     const Rig& rig, Rng rng)
     : options_(options),
-      wheel_base_m_(body.wheel_base_m),
+      odometry_(odometry),
       closer_(options.loops, loop_cameras(rig), rng.fork("loops")) {}
 
 // Empty while a camera that is not lost has no picture in the set.
@@ -72,13 +73,13 @@ bool Localiser::keyframe_due(const Pose2& T_last_body, const LoopPlace& now) con
              o.dissimilarity * static_cast<double>(steps_grey_[steps_grey_.size() / 2]);
 }
 
-Pose2 Localiser::link_to_last(const LoopPlace& place, const Pose2& T_last_body) {
+Pose2 Localiser::link_to_last(const LoopPlace& place, Time taken, const Pose2& T_last_body) {
   const int last = static_cast<int>(keyframes_.size()) - 1;
-  const MotionPrior wheels{T_last_body,
-                           wheel_covariance(options_.wheels, wheel_base_m_, T_last_body)};
-  GraphEdge edge{last, last + 1, T_last_body, wheels.covariance.inverse(), false};
+  const MotionPrior prior{T_last_body,
+                          odometry_.covariance(keyframes_.back().stamp, taken, T_last_body)};
+  GraphEdge edge{last, last + 1, T_last_body, prior.covariance.inverse(), false};
   if (options_.visual_heading) {
-    const auto seen = closer_.motion_to(place, last, wheels);
+    const auto seen = closer_.motion_to(place, last, prior);
     if (const auto information = seen ? inverse_of(seen->covariance) : std::nullopt) {
       edge.T_from_to = seen->T_a_b;
       edge.information = *information;
@@ -96,7 +97,7 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
   if (made == 0) {
     graph_.T_map_node.push_back(Pose2{});
   } else {
-    const Pose2 T_last_then = link_to_last(place, out.T_last_body * T_now_then);
+    const Pose2 T_last_then = link_to_last(place, taken, out.T_last_body * T_now_then);
     keyframe.T_odom_body = keyframes_.back().T_odom_body * T_last_then;
     graph_.T_map_node.push_back(graph_.T_map_node.back() * T_last_then);
     if (!place.blind()) {

@@ -10,11 +10,11 @@
 #include "core/camera/observation.h"
 #include "core/camera/rig.h"
 #include "core/config/fields.h"
-#include "core/geometry/body.h"
-#include "core/graph/loop_closer.h"
 #include "core/graph/pose_graph.h"
-#include "core/graph/wheel_noise.h"
+#include "core/loops/loop_closer.h"
 #include "core/nav/stage.h"
+#include "core/odometry/odometry_source.h"
+#include "core/odometry/wheel_odometry.h"
 #include "core/vision/camera_health.h"
 
 namespace panoptes {
@@ -38,8 +38,8 @@ void bind(Fields& f, LocaliserOptions& o);
 /// A place the robot remembers.
 struct Keyframe {
   Time stamp;           ///< of its front picture
-  Pose2 T_wheels_body;  ///< by the wheels alone
-  Pose2 T_odom_body;    ///< by the wheels and the pictures' headings; never moved again
+  Pose2 T_wheels_body;  ///< by the odometry alone
+  Pose2 T_odom_body;    ///< by the odometry and the pictures' headings; never moved again
 };
 
 /// Where the robot is, and what happened to its memory of places.
@@ -59,7 +59,9 @@ struct Located {
 /// apart takes both.
 class Localiser {
  public:
-  Localiser(const LocaliserOptions& options, const Body& body, const Rig& rig, Rng rng);
+  /// `odometry` tells of the motion in the observations, and outlives this.
+  Localiser(const LocaliserOptions& options, const OdometrySource& odometry, const Rig& rig,
+            Rng rng);
 
   /// `seen` holds what is believed alone; of the cameras that are not good in `cameras` no pictures
   /// are waited for. Tells `listener` of the stages "odometry" (the way since the last keyframe)
@@ -80,11 +82,11 @@ class Localiser {
   PlaceSignature signature_of(const Views& views) const;
   bool keyframe_due(const Pose2& T_last_body, const LoopPlace& now) const;
   void add_keyframe(const Observation& seen, Time taken, const LoopPlace& place, Located& out);
-  Pose2 link_to_last(const LoopPlace& place, const Pose2& T_last_body);
+  Pose2 link_to_last(const LoopPlace& place, Time taken, const Pose2& T_last_body);
   void close_loops(LoopPlace place, const ContourSource& contours, Located& out);
 
   LocaliserOptions options_;
-  double wheel_base_m_;
+  const OdometrySource& odometry_;
   LoopCloser closer_;
   std::vector<Keyframe> keyframes_;
   PoseGraph graph_;

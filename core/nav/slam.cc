@@ -1,27 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/nav/slam.h"
 
-#include <cmath>
 #include <utility>
 
 namespace panoptes {
-namespace {
-
-bool tells_numbers(const Odometry& odometry) {
-  const Pose2& T = odometry.T_odom_body;
-  const Twist2& twist = odometry.twist_body;
-  return std::isfinite(T.x_m) && std::isfinite(T.y_m) && std::isfinite(T.theta_rad) &&
-         std::isfinite(twist.v_mps) && std::isfinite(twist.w_radps);
-}
-
-}  // namespace
-
 Slam::Slam(const SlamOptions& options, const Body& body, const Rig& rig, const Rng& rng,
            StageListener listener)
     : listener_(std::move(listener)),
       cameras_(rig),
       rectifier_(rig),
-      localiser_(options.localiser, body, rectifier_.rig(), rng.fork("localiser")),
+      odometry_(std::make_unique<WheelOdometry>(options.localiser.wheels, body)),
+      localiser_(options.localiser, *odometry_, rectifier_.rig(), rng.fork("localiser")),
       mapper_(options.mapper, body, rectifier_.rig()) {}
 
 OccupancyMap Slam::map(double cell_m) const {
@@ -35,7 +24,8 @@ OccupancyMap Slam::planning_map() {
 }
 
 SlamStep Slam::step(const Observation& raw) {
-  if (!tells_numbers(raw.odometry)) {
+  const std::optional<Odometry> odometry = odometry_->at(raw);
+  if (!odometry) {
     SlamStep step;
     step.stamp = raw.stamp;
     step.T_map_body = T_map_body_;
@@ -44,10 +34,12 @@ SlamStep Slam::step(const Observation& raw) {
     step.passed_over = "the wheels tell no number";
     return step;
   }
-  if (told(cameras_.look(raw)).empty()) {
-    return step_believed(raw);
+  Observation seen = raw;
+  seen.odometry = *odometry;
+  if (told(cameras_.look(seen)).empty()) {
+    return step_believed(seen);
   }
-  return step_believed(cameras_.believable(raw));
+  return step_believed(cameras_.believable(seen));
 }
 
 SlamStep Slam::step_believed(const Observation& believed) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "core/nav/mapper.h"
 #include "core/nav/slam_step.h"
 #include "core/nav/stage.h"
+#include "core/odometry/wheel_odometry.h"
 #include "core/vision/camera_health.h"
 
 namespace panoptes {
@@ -25,8 +27,8 @@ struct SlamOptions {
 /// Where the robot is, and what is around it (thesis 6.3.2 to 6.3.4): localises, closes loops and
 /// maps, whoever drives. Equal observations give equal steps, bit for bit. Knows no clock, no file
 /// and no truth. Pictures of cameras that are not good are left out. Pictures that a lens bends are
-/// straightened: all that follows is of pinholes. An observation whose wheels tell no number is
-/// passed over.
+/// straightened: all that follows is of pinholes. An observation of which the odometry tells
+/// nothing is passed over.
 class Slam {
  public:
   Slam(const SlamOptions& options, const Body& body, const Rig& rig, const Rng& rng,
@@ -70,6 +72,7 @@ class Slam {
   StageListener listener_;
   CameraHealth cameras_;
   Rectifier rectifier_;
+  std::unique_ptr<OdometrySource> odometry_;
   Localiser localiser_;
   Mapper mapper_;
   Pose2 T_map_body_;

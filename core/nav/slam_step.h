@@ -7,7 +7,7 @@
 
 #include "core/base/time.h"
 #include "core/geometry/pose2.h"
-#include "core/graph/closure.h"
+#include "core/loops/closure.h"
 #include "core/map/floor_mapper.h"
 #include "core/map/occupancy.h"
 

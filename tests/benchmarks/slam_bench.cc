@@ -13,7 +13,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/rng.h"
-#include "core/graph/loop_closer.h"
+#include "core/loops/loop_closer.h"
 #include "core/graph/pose_graph.h"
 #include "core/graph/robust_relax.h"
 #include "core/graph/tree_descent.h"

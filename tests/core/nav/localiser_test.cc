@@ -14,10 +14,13 @@
 #include <opencv2/core.hpp>
 
 #include "core/base/error.h"
+#include "core/odometry/wheel_odometry.h"
 #include "tests/core/nav/room_robot.h"
 
 namespace panoptes {
 namespace {
+
+const WheelOdometry kWheels({}, Body());
 
 std::vector<Vec2> no_contours(int /*keyframe*/) { return {}; }
 
@@ -29,7 +32,7 @@ Located step_believed(Localiser& localiser, CameraHealth& health, const Observat
 
 TEST(Localiser, FirstObservationFoundsTheMap) {
   test::RoomRobot robot(1);
-  Localiser localiser({}, Body{}, robot.rig(), Rng(1));
+  Localiser localiser({}, kWheels, robot.rig(), Rng(1));
   const Located at = localiser.step(robot.look(0, {0.5, 0.2, 0.3}, {}), no_contours);
   EXPECT_EQ(at.keyframe_made, 0);
   EXPECT_EQ(at.T_map_body, Pose2{});
@@ -38,7 +41,7 @@ TEST(Localiser, FirstObservationFoundsTheMap) {
 
 TEST(Localiser, RemembersAPlaceAfterTheWayOrTheTurnThatOptionsSay) {
   test::RoomRobot robot(2);
-  Localiser localiser({}, Body{}, robot.rig(), Rng(2));
+  Localiser localiser({}, kWheels, robot.rig(), Rng(2));
   localiser.step(robot.look(0, {}, {}), no_contours);
   EXPECT_FALSE(localiser.step(robot.look(1, {0.2, 0, 0}, {0.2, 0, 0}), no_contours).keyframe_made);
   EXPECT_TRUE(localiser.step(robot.look(2, {0.26, 0, 0}, {0.26, 0, 0}), no_contours).keyframe_made);
@@ -51,7 +54,7 @@ TEST(Localiser, PicturesMendTheHeadingThatWheelsGetWrong) {
   // what feature matching leaves over a dozen keyframes is a tenth of a degree each at the worst
   constexpr double kHeadingLeft_deg = 1.2;
   test::RoomRobot robot(3);
-  Localiser localiser({}, Body{}, robot.rig(), Rng(3));
+  Localiser localiser({}, kWheels, robot.rig(), Rng(3));
   Pose2 T_scene_body{-1.5, -0.5, 0};
   const Pose2 T_scene_map = T_scene_body;
   Pose2 T_odom_body;
@@ -71,7 +74,7 @@ TEST(Localiser, PicturesMendTheHeadingThatWheelsGetWrong) {
 
 TEST(Localiser, GoesOnByTheWheelsWithoutPictures) {
   test::RoomRobot robot(4);
-  Localiser localiser({}, Body{}, robot.rig(), Rng(4));
+  Localiser localiser({}, kWheels, robot.rig(), Rng(4));
   localiser.step(robot.look(0, {}, {}), no_contours);
   Observation blind;
   blind.stamp = time_at(1);
@@ -83,7 +86,7 @@ TEST(Localiser, GoesOnByTheWheelsWithoutPictures) {
 
 TEST(Localiser, PlacesPicturesWhereTheyWereTaken) {
   test::RoomRobot robot(6);
-  Localiser localiser({}, Body{}, robot.rig(), Rng(6));
+  Localiser localiser({}, kWheels, robot.rig(), Rng(6));
   localiser.step(robot.look(0, {}, {}), no_contours);
   // The cameras have seen it at 0.3 m, 50 ms before the set, when the wheels are 2 cm farther.
   const Pose2 then{0.3, 0, 0};
@@ -136,7 +139,7 @@ using Spoil = std::function<void(Observation&)>;
 
 Round drive_round(const LocaliserOptions& options, const Spoil& spoil) {
   static const Way way;
-  Localiser localiser(options, Body{}, way.robot.rig(), Rng(7));
+  Localiser localiser(options, kWheels, way.robot.rig(), Rng(7));
   CameraHealth health(way.robot.rig());
   Round out;
   Located at;
@@ -205,7 +208,7 @@ TEST(Localiser, BelievesNoCameraThatIsFrozenOrCovered) {
 
 TEST(Localiser, BelievesACameraAgainThatThaws) {
   test::RoomRobot robot(8);
-  Localiser localiser({}, Body{}, robot.rig(), Rng(8));
+  Localiser localiser({}, kWheels, robot.rig(), Rng(8));
   CameraHealth health(robot.rig());
   const Observation first = robot.look(0, {}, {});
   step_believed(localiser, health, first);
@@ -226,7 +229,7 @@ TEST(Localiser, MakesKeyframesWithoutACameraThatIsLost) {
   test::RoomRobot robot(9);
   for (const std::vector<std::string>& gone :
        {std::vector<std::string>{"front"}, {"back"}, {"front", "back"}}) {
-    Localiser localiser({}, Body{}, robot.rig(), Rng(9));
+    Localiser localiser({}, kWheels, robot.rig(), Rng(9));
     CameraHealth health(robot.rig());
     step_believed(localiser, health, robot.look(0, {}, {}));
     int made = 0;
@@ -250,7 +253,7 @@ TEST(Localiser, RefusesARigThatCannotRecognisePlaces) {
   test::RoomRobot robot(5);
   Rig rig = robot.rig();
   rig.cameras.erase("back");
-  EXPECT_THROW(Localiser({}, Body{}, rig, Rng(5)), ConfigError);
+  EXPECT_THROW(Localiser({}, kWheels, rig, Rng(5)), ConfigError);
 }
 
 }  // namespace

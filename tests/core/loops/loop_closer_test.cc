@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/graph/loop_closer.h"
+#include "core/loops/loop_closer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "core/graph/wheel_noise.h"
+#include "core/odometry/wheel_odometry.h"
 #include "tests/core/vision/synthetic_places.h"
 
 namespace panoptes {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/graph/wheel_noise.h"
+#include "core/odometry/wheel_odometry.h"
 
 #include <cmath>
 
@@ -46,6 +46,19 @@ Mat3 wheel_covariance(const WheelNoise& noise, double wheel_base_m, const Pose2&
   Mat3 R = Mat3::Identity();
   R.topLeftCorner<2, 2>() << c, -s, s, c;
   return R * covariance * R.transpose();
+}
+
+std::optional<Odometry> WheelOdometry::at(const Observation& seen) {
+  const Pose2& T = seen.odometry.T_odom_body;
+  const Twist2& twist = seen.odometry.twist_body;
+  const bool tells_numbers = std::isfinite(T.x_m) && std::isfinite(T.y_m) &&
+                             std::isfinite(T.theta_rad) && std::isfinite(twist.v_mps) &&
+                             std::isfinite(twist.w_radps);
+  return tells_numbers ? std::optional(seen.odometry) : std::nullopt;
+}
+
+Mat3 WheelOdometry::covariance(Time /*from*/, Time /*to*/, const Pose2& T_from_to) const {
+  return wheel_covariance(noise_, wheel_base_m_, T_from_to);
 }
 
 }  // namespace panoptes

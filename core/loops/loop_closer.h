@@ -12,8 +12,8 @@
 
 #include "core/base/rng.h"
 #include "core/config/fields.h"
-#include "core/graph/closure.h"
 #include "core/graph/pose_graph.h"
+#include "core/loops/closure.h"
 #include "core/map/contours.h"
 #include "core/vision/local_features.h"
 #include "core/vision/place_signature.h"

@@ -2,7 +2,9 @@
 #pragma once
 
 #include "core/config/fields.h"
+#include "core/geometry/body.h"
 #include "core/geometry/pose2.h"
+#include "core/odometry/odometry_source.h"
 
 namespace panoptes {
 
@@ -19,5 +21,19 @@ void bind(Fields& f, WheelNoise& o);
 /// Covariance of a motion by the wheels taken for one arc; x, y, theta in the frame of its start.
 /// Valid for the short ways between keyframes.
 Mat3 wheel_covariance(const WheelNoise& noise, double wheel_base_m, const Pose2& T_from_to);
+
+/// What the platform says of its wheels; nothing where that is no number.
+class WheelOdometry final : public OdometrySource {
+ public:
+  WheelOdometry(const WheelNoise& noise, const Body& body)
+      : noise_(noise), wheel_base_m_(body.wheel_base_m) {}
+
+  std::optional<Odometry> at(const Observation& seen) override;
+  Mat3 covariance(Time from, Time to, const Pose2& T_from_to) const override;
+
+ private:
+  WheelNoise noise_;
+  double wheel_base_m_;
+};
 
 }  // namespace panoptes

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/graph/wheel_noise.h"
+#include "core/odometry/wheel_odometry.h"
 
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <string>
 
 #include <Eigen/LU>
@@ -58,6 +60,37 @@ INSTANTIATE_TEST_SUITE_P(StraightTurningAndBackwards, WheelCovariance,
                          ::testing::Values(std::pair(0.25, 0.0), std::pair(0.25, 0.2),
                                            std::pair(0.25, -0.2), std::pair(-0.25, 0.1),
                                            std::pair(0.0, 0.26)));
+
+TEST(WheelOdometry, TellsWhatThePlatformSaysAndNothingThatIsNoNumber) {
+  WheelOdometry wheels({}, Body());
+  Observation seen;
+  seen.odometry.T_odom_body = {1, 2, 3};
+  seen.odometry.twist_body = {0.4, -0.5};
+  const std::optional<Odometry> told = wheels.at(seen);
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->T_odom_body, seen.odometry.T_odom_body);
+  EXPECT_EQ(told->twist_body.w_radps, -0.5);
+  for (double Pose2::*number : {&Pose2::x_m, &Pose2::y_m, &Pose2::theta_rad}) {
+    Observation bad = seen;
+    bad.odometry.T_odom_body.*number = std::nan("");
+    EXPECT_FALSE(wheels.at(bad));
+  }
+  for (double Twist2::*number : {&Twist2::v_mps, &Twist2::w_radps}) {
+    Observation bad = seen;
+    bad.odometry.twist_body.*number = -std::numeric_limits<double>::infinity();
+    EXPECT_FALSE(wheels.at(bad));
+  }
+}
+
+TEST(WheelOdometry, IsAsSureAsItsWheelsAre) {
+  Body body;
+  body.wheel_base_m = kBase_m;
+  const WheelNoise noise;
+  const WheelOdometry wheels(noise, body);
+  const Pose2 T_from_to{0.25, 0.01, 0.1};
+  EXPECT_EQ(wheels.covariance(time_at(1), time_at(2), T_from_to),
+            wheel_covariance(noise, kBase_m, T_from_to));
+}
 
 }  // namespace
 }  // namespace panoptes

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/graph/loop_closer.h"
+#include "core/loops/loop_closer.h"
 
 #include <algorithm>
 #include <cmath>

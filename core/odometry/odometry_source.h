@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+
+#include "core/base/time.h"
+#include "core/camera/observation.h"
+#include "core/geometry/pose2.h"
+
+namespace panoptes {
+
+/// Where the robot's motion comes from: its wheels, say, or its pictures. A source tells poses in a
+/// frame of its own, which drifts but never jumps.
+class OdometrySource {
+ public:
+  virtual ~OdometrySource() = default;
+
+  /// At the instant of an observation as the platform gives it (pictures not straightened, cameras
+  /// not judged); each is given once, in order of time. Empty where the source tells nothing.
+  virtual std::optional<Odometry> at(const Observation& seen) = 0;
+
+  /// How sure the motion `T_from_to` between two instants is that it told of; x, y, theta in the
+  /// frame of its start.
+  virtual Mat3 covariance(Time from, Time to, const Pose2& T_from_to) const = 0;
+
+ protected:
+  OdometrySource() = default;
+  OdometrySource(const OdometrySource&) = default;
+  OdometrySource& operator=(const OdometrySource&) = default;
+};
+
+}  // namespace panoptes
