@@ -28,16 +28,7 @@ constexpr int kSuppress = 4;    // keyframes to either side of a chosen candidat
 constexpr double kThreeSigma = 3;
 constexpr double kPriorFloor_m = 0.1;  // the graph is never trusted more than this when searching
 constexpr double kPriorFloor_rad = 0.03;
-constexpr double kPoseFloor_m = 0.01;  // lens, mounting and floor are not as ideal as the model
-constexpr double kPoseFloor_rad = 0.003;
 constexpr double kMountingShare = 3;  // of these, where front and back do not fit as mounted
-constexpr double kVague_m = 0.15;     // a closure less certain than this is not worth its risk
-constexpr double kVague_rad = 0.026;
-constexpr double kContourOverlap =
-    0.5;  // below it contours share too little to contradict anything
-constexpr double kContourAmbiguity = 0.8;  // above it they fit elsewhere as well
-constexpr double kContourApart_m = 0.1;  // blurred by what the floor colour smears: 5 cm a contour
-constexpr double kContourApart_rad = 0.07;
 
 // What the thesis's rule claims, which knows no covariance of its own: a hand's breadth, 3 degrees.
 constexpr double kHistogramSigma_m = 0.1;
@@ -104,11 +95,20 @@ void bind(Fields& f, VerifiedMethod& o) {
   f("reach_m", o.reach_m, between(0.1, 3));
   f.angle("reach", o.reach_rad, between(0.05, 1.2));
   f("gate_probability", o.gate_probability, between(0.5, 0.999999));
+  f("chi2_probability", o.chi2_probability, between(0.5, 0.999999));
   f("verify_per_keyframe", o.verify_per_keyframe, between(1, 20));
   f("min_inliers", o.min_inliers, at_least(6));
   f("min_inlier_share", o.min_inlier_share, between(0, 1));
   f("mounting_px", o.mounting_px, not_negative);
+  f("min_sigma_m", o.min_sigma_m, between(0, 1));
+  f.angle("min_sigma", o.min_sigma_rad, between(0, 1));
+  f("max_sigma_m", o.max_sigma_m, between(0, 10));
+  f.angle("max_sigma", o.max_sigma_rad, between(0, 1));
   f("contours", o.contours);
+  f("contour_overlap", o.contour_overlap, between(0, 1));
+  f("contour_ambiguity", o.contour_ambiguity, between(0, 1));
+  f("contour_apart_m", o.contour_apart_m, between(0, 10));
+  f.angle("contour_apart", o.contour_apart_rad, between(0, 1));
 }
 
 void bind(Fields& f, LoopOptions& o) {
@@ -321,6 +321,21 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
   return chosen;
 }
 
+struct LoopCloser::Trial {
+  const VerifiedMethod& method;
+  const Candidate& candidate;
+  const PoseGraph& graph;
+  const ContourSource& contours;
+  ClosureReport& report;
+  double limit = chi_square_3_quantile(method.gate_probability);
+  std::vector<PlaceMatch> matches = {};
+  MotionOptions tolerant = {};     // what the motion was found with,
+  double floor_share = 1;          // and by how much more than usual the model may be wrong
+  PlanarMotion motion = {};        // recent seen from earlier
+  Mat3 floor = Mat3::Zero();       // what no picture makes surer
+  Mat3 covariance = Mat3::Zero();  // of the motion by the pictures alone
+};
+
 std::vector<ClosureReport> LoopCloser::close_verified(const VerifiedMethod& method, int recent,
                                                       const PoseGraph& graph,
                                                       const ContourSource& contours) {
@@ -329,8 +344,10 @@ std::vector<ClosureReport> LoopCloser::close_verified(const VerifiedMethod& meth
     reports.push_back(report_of(recent, candidate.earlier, candidate.heading));
     ClosureReport& report = reports.back();
     report.T_earlier_recent = candidate.prior.T_a_b;
-    report.verdict = refusal(method, candidate, graph, contours, report);
-    if (report.verdict.empty()) {
+    Trial trial{method, candidate, graph, contours, report};
+    if (const std::optional<Refusal> refusal = verify(trial)) {
+      report.verdict = refusal->why;
+    } else {
       accept(report);
       break;
     }
@@ -338,10 +355,20 @@ std::vector<ClosureReport> LoopCloser::close_verified(const VerifiedMethod& meth
   return reports;
 }
 
-// Why this pair is no closure; empty when it is one.
-std::string LoopCloser::refusal(const VerifiedMethod& method, const Candidate& candidate,
-                                const PoseGraph& graph, const ContourSource& contours,
-                                ClosureReport& report) {
+std::optional<LoopCloser::Refusal> LoopCloser::verify(Trial& trial) {
+  std::optional<Refusal> refusal = check_diagonals(trial);
+  refusal = refusal ? refusal : check_features(trial);
+  refusal = refusal ? refusal : check_certainty(trial);
+  refusal = refusal ? refusal : check_cameras(trial);
+  refusal = refusal ? refusal : check_gate(trial);
+  refusal = refusal ? refusal : check_reach(trial);
+  refusal = refusal ? refusal : check_contours(trial);
+  return refusal ? refusal : check_graph(trial);
+}
+
+// Enough of the keyframes to either side look alike as well.
+std::optional<LoopCloser::Refusal> LoopCloser::check_diagonals(const Trial& trial) const {
+  const ClosureReport& report = trial.report;
   const double threshold_grey = nearby_threshold_grey();
   int rows = 0;
   for (int row = 0; row <= 2 * kHalf; ++row) {
@@ -354,129 +381,178 @@ std::string LoopCloser::refusal(const VerifiedMethod& method, const Candidate& c
     rows += near ? 1 : 0;
   }
   if (!words_ && rows < kRowsNeeded) {
-    return format("diagonal: %d of 7 within %.2f grey levels, %d needed", rows, threshold_grey,
-                  kRowsNeeded);
+    return Refusal{format("diagonal: %d of 7 within %.2f grey levels, %d needed", rows,
+                          threshold_grey, kRowsNeeded)};
   }
-  const int recent = report.recent;
-  const int earlier = report.earlier;
-  const PlaceFeatures& features_earlier = places_[earlier].place.features;
-  const PlaceFeatures& features_recent = places_[recent].place.features;
-  const std::vector<PlaceMatch> matches = match_places(
-      options_.features, features_earlier, features_recent, report.heading == Heading::kOpposite);
+  return std::nullopt;
+}
+
+// Enough features agree on one motion.
+std::optional<LoopCloser::Refusal> LoopCloser::check_features(Trial& trial) {
+  const VerifiedMethod& method = trial.method;
+  ClosureReport& report = trial.report;
+  const PlaceFeatures& features_earlier = places_[report.earlier].place.features;
+  const PlaceFeatures& features_recent = places_[report.recent].place.features;
+  trial.matches = match_places(options_.features, features_earlier, features_recent,
+                               report.heading == Heading::kOpposite);
+  const std::vector<PlaceMatch>& matches = trial.matches;
   if (static_cast<int>(matches.size()) < method.min_inliers) {
-    return format("features: %d matches, %d needed", static_cast<int>(matches.size()),
-                  method.min_inliers);
+    return Refusal{format("features: %d matches, %d needed", static_cast<int>(matches.size()),
+                          method.min_inliers)};
   }
-  const PlaceDepths& depths_earlier = depths(earlier, graph);
-  const PlaceDepths& depths_recent = depths(recent, graph);
-  Rng rng = rng_.fork(std::to_string(recent) + "-" + std::to_string(earlier));
+  const PlaceDepths& depths_earlier = depths(report.earlier, trial.graph);
+  const PlaceDepths& depths_recent = depths(report.recent, trial.graph);
+  Rng rng = rng_.fork(std::to_string(report.recent) + "-" + std::to_string(report.earlier));
   const auto too_few = [&](const std::optional<PlanarMotion>& motion) {
     return !motion || motion->inliers < method.min_inliers ||
            motion->inliers < method.min_inlier_share * motion->matches;
   };
+  trial.tolerant = options_.motion;
   std::optional<PlanarMotion> motion =
-      motion_by_features(options_.motion, cameras_, features_earlier, depths_earlier,
-                         features_recent, depths_recent, matches, candidate.prior, &rng);
-  double floor_share = 1;
-  MotionOptions tolerant = options_.motion;
+      motion_by_features(trial.tolerant, cameras_, features_earlier, depths_earlier,
+                         features_recent, depths_recent, matches, trial.candidate.prior, &rng);
   if (too_few(motion) && report.heading == Heading::kOpposite) {
-    floor_share = kMountingShare;
-    tolerant.noise_px = std::max(tolerant.noise_px, method.mounting_px);
-    motion = motion_by_features(tolerant, cameras_, features_earlier, depths_earlier,
-                                features_recent, depths_recent, matches, candidate.prior, &rng);
+    trial.floor_share = kMountingShare;
+    trial.tolerant.noise_px = std::max(trial.tolerant.noise_px, method.mounting_px);
+    motion =
+        motion_by_features(trial.tolerant, cameras_, features_earlier, depths_earlier,
+                           features_recent, depths_recent, matches, trial.candidate.prior, &rng);
   }
   if (motion) {
     report.feature_inliers = motion->inliers;
     report.flow_heading_rad = motion->T_a_b_seen.theta_rad;
   }
   if (too_few(motion)) {
-    return format("features: %d of %d agree, %d and %.0f %% needed", report.feature_inliers,
-                  static_cast<int>(matches.size()), method.min_inliers,
-                  100 * method.min_inlier_share);
+    return Refusal{format("features: %d of %d agree, %d and %.0f %% needed", report.feature_inliers,
+                          static_cast<int>(matches.size()), method.min_inliers,
+                          100 * method.min_inlier_share)};
   }
-  const std::optional<Mat3> seen = inverse_of(motion->information_seen);
-  if (!seen) {
-    return "features: the pose is not known in every direction";
-  }
-  Mat3 covariance = *seen;
-  if (!(largest_sigma_m(covariance) <= kVague_m) || !(covariance(2, 2) <= square(kVague_rad))) {
-    return format("features: pose known to %.2f m only", largest_sigma_m(covariance));
-  }
-  const Vec3 floor = square(floor_share) *
-                     Vec3(square(kPoseFloor_m), square(kPoseFloor_m), square(kPoseFloor_rad));
-  covariance.diagonal() += floor;
-  report.T_earlier_recent = motion->T_a_b_seen;
-  report.information = covariance.inverse();
+  trial.motion = *motion;
+  return std::nullopt;
+}
 
-  const double limit = chi_square_3_quantile(method.gate_probability);
-  const auto alone =
-      motion_by_each_camera(tolerant, cameras_, features_earlier, depths_earlier, features_recent,
-                            depths_recent, matches, {motion->T_a_b, candidate.prior.covariance});
-  // a camera before a plain wall says nothing, with infinite covariance
-  const auto says = [&](int camera) {
+// The pictures alone tell where it is, and surely enough to be worth its risk.
+std::optional<LoopCloser::Refusal> LoopCloser::check_certainty(Trial& trial) const {
+  const std::optional<Mat3> seen = inverse_of(trial.motion.information_seen);
+  if (!seen) {
+    return Refusal{"features: the pose is not known in every direction"};
+  }
+  trial.covariance = *seen;
+  const double sigma_m = largest_sigma_m(trial.covariance);
+  if (!(sigma_m <= trial.method.max_sigma_m) ||
+      !(trial.covariance(2, 2) <= square(trial.method.max_sigma_rad))) {
+    return Refusal{format("features: pose known to %.2f m only", sigma_m)};
+  }
+  const Vec3 floor = square(trial.floor_share) * Vec3(square(trial.method.min_sigma_m),
+                                                      square(trial.method.min_sigma_m),
+                                                      square(trial.method.min_sigma_rad));
+  trial.floor = floor.asDiagonal();
+  trial.covariance += trial.floor;
+  trial.report.T_earlier_recent = trial.motion.T_a_b_seen;
+  trial.report.information = trial.covariance.inverse();
+  return std::nullopt;
+}
+
+// Front and back alone say the same. A camera before a plain wall says nothing, with infinite
+// covariance.
+std::optional<LoopCloser::Refusal> LoopCloser::check_cameras(Trial& trial) {
+  const int earlier = trial.report.earlier;
+  const int recent = trial.report.recent;
+  const auto alone = motion_by_each_camera(
+      trial.tolerant, cameras_, places_[earlier].place.features, depths(earlier, trial.graph),
+      places_[recent].place.features, depths(recent, trial.graph), trial.matches,
+      {trial.motion.T_a_b, trial.candidate.prior.covariance});
+  const auto says = [&](std::size_t camera) {
     return alone[camera] ? inverse_of(alone[camera]->information_seen) : std::nullopt;
   };
-  const std::optional<Mat3> front = says(0);
-  const std::optional<Mat3> back = says(1);
-  if (front && back) {
-    const Vec3 off = difference(alone[0]->T_a_b_seen, alone[1]->T_a_b_seen);
-    const Mat3 allowed = *front + *back + 2 * Mat3(floor.asDiagonal());
-    report.cameras_sigma = std::sqrt(squared_sigmas(off, allowed));
-    if (!(square(report.cameras_sigma) <= limit)) {
-      return format("cameras: front and back are %.1f sigma apart, %.1f allowed",
-                    report.cameras_sigma, std::sqrt(limit));
-    }
+  const std::optional<Mat3> front = says(kLoopFront);
+  const std::optional<Mat3> back = says(kLoopBack);
+  if (!front || !back) {
+    return std::nullopt;
   }
+  const Vec3 off = difference(alone[kLoopFront]->T_a_b_seen, alone[kLoopBack]->T_a_b_seen);
+  const Mat3 allowed = *front + *back + 2 * trial.floor;
+  trial.report.cameras_sigma = std::sqrt(squared_sigmas(off, allowed));
+  if (!(square(trial.report.cameras_sigma) <= trial.limit)) {
+    return Refusal{format("cameras: front and back are %.1f sigma apart, %.1f allowed",
+                          trial.report.cameras_sigma, std::sqrt(trial.limit))};
+  }
+  return std::nullopt;
+}
 
-  const Pose2 expected = graph.T_map_node[earlier].inverse() * graph.T_map_node[recent];
-  const Vec3 surprise = difference(motion->T_a_b_seen, expected);
-  const Mat3 allowed = relative_covariance(graph, earlier, recent) + covariance;
-  report.gate_sigma = std::sqrt(squared_sigmas(surprise, allowed));
-  if (!(square(report.gate_sigma) <= limit)) {
-    return format("gate: %.1f sigma from where the graph expects it, %.1f allowed",
-                  report.gate_sigma, std::sqrt(limit));
+// The graph expects it there.
+std::optional<LoopCloser::Refusal> LoopCloser::check_gate(const Trial& trial) const {
+  const int earlier = trial.report.earlier;
+  const int recent = trial.report.recent;
+  const Pose2 expected = trial.graph.T_map_node[earlier].inverse() * trial.graph.T_map_node[recent];
+  const Vec3 surprise = difference(trial.motion.T_a_b_seen, expected);
+  const Mat3 allowed = relative_covariance(trial.graph, earlier, recent) + trial.covariance;
+  trial.report.gate_sigma = std::sqrt(squared_sigmas(surprise, allowed));
+  if (!(square(trial.report.gate_sigma) <= trial.limit)) {
+    return Refusal{format("gate: %.1f sigma from where the graph expects it, %.1f allowed",
+                          trial.report.gate_sigma, std::sqrt(trial.limit))};
   }
-  const double apart_m = motion->T_a_b_seen.position().norm();
-  if (!(apart_m <= method.reach_m)) {
-    return format("place: %.2f m apart, %.2f allowed", apart_m, method.reach_m);
+  return std::nullopt;
+}
+
+// It is one place.
+std::optional<LoopCloser::Refusal> LoopCloser::check_reach(const Trial& trial) const {
+  const double apart_m = trial.motion.T_a_b_seen.position().norm();
+  if (!(apart_m <= trial.method.reach_m)) {
+    return Refusal{format("place: %.2f m apart, %.2f allowed", apart_m, trial.method.reach_m)};
   }
   const double turned =
-      std::abs(wrap_angle(motion->T_a_b_seen.theta_rad - class_heading(report.heading)));
-  if (!(turned <= method.reach_rad)) {
-    return format("place: turned by %.1f degrees, %.1f allowed", rad_to_deg(turned),
-                  rad_to_deg(method.reach_rad));
+      std::abs(wrap_angle(trial.motion.T_a_b_seen.theta_rad - class_heading(trial.report.heading)));
+  if (!(turned <= trial.method.reach_rad)) {
+    return Refusal{format("place: turned by %.1f degrees, %.1f allowed", rad_to_deg(turned),
+                          rad_to_deg(trial.method.reach_rad))};
   }
+  return std::nullopt;
+}
 
-  if (contours) {
-    report.contour_earlier = contours(earlier);
-    report.contour_recent = contours(recent);
-    const std::optional<ContourMatch> match = align_contours(
-        method.contours, report.contour_earlier, report.contour_recent, motion->T_a_b_seen);
-    if (match) {
-      report.contour_cost_m = match->mean_distance_m;
-      report.contour_overlap = match->overlap;
-      const Vec3 off = difference(match->T_fixed_moving, motion->T_a_b_seen);
-      Mat3 tolerated = covariance + match->covariance;
-      tolerated.diagonal() +=
-          Vec3(square(kContourApart_m / kThreeSigma), square(kContourApart_m / kThreeSigma),
-               square(kContourApart_rad / kThreeSigma));
-      if (match->overlap >= kContourOverlap && match->ambiguity() <= kContourAmbiguity &&
-          !(squared_sigmas(off, tolerated) <= limit)) {
-        return format("contours: fit %.2f m and %.1f degrees away from the features",
-                      off.head<2>().norm(), rad_to_deg(std::abs(off.z())));
-      }
-    }
+// The free space around both does not contradict. Contours that share too little, or fit elsewhere
+// as well, say nothing.
+std::optional<LoopCloser::Refusal> LoopCloser::check_contours(const Trial& trial) const {
+  if (!trial.contours) {
+    return std::nullopt;
   }
+  ClosureReport& report = trial.report;
+  report.contour_earlier = trial.contours(report.earlier);
+  report.contour_recent = trial.contours(report.recent);
+  const std::optional<ContourMatch> match =
+      align_contours(trial.method.contours, report.contour_earlier, report.contour_recent,
+                     trial.motion.T_a_b_seen);
+  if (!match) {
+    return std::nullopt;
+  }
+  report.contour_cost_m = match->mean_distance_m;
+  report.contour_overlap = match->overlap;
+  const Vec3 off = difference(match->T_fixed_moving, trial.motion.T_a_b_seen);
+  Mat3 tolerated = trial.covariance + match->covariance;
+  tolerated.diagonal() += Vec3(square(trial.method.contour_apart_m / kThreeSigma),
+                               square(trial.method.contour_apart_m / kThreeSigma),
+                               square(trial.method.contour_apart_rad / kThreeSigma));
+  if (match->overlap >= trial.method.contour_overlap &&
+      match->ambiguity() <= trial.method.contour_ambiguity &&
+      !(squared_sigmas(off, tolerated) <= trial.limit)) {
+    return Refusal{format("contours: fit %.2f m and %.1f degrees away from the features",
+                          off.head<2>().norm(), rad_to_deg(std::abs(off.z())))};
+  }
+  return std::nullopt;
+}
 
-  PoseGraph tried = graph;
+// The whole graph agrees after relaxing.
+std::optional<LoopCloser::Refusal> LoopCloser::check_graph(const Trial& trial) const {
+  PoseGraph tried = trial.graph;
   const double before = chi2(tried);
-  tried.edges.push_back(closure_edge(report));
+  tried.edges.push_back(closure_edge(trial.report));
   const RelaxReport relaxed = relax(tried, RelaxStart::kCurrent);
-  report.chi2_growth = relaxed.chi2_end - before;
-  if (!relaxed.converged || !(report.chi2_growth <= limit)) {
-    return format("chi2: grows by %.1f, %.1f allowed", report.chi2_growth, limit);
+  trial.report.chi2_growth = relaxed.chi2_end - before;
+  const double limit = chi_square_3_quantile(trial.method.chi2_probability);
+  if (!relaxed.converged || !(trial.report.chi2_growth <= limit)) {
+    return Refusal{format("chi2: grows by %.1f, %.1f allowed", trial.report.chi2_growth, limit)};
   }
-  return {};
+  return std::nullopt;
 }
 
 std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod& method, int recent,

@@ -38,13 +38,22 @@ struct VerifiedMethod {
   double reach_m = 0.45;    ///< how far apart two keyframes of one place may be
   double reach_rad = 0.44;  ///< and how much turned: two thirds of an 80 degree picture remain
   double gate_probability =
-      0.9973;                   ///< of three sigma: what the graph expects, with this certainty
-  int verify_per_keyframe = 2;  ///< pairs whose features are matched: bounds the time
+      0.9973;  ///< of three sigma: what the graph expects, with this certainty
+  double chi2_probability = 0.9973;  ///< by how much the relaxed graph's chi2 may grow, with this
+  int verify_per_keyframe = 2;       ///< pairs whose features are matched: bounds the time
   int min_inliers = 30;
   double min_inlier_share = 0.4;  ///< of the matches
   double mounting_px = 3;         ///< a place seen the other way round pairs front with back: their
                                   ///< mounting may be wrong by this much, a degree, in a second try
+  double min_sigma_m = 0.01;      ///< lens, mounting and floor are not as ideal as the model: no
+  double min_sigma_rad = 0.003;   ///< closure is believed to be surer,
+  double max_sigma_m = 0.15;      ///< and one less sure is not worth its risk
+  double max_sigma_rad = 0.026;
   ContourOptions contours;
+  double contour_overlap = 0.5;    ///< below it contours share too little to contradict anything,
+  double contour_ambiguity = 0.8;  ///< above it they fit elsewhere as well
+  double contour_apart_m = 0.1;    ///< blurred by what the floor colour smears: 5 cm a contour
+  double contour_apart_rad = 0.07;
 };
 void bind(Fields& f, VerifiedMethod& o);
 
@@ -140,8 +149,21 @@ class LoopCloser {
                                             const PoseGraph& graph, const ContourSource& contours);
   std::vector<ClosureReport> close_by_histogram(const HistogramMethod& method, int recent,
                                                 const ContourSource& contours);
-  std::string refusal(const VerifiedMethod& method, const Candidate& candidate,
-                      const PoseGraph& graph, const ContourSource& contours, ClosureReport& report);
+
+  /// Why a pair is no closure.
+  struct Refusal {
+    std::string why;
+  };
+  struct Trial;  // of one pair: what the checks hand on to those after them
+  std::optional<Refusal> verify(Trial& trial);
+  std::optional<Refusal> check_diagonals(const Trial& trial) const;
+  std::optional<Refusal> check_features(Trial& trial);
+  std::optional<Refusal> check_certainty(Trial& trial) const;
+  std::optional<Refusal> check_cameras(Trial& trial);
+  std::optional<Refusal> check_gate(const Trial& trial) const;
+  std::optional<Refusal> check_reach(const Trial& trial) const;
+  std::optional<Refusal> check_contours(const Trial& trial) const;
+  std::optional<Refusal> check_graph(const Trial& trial) const;
 
   LoopOptions options_;
   LoopCameras cameras_;

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -40,12 +43,19 @@ struct Drive {
   std::vector<ClosureReport> reports;
 };
 
+/// What is otherwise than it should be.
+struct Otherwise {
+  Pose2 T_true_back = {};  // from half the way on the back camera shows what it would from there,
+  Pose2 T_carried = {};  // and the robot has been carried so far, which its wheels know nothing of
+  std::vector<GraphEdge> besides = {};  // of the graph
+  /// Of a keyframe at a pose: the free space around it.
+  std::function<std::vector<Vec2>(int keyframe, const Pose2& T_map_body)> contour = {};
+};
+
 // Round and round a square of 2.5 m in a room of 8 m, every second time the same or the opposite
-// way. From half the way on the back camera shows what it would from `T_true_back`, seen from the
-// body. The graph has edges `besides`.
+// way.
 Drive around(int rounds, const LoopOptions& options, bool opposite, const SyntheticRoom& first_room,
-             const SyntheticRoom& second_room, Rng rng, const Pose2& T_true_back = Pose2{},
-             const std::vector<GraphEdge>& besides = {}) {
+             const SyntheticRoom& second_room, Rng rng, const Otherwise& otherwise = {}) {
   const LoopCameras cameras = front_and_back();
   const WheelNoise noise;
   LoopCloser closer(options, cameras, rng.fork("closer"));
@@ -77,8 +87,8 @@ Drive around(int rounds, const LoopOptions& options, bool opposite, const Synthe
                     room.seen_from(cameras, drive.truth.back(), 0.7, 0.2,
                                    rng.fork("sees " + std::to_string(k)))};
     if (k >= steps.size() / 2) {
-      place.features[1] = room.seen_from(cameras, drive.truth.back() * T_true_back, 0.7, 0.2,
-                                         rng.fork("sees " + std::to_string(k)))[1];
+      place.features[1] = room.seen_from(cameras, drive.truth.back() * otherwise.T_true_back, 0.7,
+                                         0.2, rng.fork("sees " + std::to_string(k)))[1];
     }
     if (k > 0) {
       const int now = static_cast<int>(k);
@@ -92,10 +102,16 @@ Drive around(int rounds, const LoopOptions& options, bool opposite, const Synthe
         drive.graph.T_map_node[now] = drive.graph.T_map_node[now - 1] * motion->T_a_b;
       }
       drive.graph.edges.push_back(edge);
-      std::copy_if(besides.begin(), besides.end(), std::back_inserter(drive.graph.edges),
+      std::copy_if(otherwise.besides.begin(), otherwise.besides.end(),
+                   std::back_inserter(drive.graph.edges),
                    [now](const GraphEdge& other) { return other.to == now; });
     }
-    for (const ClosureReport& report : closer.close(std::move(place), drive.graph, {})) {
+    const auto contour = [&](int keyframe) {
+      return otherwise.contour(keyframe, drive.truth[static_cast<std::size_t>(keyframe)]);
+    };
+    for (const ClosureReport& report :
+         closer.close(std::move(place), drive.graph,
+                      otherwise.contour ? ContourSource(contour) : ContourSource())) {
       if (report.accepted) {
         drive.graph.edges.push_back(closure_edge(report));
         relax(drive.graph, RelaxStart::kCurrent);
@@ -107,6 +123,9 @@ Drive around(int rounds, const LoopOptions& options, bool opposite, const Synthe
       const Mat3 root = wheel_covariance(noise, kBase_m, step).llt().matrixL();
       const Vec3 slip = root * Vec3(rng.normal(), rng.normal(), rng.normal());
       drive.truth.push_back(drive.truth.back() * step);
+      if (k == steps.size() / 2) {
+        drive.truth.back() = drive.truth.back() * otherwise.T_carried;
+      }
       drive.graph.T_map_node.push_back(
           drive.graph.T_map_node.back() *
           Pose2{step.x_m + slip.x(), step.y_m + slip.y(), step.theta_rad + slip.z()});
@@ -201,11 +220,89 @@ TEST(LoopCloser, RefusesAPlaceThatOnlyLooksAlikeAtAGlance) {
 
 TEST(LoopCloser, RefusesWhereFrontAndBackContradictEachOther) {
   const SyntheticRoom room(1200, 4, Rng(1));
-  const Drive drive = around(2, {}, false, room, room, Rng(2), Pose2{0.2, -0.2, 0.06});
+  const Drive drive = around(2, {}, false, room, room, Rng(2), {.T_true_back = {0.2, -0.2, 0.06}});
   EXPECT_EQ(count_accepted(drive), 0);
   EXPECT_TRUE(std::any_of(drive.reports.begin(), drive.reports.end(), [](const ClosureReport& r) {
     return r.verdict.starts_with("cameras: front and back are ");
   }));
+}
+
+int refused(const Drive& drive, const std::string& by) {
+  return static_cast<int>(std::count_if(
+      drive.reports.begin(), drive.reports.end(),
+      [&](const ClosureReport& r) { return !r.accepted && r.verdict.starts_with(by); }));
+}
+
+// Carried to where the graph is sure that it is not.
+TEST(LoopCloser, RefusesAPlaceWhereTheGraphDoesNotExpectIt) {
+  const SyntheticRoom room(1200, 4, Rng(1));
+  const Drive drive = around(2, {}, false, room, room, Rng(2), {.T_carried = {-0.3, 0.45, 0}});
+  EXPECT_EQ(count_accepted(drive), 0);
+  EXPECT_GT(refused(drive, "gate: "), 5);
+  for (const ClosureReport& report : drive.reports) {
+    EXPECT_FALSE(report.verdict.starts_with("gate: ") &&
+                 report.gate_sigma * report.gate_sigma < 14.15)
+        << report.verdict;
+  }
+}
+
+// What is seen tens of metres away is seen the same from beside.
+TEST(LoopCloser, RefusesAPoseThatIsKnownTooVaguely) {
+  VerifiedMethod strict;
+  strict.max_sigma_m = 0.005;
+  LoopOptions options;
+  options.method = strict;
+  for (const double half_side_m : {3.0, 60.0}) {
+    const SyntheticRoom room(1200, half_side_m, Rng(1));
+    const Drive drive = around(2, options, false, room, room, Rng(2));
+    EXPECT_EQ(count_accepted(drive) > 0, half_side_m < 10) << half_side_m;
+    EXPECT_EQ(refused(drive, "features: pose known to ") > 5, half_side_m > 10) << half_side_m;
+  }
+}
+
+// By how much a graph's chi2 grows with a true closure is itself a chi-square of three degrees of
+// freedom: with half of its probability half of the closures go.
+TEST(LoopCloser, RefusesWhatMakesTheGraphWorseThanItMay) {
+  VerifiedMethod strict;
+  strict.chi2_probability = 0.5;
+  LoopOptions options;
+  options.method = strict;
+  options.spacing_m = 0.25;
+  const SyntheticRoom room(1200, 4, Rng(1));
+  const Drive drive = around(2, options, false, room, room, Rng(2));
+  EXPECT_GT(refused(drive, "chi2: grows by "), 3);
+  EXPECT_GT(count_accepted(drive), 3);
+  for (const ClosureReport& report : drive.reports) {
+    EXPECT_EQ(report.verdict.starts_with("chi2: "), report.chi2_growth > 2.366) << report.verdict;
+  }
+}
+
+// An L of free floor, which is half a metre farther on at the second visit, though the pictures say
+// that it is the same place.
+TEST(LoopCloser, RefusesWhereTheFreeSpaceContradicts) {
+  const SyntheticRoom room(1200, 4, Rng(1));
+  const std::vector<Vec2> corners{{-2.2, -2.1}, {2.3, -2.1}, {2.3, 0.4},
+                                  {0.9, 0.4},   {0.9, 2.2},  {-2.2, 2.2}};
+  const auto outline = [&corners](const Pose2& T_map_body, const Vec2& off) {
+    constexpr double kEvery_m = 0.02;
+    std::vector<Vec2> points;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const Vec2& from = corners[i];
+      const Vec2 along = corners[(i + 1) % corners.size()] - from;
+      for (double way_m = 0; way_m < along.norm(); way_m += kEvery_m) {
+        points.push_back(T_map_body.inverse() * Vec2(from + off + way_m * along.normalized()));
+      }
+    }
+    return points;
+  };
+  for (const double off_m : {0.0, 0.5}) {
+    const auto contour = [&](int keyframe, const Pose2& T_map_body) {
+      return outline(T_map_body, keyframe > 64 ? Vec2(off_m, 0.6 * off_m) : Vec2::Zero());
+    };
+    const Drive drive = around(2, {}, false, room, room, Rng(2), {.contour = contour});
+    EXPECT_EQ(count_accepted(drive) > 0, off_m == 0) << off_m;
+    EXPECT_EQ(refused(drive, "contours: fit ") > 5, off_m > 0) << off_m;
+  }
 }
 
 TEST(LoopCloser, ClosesNothingByAGraphThatKnowsNoNumbers) {
@@ -214,7 +311,7 @@ TEST(LoopCloser, ClosesNothingByAGraphThatKnowsNoNumbers) {
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     // the pictures agree, but how far off the graph may be there nobody can tell
     GraphEdge edge{4, 5, {0.25, 0, 0}, Mat3::Identity() * broken, false};
-    const Drive drive = around(2, {}, false, room, room, Rng(2), {}, {edge});
+    const Drive drive = around(2, {}, false, room, room, Rng(2), {.besides = {edge}});
     EXPECT_EQ(count_accepted(drive), 0);
   }
 }

@@ -2,7 +2,6 @@
 #include "core/vision/relative_motion.h"
 
 #include <cmath>
-
 #include <string>
 #include <vector>
 
