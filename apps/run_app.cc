@@ -9,9 +9,9 @@
 
 #include <CLI/CLI.hpp>
 
-#include "apps/command.h"
-#include "apps/run/fault.h"
-#include "apps/run/process.h"
+#include "apps/command/command.h"
+#include "apps/process/fault.h"
+#include "apps/process/process.h"
 #include "core/config/fields.h"
 
 namespace panoptes {

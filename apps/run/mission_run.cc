@@ -9,17 +9,17 @@
 #include <utility>
 #include <vector>
 
-#include "apps/run/cockpit.h"
-#include "apps/run/fault.h"
+#include "apps/command/out_dir.h"
+#include "apps/mission/until.h"
+#include "apps/pilots/pilot.h"
+#include "apps/process/fault.h"
+#include "apps/process/progress.h"
+#include "apps/process/stage_clock.h"
+#include "apps/recognition/place_study.h"
+#include "apps/report/recorder.h"
 #include "apps/run/loop.h"
-#include "apps/run/out_dir.h"
-#include "apps/run/pilot.h"
-#include "apps/run/place_study.h"
-#include "apps/run/progress.h"
-#include "apps/run/recorder.h"
-#include "apps/run/stage_clock.h"
-#include "apps/run/step_listener.h"
-#include "apps/run/until.h"
+#include "apps/step/step_listener.h"
+#include "apps/teleop/cockpit.h"
 #include "core/base/error.h"
 
 namespace panoptes {
