@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "apps/recognition/place_study.h"
+#include "apps/recognition/recognition_study.h"
 #include "core/camera/rig.h"
 #include "core/config/fields.h"
 #include "core/eval/requirement.h"
@@ -93,9 +93,10 @@ struct ExploreMission {
   DriveOptions drive;
   std::vector<std::string> require;
   NavigatorOptions navigator;
-  std::optional<PlaceStudyOptions> places;  ///< compared on the pictures of the drive's keyframes
-  double frame_deadline_s = 1;              ///< longest wait for a frame set
-  double command_valid_for_s = 0.4;         ///< the robot stops by itself when commands stop coming
+  std::optional<RecognitionStudyOptions>
+      places;                        ///< compared on the pictures of the drive's keyframes
+  double frame_deadline_s = 1;       ///< longest wait for a frame set
+  double command_valid_for_s = 0.4;  ///< the robot stops by itself when commands stop coming
 
   Needs needs = Needs::kDriver;  ///< of the command, not of the file
 };

@@ -22,8 +22,8 @@
 #include "apps/process/fault.h"
 #include "apps/process/progress.h"
 #include "apps/process/stage_clock.h"
-#include "apps/recognition/place_truth.h"
 #include "apps/recognition/recognition_picture.h"
+#include "apps/recognition/recognition_truth.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/base/utf8.h"
@@ -275,7 +275,7 @@ int find_loops(const LoopsArguments& args) {
   const std::vector<std::string> files = listed(args.pictures);
   std::optional<PlaceTruth> truth;
   if (!args.truth.empty()) {
-    truth = read_place_truth(args.truth, files);
+    truth = read_recognition_truth(args.truth, files);
   }
   OutDir out(args.out);
   ProgressLine line(args.quiet);

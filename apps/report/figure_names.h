@@ -9,8 +9,8 @@
 namespace panoptes {
 
 /// Every figure that a run may write in metrics.json, by its dotted path; `*` stands for one name
-/// that the run itself gives (a camera, a device, a setting of the study of places). A test holds
-/// it against what runs write.
+/// that the run itself gives (a camera, a device, a setting of the study of recognition). A test
+/// holds it against what runs write.
 const std::vector<std::string>& figure_names();
 
 bool is_figure(const std::string& path);

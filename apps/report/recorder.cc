@@ -139,7 +139,7 @@ void Recorder::keep_ended() {
 }
 
 RunReport Recorder::write_report(std::optional<Truth> truth, const RunResult& result, RunEnd end,
-                                 const KeptKeyframes& kept, const PlaceStudy* places,
+                                 const KeptKeyframes& kept, const RecognitionStudy* places,
                                  Faults faults, const std::function<bool()>& hurried) {
   const double loop_s = steady_s() - loop_from_s_;
   faults.attempt([&] { keep_ended(); });
@@ -158,7 +158,7 @@ RunReport Recorder::write_report(std::optional<Truth> truth, const RunResult& re
   if (findings.coverage.empty()) {
     findings.coverage.push_back({run_.last_step, 0, std::nullopt});
   }
-  std::vector<PlaceRow> place_rows;
+  std::vector<RecognitionRow> place_rows;
   if (places != nullptr && findings.known != nullptr) {
     faults.attempt([&] { place_rows = places->rows(findings.true_T_scene_body, findings.path_m); });
   }
@@ -173,7 +173,7 @@ RunReport Recorder::write_report(std::optional<Truth> truth, const RunResult& re
     }
   }
   if (!place_rows.empty()) {
-    faults.attempt([&] { write_places(out_dir_ / "places.csv", place_rows); });
+    faults.attempt([&] { write_recognition_rows(out_dir_ / "places.csv", place_rows); });
   }
   RunReport report;
   RunVerdict verdict;

@@ -9,7 +9,7 @@
 
 #include "apps/process/fault.h"
 #include "apps/process/stage_clock.h"
-#include "apps/recognition/place_study.h"
+#include "apps/recognition/recognition_study.h"
 #include "apps/report/finished_run.h"
 #include "apps/step/step_listener.h"
 #include "core/camera/observation.h"
@@ -51,9 +51,8 @@ class Recorder : public StepListener {
   /// need it are absent. `faults` are those of the run until here. Never throws for what cannot be
   /// found out or written: what can be is, and metrics.json, the exit status and stderr tell.
   RunReport write_report(std::optional<Truth> truth, const RunResult& result, RunEnd end,
-                         const KeptKeyframes& kept = {},
-                         const PlaceStudy* places = nullptr, Faults faults = {},
-                         const std::function<bool()>& hurried = {});
+                         const KeptKeyframes& kept = {}, const RecognitionStudy* places = nullptr,
+                         Faults faults = {}, const std::function<bool()>& hurried = {});
 
  private:
   void keep_settings();

@@ -291,7 +291,8 @@ std::string text_of(const Json& metrics) {
 }
 
 /// All but what it cost, and the verdicts on the requirements.
-Json figures(const FinishedRun& run, const RunFindings& f, const std::vector<PlaceRow>& places) {
+Json figures(const FinishedRun& run, const RunFindings& f,
+             const std::vector<RecognitionRow>& places) {
   Json metrics = identity(run, outcome_of(run, f));
   put(metrics, "start_unix_ns", run.info.start_unix_ns);
   metrics["requirements"] = Json::array();  // judged last, over all of the figures
@@ -305,7 +306,7 @@ Json figures(const FinishedRun& run, const RunFindings& f, const std::vector<Pla
   put_drive(metrics, run, f);
   put_trajectory(metrics, f);
   metrics["loops"] = loops_json(f);
-  for (const PlaceRow& row : places) {
+  for (const RecognitionRow& row : places) {
     Json found = Json::object();
     put(found, "recall", row.recall());
     put(found, "recall_same", row.recall_same());
@@ -495,7 +496,7 @@ RunFindings find_out(const FinishedRun& run, const RunTruth* known) {
 }
 
 RunVerdict judge_run(const FinishedRun& run, const RunFindings& findings,
-                     const std::vector<PlaceRow>& places, std::string_view others) {
+                     const std::vector<RecognitionRow>& places, std::string_view others) {
   Json metrics = figures(run, findings, places);
   const Json known_already = Json::parse(others);
   for (const auto& [key, value] : known_already.items()) {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/recognition/place_study.h"
+#include "apps/recognition/recognition_study.h"
 #include "apps/report/finished_run.h"
 #include "core/eval/coverage.h"
 #include "core/eval/truth.h"
@@ -47,11 +47,11 @@ struct RunVerdict {
   std::vector<std::string> summary;  ///< a few lines for people
 };
 
-/// `places` are the rows of a study of places, else empty. `others` is a JSON object with the
+/// `places` are the rows of a study of recognition, else empty. `others` is a JSON object with the
 /// figures that are known already, such as what the run cost; where a figure is found here it
 /// counts.
 RunVerdict judge_run(const FinishedRun& run, const RunFindings& findings,
-                     const std::vector<PlaceRow>& places, std::string_view others);
+                     const std::vector<RecognitionRow>& places, std::string_view others);
 
 /// What can be said of a run whose figures cannot be found: which it was, and how it ended.
 RunVerdict bare_verdict(const FinishedRun& run);

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/draw/pictures.h"
-#include "apps/recognition/place_table.h"
+#include "apps/recognition/recognition_table.h"
 #include "core/eval/loops.h"
 #include "core/io/csv.h"
 #include "core/io/digits.h"
@@ -266,8 +266,9 @@ void write_run_files(const fs::path& out_dir, const FinishedRun& run, const RunF
 }
 
 std::vector<fs::path> draw_run(const fs::path& out_dir, const FinishedRun& run,
-                               const RunFindings& findings, const std::vector<PlaceRow>& places,
-                               Faults& faults, const std::function<bool()>& hurried) {
+                               const RunFindings& findings,
+                               const std::vector<RecognitionRow>& places, Faults& faults,
+                               const std::function<bool()>& hurried) {
   std::vector<fs::path> pictures;
   const auto keep = [&](const char* name, const auto& draw) {
     if (hurried && hurried()) {
@@ -283,7 +284,7 @@ std::vector<fs::path> draw_run(const fs::path& out_dir, const FinishedRun& run,
     keep("map.png", [&] { return drawn_map(run, findings); });
   }
   if (!places.empty()) {
-    keep("places.png", [&] { return draw_places({{name_of(run), places}}); });
+    keep("places.png", [&] { return draw_recognition_table({{name_of(run), places}}); });
   }
   if (!nothing_known) {
     keep("coverage.png", [&] { return drawn_coverage(findings); });

@@ -38,7 +38,8 @@ std::array<std::string, kTrueLoopColumns.size()> true_loop_fields(const RunFindi
 /// no more of them.
 std::vector<std::filesystem::path> draw_run(const std::filesystem::path& out_dir,
                                             const FinishedRun& run, const RunFindings& findings,
-                                            const std::vector<PlaceRow>& places, Faults& faults,
+                                            const std::vector<RecognitionRow>& places,
+                                            Faults& faults,
                                             const std::function<bool()>& hurried = {});
 
 }  // namespace panoptes

@@ -15,7 +15,7 @@
 #include "apps/process/fault.h"
 #include "apps/process/progress.h"
 #include "apps/process/stage_clock.h"
-#include "apps/recognition/place_study.h"
+#include "apps/recognition/recognition_study.h"
 #include "apps/report/recorder.h"
 #include "apps/run/loop.h"
 #include "apps/step/step_listener.h"
@@ -129,7 +129,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
       make_pilot(mission, open, slam.get(), std::move(cockpit), navigation, listener(clock));
 
   Recorder recorder(run.out_dir, info, &clock);
-  std::optional<PlaceStudy> places;
+  std::optional<RecognitionStudy> places;
   std::optional<MapSnapshots> snapshots;
   std::optional<ShownProgress> progress;
   std::vector<StepListener*> listeners{&recorder};

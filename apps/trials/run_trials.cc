@@ -28,7 +28,7 @@
 #include "apps/process/fault.h"
 #include "apps/process/progress.h"
 #include "apps/process/stage_clock.h"
-#include "apps/recognition/place_table.h"
+#include "apps/recognition/recognition_table.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/base/time.h"
@@ -710,25 +710,25 @@ void print_table(const std::vector<Group>& groups) {
 }
 
 /// What the runs found that compared ways to tell places apart, if any did.
-void report_places(const TrialsOptions& options, const std::vector<Trial>& trials) {
+void report_recognition(const TrialsOptions& options, const std::vector<Trial>& trials) {
   std::vector<std::string> columns = {"mission"};
   for (const Vary& v : options.vary) {
     columns.push_back(v.key);
   }
   columns.insert(columns.end(), {"seed", "histogram", "distance", "pictures", "recall",
                                  "recall_same", "recall_opposite"});
-  std::vector<PlaceWorld> worlds;  // a mission under one combination of the other settings
+  std::vector<RecognitionWorld> worlds;  // a mission under one combination of the other settings
   std::optional<CsvWriter> csv;
   for (const Trial& trial : trials) {
     const std::filesystem::path file = trial.dir / "places.csv";
     if (!is_done(trial) || !std::filesystem::exists(file)) {
       continue;
     }
-    const std::vector<PlaceRow> rows = read_places(file);
+    const std::vector<RecognitionRow> rows = read_recognition_rows(file);
     if (!csv) {
       csv.emplace(options.out_dir / "study.csv", columns);
     }
-    for (const PlaceRow& row : rows) {
+    for (const RecognitionRow& row : rows) {
       *csv << trial.mission;
       for (const std::string& value : trial.values) {
         *csv << value;
@@ -753,9 +753,9 @@ void report_places(const TrialsOptions& options, const std::vector<Trial>& trial
     return;
   }
   csv->finish();
-  write_file(options.out_dir / "places.png", png(draw_places(worlds)));
+  write_file(options.out_dir / "places.png", png(draw_recognition_table(worlds)));
   std::printf("\n");
-  for (const std::string& line : places_table(worlds)) {
+  for (const std::string& line : recognition_table(worlds)) {
     std::printf("%s\n", line.c_str());
   }
   std::printf("%s\n", (options.out_dir / "places.png").c_str());
@@ -1069,7 +1069,7 @@ int run_planned(const TrialsOptions& options, std::vector<Trial>& trials, double
   if (!groups.empty()) {
     print_table(groups);
   }
-  report_places(options, trials);
+  report_recognition(options, trials);
   for (const Trial& trial : trials) {
     if (trial.status == Status::kFailed || trial.status == Status::kBroken) {
       for (const std::string& fault : faults(trial)) {

@@ -46,7 +46,7 @@ std::vector<std::uint64_t> parse_seeds(std::string_view text);
 /// `key.path=v1,v2`; commas inside brackets do not divide. Throws ConfigError.
 Vary parse_vary(std::string_view text);
 
-/// Adds a setting to try at several values. What a study of places compares (`places.*`) is
+/// Adds a setting to try at several values. What a study of recognition compares (`places.*`) is
 /// compared on the pictures of one drive: it becomes a list in every run.
 void add_vary(TrialsOptions& options, const Vary& vary);
 

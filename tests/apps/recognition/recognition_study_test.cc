@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/recognition/place_study.h"
+#include "apps/recognition/recognition_study.h"
 
 #include <numbers>
 
@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 
 #include "apps/mission/mission.h"
-#include "apps/recognition/place_table.h"
+#include "apps/recognition/recognition_table.h"
 #include "core/base/error.h"
 #include "core/base/rng.h"
 #include "tests/support/scratch.h"
@@ -63,13 +63,13 @@ struct Drive {
   }
 };
 
-TEST(PlaceStudy, AsksForEveryCombinationOfOneDrive) {
+TEST(RecognitionStudy, AsksForEveryCombinationOfOneDrive) {
   const auto mission = load_mission<ExploreMission>(
       kOffice, {"places.histogram=[grey, two_dimensional]", "places.distance=[emd, l2]",
                 "places.pictures=[front, front_back, four_corners]", kCorners});
   ASSERT_TRUE(mission.places);
   std::vector<std::string> asked;
-  PlaceStudy study(*mission.places, mission.rig, [&](const std::string& camera) {
+  RecognitionStudy study(*mission.places, mission.rig, [&](const std::string& camera) {
     asked.push_back(camera);
     return Picture{Time{}, wall(asked.size() % 5, 3)};
   });
@@ -82,7 +82,7 @@ TEST(PlaceStudy, AsksForEveryCombinationOfOneDrive) {
   EXPECT_THAT(asked, SizeIs(4 * drive.seen.size()));
   const auto rows = study.rows(drive.truth, path_lengths_m(drive.truth));
   ASSERT_THAT(rows, SizeIs(12));
-  for (const PlaceRow& row : rows) {
+  for (const RecognitionRow& row : rows) {
     EXPECT_EQ(row.found.revisits_same, 1);
     EXPECT_EQ(row.found.revisits_opposite, 2);
     const bool same = row.pictures != "four_corners";  // whose pictures were of nowhere
@@ -92,7 +92,7 @@ TEST(PlaceStudy, AsksForEveryCombinationOfOneDrive) {
   }
 }
 
-TEST(PlaceStudy, RefusesWhatItCannotDo) {
+TEST(RecognitionStudy, RefusesWhatItCannotDo) {
   EXPECT_THAT(faults({"places.histogram=[gray]"}),
               ElementsAre("--set places.histogram: must be some of grey, colour, gradient, "
                           "two_dimensional, got gray; did you mean grey?"));
@@ -113,10 +113,10 @@ TEST(PlaceStudy, RefusesWhatItCannotDo) {
 class PlaceFiles : public ScratchTest {};
 
 TEST_F(PlaceFiles, AreReadAsTheyWereWritten) {
-  const std::vector<PlaceRow> rows{{"grey", "emd", "front_back", {40, 10, 4, 0, 3, 0}},
-                                   {"colour", "l2", "front", {0, 0, 0, 0, 0, 0}}};
-  write_places(folder_ / "places.csv", rows);
-  const auto again = read_places(folder_ / "places.csv");
+  const std::vector<RecognitionRow> rows{{"grey", "emd", "front_back", {40, 10, 4, 0, 3, 0}},
+                                         {"colour", "l2", "front", {0, 0, 0, 0, 0, 0}}};
+  write_recognition_rows(folder_ / "places.csv", rows);
+  const auto again = read_recognition_rows(folder_ / "places.csv");
   ASSERT_THAT(again, SizeIs(2));
   EXPECT_EQ(again[0].recall(), 0.25);
   EXPECT_EQ(again[0].recall_same(), 0.75);
@@ -126,20 +126,20 @@ TEST_F(PlaceFiles, AreReadAsTheyWereWritten) {
   EXPECT_FALSE(again[1].is_thesis());
 }
 
-TEST(PlaceTable, HasTheBestFirstAndSumsRunsOfAWorld) {
-  const PlaceRow thesis{"grey", "emd", "front_back", {40, 10, 4, 2, 3, 1}};
-  const PlaceRow better{"colour", "l2", "front", {40, 20, 4, 2, 4, 0}};
-  PlaceWorld office{"office", {}};
+TEST(RecognitionTable, HasTheBestFirstAndSumsRunsOfAWorld) {
+  const RecognitionRow thesis{"grey", "emd", "front_back", {40, 10, 4, 2, 3, 1}};
+  const RecognitionRow better{"colour", "l2", "front", {40, 20, 4, 2, 4, 0}};
+  RecognitionWorld office{"office", {}};
   add_rows(office, {thesis, better});
   add_rows(office, {thesis, better});
   EXPECT_EQ(office.rows[0].found.keyframes, 80);
-  const auto lines = places_table({office, {"home", {thesis}}});
+  const auto lines = recognition_table({office, {"home", {thesis}}});
   ASSERT_THAT(lines, SizeIs(4));
   EXPECT_THAT(lines[2], HasSubstr("colour"));
   EXPECT_THAT(lines[2], HasSubstr("50 (100 /   0)"));
   EXPECT_THAT(lines[3], HasSubstr("25 ( 75 /  50)"));
   EXPECT_THAT(lines[3], HasSubstr("the thesis's own"));
-  EXPECT_GT(draw_places({office}).cols, 300);
+  EXPECT_GT(draw_recognition_table({office}).cols, 300);
 }
 
 }  // namespace

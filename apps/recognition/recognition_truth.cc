@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/recognition/place_truth.h"
+#include "apps/recognition/recognition_truth.h"
 
 #include <algorithm>
 #include <array>
@@ -100,7 +100,8 @@ PlaceTruth truth_of_picture(const std::string& file, const std::string& bytes, i
 
 }  // namespace
 
-PlaceTruth read_place_truth(const std::string& file, const std::vector<std::string>& pictures) {
+PlaceTruth read_recognition_truth(const std::string& file,
+                                  const std::vector<std::string>& pictures) {
   if (!fs::is_regular_file(file)) {
     throw ConfigError(file + ": no such file; give a table or a picture of which pictures match");
   }

@@ -12,6 +12,7 @@ namespace panoptes {
 /// files, or numbers from 0) or from a picture with a pixel for each pair: white for one place,
 /// black for two, greys between are not counted. Throws ConfigError with the file, the line and
 /// the cure.
-PlaceTruth read_place_truth(const std::string& file, const std::vector<std::string>& pictures);
+PlaceTruth read_recognition_truth(const std::string& file,
+                                  const std::vector<std::string>& pictures);
 
 }  // namespace panoptes

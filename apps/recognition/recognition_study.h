@@ -17,7 +17,7 @@
 namespace panoptes {
 
 /// Which pictures of a keyframe make up the mosaic that a histogram is taken of.
-enum class PlacePictures {
+enum class MosaicPictures {
   kFront,
   kFrontBack,    ///< the thesis's (6.3.2)
   kFourCorners,  ///< of the four cameras with the role `corner`, which it tried before (6.3.1)
@@ -25,18 +25,18 @@ enum class PlacePictures {
 
 /// The comparison behind thesis 6.3.2: every histogram with every distance on all the pictures, all
 /// of them on the keyframes of the same drive.
-struct PlaceStudyOptions {
+struct RecognitionStudyOptions {
   std::vector<HistogramKind> histograms{HistogramKind::kGrey};
   std::vector<HistogramDistance> distances{HistogramDistance::kEmd};
-  std::vector<PlacePictures> pictures{PlacePictures::kFrontBack};
+  std::vector<MosaicPictures> pictures{MosaicPictures::kFrontBack};
 };
-void bind(Fields& f, PlaceStudyOptions& o);
+void bind(Fields& f, RecognitionStudyOptions& o);
 
 /// Why these cameras cannot take the pictures asked for; empty when they can.
-std::string pictures_fault(const PlaceStudyOptions& options, const Rig& rig, bool recorded);
+std::string pictures_fault(const RecognitionStudyOptions& options, const Rig& rig, bool recorded);
 
 /// One way to tell places apart, and what it found.
-struct PlaceRow {
+struct RecognitionRow {
   std::string histogram;
   std::string distance;
   std::string pictures;
@@ -49,33 +49,34 @@ struct PlaceRow {
 };
 
 /// `histogram,distance,pictures`, the three recalls and what they are made of, a row each.
-void write_places(const std::filesystem::path& path, const std::vector<PlaceRow>& rows);
-std::vector<PlaceRow> read_places(const std::filesystem::path& path);
+void write_recognition_rows(const std::filesystem::path& path,
+                            const std::vector<RecognitionRow>& rows);
+std::vector<RecognitionRow> read_recognition_rows(const std::filesystem::path& path);
 
 /// A picture of the last frame set's instant by a camera that takes one only when it is asked to.
 using Look = std::function<Picture(const std::string& camera)>;
 
 /// Takes the histograms of each keyframe's pictures, and compares them when the run is over.
-class PlaceStudy : public StepListener {
+class RecognitionStudy : public StepListener {
  public:
   /// `look` may be empty where no camera needs to be asked.
-  PlaceStudy(const PlaceStudyOptions& options, const Rig& rig, Look look);
+  RecognitionStudy(const RecognitionStudyOptions& options, const Rig& rig, Look look);
 
   /// Takes part in steps that make a keyframe of their frame set.
   void add(const Observation& seen, const SlamStep& at, const PilotStep& step) override;
 
   /// A row for each combination. `path_m`: the true way up to each keyframe.
-  std::vector<PlaceRow> rows(const std::vector<Pose2>& true_T_scene_body,
-                             const std::vector<double>& path_m) const;
+  std::vector<RecognitionRow> rows(const std::vector<Pose2>& true_T_scene_body,
+                                   const std::vector<double>& path_m) const;
 
  private:
   struct Series {  // of one histogram on some pictures, a keyframe after the other
     HistogramKind kind;
-    PlacePictures pictures;
+    MosaicPictures pictures;
     std::vector<PlaceHistogram> histograms;
   };
 
-  PlaceStudyOptions options_;
+  RecognitionStudyOptions options_;
   Rig rig_;
   Look look_;
   std::vector<Series> series_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/recognition/place_table.h"
+#include "apps/recognition/recognition_table.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,21 +14,21 @@
 namespace panoptes {
 namespace {
 
-bool same_way(const PlaceRow& a, const PlaceRow& b) {
+bool same_way(const RecognitionRow& a, const RecognitionRow& b) {
   return a.histogram == b.histogram && a.distance == b.distance && a.pictures == b.pictures;
 }
 
-const PlaceRow* find(const std::vector<PlaceRow>& rows, const PlaceRow& like) {
+const RecognitionRow* find(const std::vector<RecognitionRow>& rows, const RecognitionRow& like) {
   const auto found = std::find_if(rows.begin(), rows.end(),
-                                  [&](const PlaceRow& row) { return same_way(row, like); });
+                                  [&](const RecognitionRow& row) { return same_way(row, like); });
   return found == rows.end() ? nullptr : &*found;
 }
 
 // Every combination that some world has, in order of appearance.
-std::vector<PlaceRow> ways_of(const std::vector<PlaceWorld>& worlds) {
-  std::vector<PlaceRow> ways;
-  for (const PlaceWorld& world : worlds) {
-    for (const PlaceRow& row : world.rows) {
+std::vector<RecognitionRow> ways_of(const std::vector<RecognitionWorld>& worlds) {
+  std::vector<RecognitionRow> ways;
+  for (const RecognitionWorld& world : worlds) {
+    for (const RecognitionRow& row : world.rows) {
       if (find(ways, row) == nullptr) {
         ways.push_back({row.histogram, row.distance, row.pictures, {}});
       }
@@ -38,11 +38,12 @@ std::vector<PlaceRow> ways_of(const std::vector<PlaceWorld>& worlds) {
 }
 
 // Over the worlds that have it.
-std::optional<double> mean_recall(const std::vector<PlaceWorld>& worlds, const PlaceRow& way) {
+std::optional<double> mean_recall(const std::vector<RecognitionWorld>& worlds,
+                                  const RecognitionRow& way) {
   double sum = 0;
   int count = 0;
-  for (const PlaceWorld& world : worlds) {
-    const PlaceRow* row = find(world.rows, way);
+  for (const RecognitionWorld& world : worlds) {
+    const RecognitionRow* row = find(world.rows, way);
     if (row != nullptr && row->recall()) {
       sum += *row->recall();
       ++count;
@@ -77,10 +78,11 @@ Colour shade(double share) {
 
 }  // namespace
 
-void add_rows(PlaceWorld& world, const std::vector<PlaceRow>& rows) {
-  for (const PlaceRow& row : rows) {
-    const auto known = std::find_if(world.rows.begin(), world.rows.end(),
-                                    [&](const PlaceRow& other) { return same_way(row, other); });
+void add_rows(RecognitionWorld& world, const std::vector<RecognitionRow>& rows) {
+  for (const RecognitionRow& row : rows) {
+    const auto known =
+        std::find_if(world.rows.begin(), world.rows.end(),
+                     [&](const RecognitionRow& other) { return same_way(row, other); });
     if (known == world.rows.end()) {
       world.rows.push_back(row);
       continue;
@@ -94,23 +96,23 @@ void add_rows(PlaceWorld& world, const std::vector<PlaceRow>& rows) {
   }
 }
 
-std::vector<std::string> places_table(const std::vector<PlaceWorld>& worlds) {
-  std::vector<PlaceRow> ways = ways_of(worlds);
-  std::stable_sort(ways.begin(), ways.end(), [&](const PlaceRow& a, const PlaceRow& b) {
+std::vector<std::string> recognition_table(const std::vector<RecognitionWorld>& worlds) {
+  std::vector<RecognitionRow> ways = ways_of(worlds);
+  std::stable_sort(ways.begin(), ways.end(), [&](const RecognitionRow& a, const RecognitionRow& b) {
     return mean_recall(worlds, a) > mean_recall(worlds, b);
   });
   std::string head =
       fmt::format("{:<16}{:<14}{:<14}{:>5}", "histogram", "distance", "pictures", "mean");
-  for (const PlaceWorld& world : worlds) {
+  for (const RecognitionWorld& world : worlds) {
     head += fmt::format("  {:>18}", world.name);
   }
   std::vector<std::string> lines{
       "keyframes recognised at full precision, % (revisits, same / opposite heading, %)", head};
-  for (const PlaceRow& way : ways) {
+  for (const RecognitionRow& way : ways) {
     std::string line = fmt::format("{:<16}{:<14}{:<14}{:>5}", way.histogram, way.distance,
                                    way.pictures, percent(mean_recall(worlds, way)));
-    for (const PlaceWorld& world : worlds) {
-      const PlaceRow* row = find(world.rows, way);
+    for (const RecognitionWorld& world : worlds) {
+      const RecognitionRow* row = find(world.rows, way);
       const std::string cell =
           row == nullptr
               ? "-"
@@ -123,7 +125,7 @@ std::vector<std::string> places_table(const std::vector<PlaceWorld>& worlds) {
   return lines;
 }
 
-cv::Mat draw_places(const std::vector<PlaceWorld>& worlds) {
+cv::Mat draw_recognition_table(const std::vector<RecognitionWorld>& worlds) {
   constexpr double kMargin_px = 24;
   constexpr double kNames_px = 250;
   constexpr double kCell_px = 104;
@@ -134,7 +136,7 @@ cv::Mat draw_places(const std::vector<PlaceWorld>& worlds) {
   std::vector<std::string> histograms;
   std::vector<std::string> distances;
   std::vector<std::string> pictures;
-  for (const PlaceRow& way : ways_of(worlds)) {
+  for (const RecognitionRow& way : ways_of(worlds)) {
     note(histograms, way.histogram);
     note(distances, way.distance);
     note(pictures, way.pictures);
@@ -168,7 +170,7 @@ cv::Mat draw_places(const std::vector<PlaceWorld>& worlds) {
       canvas.text(spaced(distances[d]), {x + kCell_px / 2, kHead_px - 12}, kFaint, 14, 0.5);
       for (std::size_t p = 0; p < pictures.size(); ++p) {
         for (std::size_t h = 0; h < histograms.size(); ++h) {
-          const PlaceRow* row =
+          const RecognitionRow* row =
               find(worlds[w].rows, {histograms[h], distances[d], pictures[p], {}});
           if (row == nullptr) {
             continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/recognition/place_study.h"
+#include "apps/recognition/recognition_study.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -27,9 +27,9 @@ const Words<HistogramDistance> kDistances{{"emd", HistogramDistance::kEmd},
                                           {"chi_square", HistogramDistance::kChiSquare},
                                           {"intersection", HistogramDistance::kIntersection},
                                           {"l2", HistogramDistance::kL2}};
-const Words<PlacePictures> kPictures{{"front", PlacePictures::kFront},
-                                     {"front_back", PlacePictures::kFrontBack},
-                                     {"four_corners", PlacePictures::kFourCorners}};
+const Words<MosaicPictures> kPictures{{"front", MosaicPictures::kFront},
+                                      {"front_back", MosaicPictures::kFrontBack},
+                                      {"four_corners", MosaicPictures::kFourCorners}};
 
 template <class Enum>
 const std::string& name_of(const Words<Enum>& words, Enum meaning) {
@@ -107,14 +107,14 @@ int whole_number(const std::string& text, const std::filesystem::path& path) {
 
 }  // namespace
 
-void bind(Fields& f, PlaceStudyOptions& o) {
+void bind(Fields& f, RecognitionStudyOptions& o) {
   bind_words(f, "histogram", kHistograms, o.histograms);
   bind_words(f, "distance", kDistances, o.distances);
   bind_words(f, "pictures", kPictures, o.pictures);
 }
 
-std::string pictures_fault(const PlaceStudyOptions& options, const Rig& rig, bool recorded) {
-  if (!holds(options.pictures, PlacePictures::kFourCorners)) {
+std::string pictures_fault(const RecognitionStudyOptions& options, const Rig& rig, bool recorded) {
+  if (!holds(options.pictures, MosaicPictures::kFourCorners)) {
     return {};
   }
   if (recorded) {
@@ -137,23 +137,26 @@ std::string pictures_fault(const PlaceStudyOptions& options, const Rig& rig, boo
   return {};
 }
 
-std::optional<double> PlaceRow::recall() const { return share(found.recognised, found.keyframes); }
+std::optional<double> RecognitionRow::recall() const {
+  return share(found.recognised, found.keyframes);
+}
 
-std::optional<double> PlaceRow::recall_same() const {
+std::optional<double> RecognitionRow::recall_same() const {
   return share(found.recalled_same, found.revisits_same);
 }
 
-std::optional<double> PlaceRow::recall_opposite() const {
+std::optional<double> RecognitionRow::recall_opposite() const {
   return share(found.recalled_opposite, found.revisits_opposite);
 }
 
-bool PlaceRow::is_thesis() const {
+bool RecognitionRow::is_thesis() const {
   return histogram == "grey" && distance == "emd" && pictures == "front_back";
 }
 
-void write_places(const std::filesystem::path& path, const std::vector<PlaceRow>& rows) {
+void write_recognition_rows(const std::filesystem::path& path,
+                            const std::vector<RecognitionRow>& rows) {
   CsvWriter csv(path, kColumns);
-  for (const PlaceRow& row : rows) {
+  for (const RecognitionRow& row : rows) {
     csv << row.histogram << row.distance << row.pictures;
     for (const std::optional<double>& recall :
          {row.recall(), row.recall_same(), row.recall_opposite()}) {
@@ -170,9 +173,9 @@ void write_places(const std::filesystem::path& path, const std::vector<PlaceRow>
   csv.finish();
 }
 
-std::vector<PlaceRow> read_places(const std::filesystem::path& path) {
+std::vector<RecognitionRow> read_recognition_rows(const std::filesystem::path& path) {
   const CsvTable table = read_csv(path);
-  std::vector<PlaceRow> rows;
+  std::vector<RecognitionRow> rows;
   for (const std::vector<std::string>& fields : table.rows) {
     const auto text = [&](const char* column) { return fields[table.column(column)]; };
     const auto number = [&](const char* column) { return whole_number(text(column), path); };
@@ -186,30 +189,31 @@ std::vector<PlaceRow> read_places(const std::filesystem::path& path) {
   return rows;
 }
 
-PlaceStudy::PlaceStudy(const PlaceStudyOptions& options, const Rig& rig, Look look)
+RecognitionStudy::RecognitionStudy(const RecognitionStudyOptions& options, const Rig& rig,
+                                   Look look)
     : options_(options), rig_(rig), look_(std::move(look)) {
-  for (const PlacePictures pictures : options_.pictures) {
+  for (const MosaicPictures pictures : options_.pictures) {
     for (const HistogramKind kind : options_.histograms) {
       series_.push_back({kind, pictures, {}});
     }
   }
 }
 
-void PlaceStudy::add(const Observation& seen, const SlamStep& at, const PilotStep& /*step*/) {
+void RecognitionStudy::add(const Observation& seen, const SlamStep& at, const PilotStep& /*step*/) {
   if (!at.keyframe_made) {
     return;
   }
-  std::map<PlacePictures, std::vector<cv::Mat>> taken;
-  for (const PlacePictures pictures : options_.pictures) {
+  std::map<MosaicPictures, std::vector<cv::Mat>> taken;
+  for (const MosaicPictures pictures : options_.pictures) {
     std::vector<cv::Mat>& mosaic = taken[pictures];
-    if (pictures == PlacePictures::kFourCorners) {
+    if (pictures == MosaicPictures::kFourCorners) {
       for (const std::string& camera : corner_cameras(rig_)) {
         mosaic.push_back(look_(camera).bgr);
       }
       continue;
     }
     mosaic.push_back(seen.pictures.at(rig_.with_role("loop_front")).bgr);
-    if (pictures == PlacePictures::kFrontBack) {
+    if (pictures == MosaicPictures::kFrontBack) {
       mosaic.push_back(seen.pictures.at(rig_.with_role("loop_back")).bgr);
     }
   }
@@ -218,16 +222,16 @@ void PlaceStudy::add(const Observation& seen, const SlamStep& at, const PilotSte
   }
 }
 
-std::vector<PlaceRow> PlaceStudy::rows(const std::vector<Pose2>& true_T_scene_body,
-                                       const std::vector<double>& path_m) const {
-  std::vector<PlaceRow> rows;
+std::vector<RecognitionRow> RecognitionStudy::rows(const std::vector<Pose2>& true_T_scene_body,
+                                                   const std::vector<double>& path_m) const {
+  std::vector<RecognitionRow> rows;
   for (const Series& series : series_) {
     for (const HistogramDistance distance : options_.distances) {
       const DistanceTable distances(static_cast<int>(series.histograms.size()), [&](int i, int j) {
         return histogram_distance(distance, series.histograms[static_cast<std::size_t>(i)],
                                   series.histograms[static_cast<std::size_t>(j)]);
       });
-      const bool all_round = series.pictures != PlacePictures::kFront;
+      const bool all_round = series.pictures != MosaicPictures::kFront;
       rows.push_back({name_of(kHistograms, series.kind), name_of(kDistances, distance),
                       name_of(kPictures, series.pictures),
                       recall_at_full_precision(place_candidates(distances, all_round, path_m),
