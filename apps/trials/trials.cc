@@ -11,6 +11,7 @@
 #include "apps/report/recorder.h"
 #include "apps/run/loop.h"
 #include "apps/trials/run_trials.h"
+#include "apps/trials/tables.h"
 #include "core/base/error.h"
 #include "core/config/inputs.h"
 

@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "apps/trials/tables.h"
 #include "core/base/error.h"
 #include "core/io/csv.h"
 #include "tests/support/scratch.h"
