@@ -13,21 +13,10 @@ class App;
 
 namespace panoptes {
 
-/// What the chosen subcommand does once the command line is read; returns the exit status.
+/// What the chosen subcommand does once the command line is read; returns the exit status. A
+/// subcommand NAME is a file with `void add_NAME(CLI::App& app, Command& chosen)`, which adds it
+/// and sets `chosen` when the user asks for it, and a line in apps/CMakeLists.txt.
 using Command = std::function<int()>;
-
-/// Each adds its subcommand and sets `chosen` when the user asks for it.
-void add_explore(CLI::App& app, Command& chosen);
-void add_teleop(CLI::App& app, Command& chosen);
-void add_record(CLI::App& app, Command& chosen);
-void add_trials(CLI::App& app, Command& chosen);
-void add_loops(CLI::App& app, Command& chosen);
-void add_relax(CLI::App& app, Command& chosen);
-void add_evaluate(CLI::App& app, Command& chosen);
-void add_render(CLI::App& app, Command& chosen);
-void add_serve(CLI::App& app, Command& chosen);
-void add_check(CLI::App& app, Command& chosen);
-void add_doctor(CLI::App& app, Command& chosen);
 
 /// What subcommands that run a mission share.
 struct CommonArguments {

@@ -6,7 +6,7 @@
 
 namespace panoptes {
 
-/// With somebody else to ask at ports; without anybody it only lists them.
+/// The subcommand with somebody else to ask at ports; without anybody it only lists them.
 void add_doctor(CLI::App& app, Command& chosen, const ProbePort& probe);
 
 }  // namespace panoptes
