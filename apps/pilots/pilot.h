@@ -49,8 +49,19 @@ bool by_hand(const ExploreMission& mission);
 
 class Cockpit;
 
-/// The mission's. `slam` is null where the rig lacks what it needs; `cockpit` where nobody drives
-/// by hand. What is given outlives it.
+/// What a pilot may be made of. `slam` is null where the rig lacks what it needs; `cockpit` where
+/// nobody drives by hand. What is given outlives it.
+struct PilotParts {
+  const ExploreMission& mission;
+  const OpenRobot& open;
+  Slam* slam;
+  std::unique_ptr<Cockpit>& cockpit;
+  const Rng& rng;
+  StageListener& listener;
+};
+
+/// The mission's. `drive: NAME` is driven by what the file NAME.cc of this room makes with
+/// `std::unique_ptr<Pilot> make_NAME_pilot(PilotParts& parts)`; CMakeLists.txt lists them.
 std::unique_ptr<Pilot> make_pilot(const ExploreMission& mission, const OpenRobot& open, Slam* slam,
                                   std::unique_ptr<Cockpit> cockpit, const Rng& rng,
                                   StageListener listener);
