@@ -39,6 +39,16 @@ function(panoptes_library name)
   add_library(panoptes::${name} ALIAS ${target})
 endfunction()
 
+# panoptes_table(file macro names...) makes `file` in the build folder of this one, to be included:
+# macro(name) for each name, a line each.
+function(panoptes_table file macro)
+  set(lines "// Made by CMake.\n")
+  foreach(name ${ARGN})
+    string(APPEND lines "${macro}(${name})\n")
+  endforeach()
+  file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${file} CONTENT "${lines}" @ONLY)
+endfunction()
+
 # panoptes_test(name SOURCES ... LINK ... [LABEL unit|system] [TIMEOUT seconds]) makes one test program of this folder.
 function(panoptes_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;LINK" ${ARGN})

@@ -9,12 +9,17 @@
 
 #include <CLI/CLI.hpp>
 
-#include "apps/command.h"
-#include "apps/run/fault.h"
-#include "apps/run/process.h"
+#include "apps/command/command.h"
+#include "apps/process/fault.h"
+#include "apps/process/process.h"
 #include "core/config/fields.h"
 
 namespace panoptes {
+
+#define PANOPTES_COMMAND(name) void add_##name(CLI::App& app, Command& chosen);
+#include "apps/commands.inc"
+#undef PANOPTES_COMMAND
+
 namespace {
 
 enum ExitStatus { kDone = 0, kBadInput = 2, kMachine = 3 };
@@ -73,17 +78,9 @@ int run(int argc, const char* const* argv) {
   app.require_subcommand(1);
   app.footer("Example: panoptes explore scenes/missions/explore-office.yaml --seed 1");
   Command chosen;
-  add_explore(app, chosen);
-  add_teleop(app, chosen);
-  add_record(app, chosen);
-  add_trials(app, chosen);
-  add_loops(app, chosen);
-  add_relax(app, chosen);
-  add_evaluate(app, chosen);
-  add_render(app, chosen);
-  add_serve(app, chosen);
-  add_check(app, chosen);
-  add_doctor(app, chosen);
+#define PANOPTES_COMMAND(name) add_##name(app, chosen);
+#include "apps/commands.inc"
+#undef PANOPTES_COMMAND
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version

@@ -21,6 +21,10 @@ constexpr std::array<std::string_view, 5> kFloors = {"core", "hw", "sim", "apps"
 constexpr std::array<std::string_view, 14> kRooms = {
     "base",  "geometry", "config",  "camera", "vision", "odometry", "map",
     "graph", "plan",     "explore", "calib",  "nav",    "io",       "eval"};
+constexpr std::array<std::string_view, 17> kAppRooms = {
+    "process", "command", "step",     "draw",    "relax",  "recognition",
+    "report",  "teleop",  "mission",  "doctor",  "pilots", "listeners",
+    "run",     "serve",   "evaluate", "preview", "trials"};
 /// What draws, moves and loads the synthetic world.
 constexpr std::array<std::string_view, 6> kWorldly = {"GL/",    "GLES",    "box2d/",
                                                       "Box2D/", "assimp/", "embree"};
@@ -39,6 +43,21 @@ std::vector<std::string> parts_of(const std::string& path) {
   return parts;
 }
 
+/// What is wrong with an include between rooms of one floor; empty when nothing is.
+template <class Rooms>
+std::string room_fault(const Rooms& rooms, const std::vector<std::string>& here,
+                       const std::vector<std::string>& there) {
+  const int my_room = place_in(rooms, here[1]);
+  const int its_room = place_in(rooms, there[1]);
+  if (my_room == static_cast<int>(rooms.size()) || its_room == static_cast<int>(rooms.size())) {
+    return here[0] + " has no such room";
+  }
+  if (its_room > my_room) {
+    return here[0] + "/" + here[1] + " must not include " + there[0] + "/" + there[1];
+  }
+  return "";
+}
+
 /// What is wrong with one include of one file; empty when nothing is.
 std::string fault_of(const std::string& file, const std::string& included, bool in_quotes) {
   const std::vector<std::string> here = parts_of(file);
@@ -54,15 +73,10 @@ std::string fault_of(const std::string& file, const std::string& included, bool 
       return here[0] + " must not include " + there[0];
     }
     if (here[0] == "core" && there[0] == "core") {
-      const int my_room = place_in(kRooms, here[1]);
-      const int its_room = place_in(kRooms, there[1]);
-      if (my_room == static_cast<int>(kRooms.size()) ||
-          its_room == static_cast<int>(kRooms.size())) {
-        return "core has no such room";
-      }
-      if (its_room > my_room) {
-        return "core/" + here[1] + " must not include core/" + there[1];
-      }
+      return room_fault(kRooms, here, there);
+    }
+    if (here[0] == "apps" && there[0] == "apps" && here.size() > 2) {
+      return room_fault(kAppRooms, here, there);
     }
     return "";
   }
@@ -123,6 +137,8 @@ TEST(Includes, ThatAreFineAreLeftAlone) {
            {"hw/robot.h", "#include \"core/eval/truth.h\""},
            {"sim/physics/a.cc", "#include <box2d/box2d.h>"},
            {"apps/run/a.h", "#include \"sim/world/world.h\""},
+           {"apps/run/a.h", "#include \"apps/mission/b.h\""},
+           {"apps/a.cc", "#include \"apps/trials/b.h\""},
            {"tests/core/a_test.cc", "#include \"tests/support/b.h\""},
            {"core/base/a.cc", "// #includes are \"sim/a.h\""},
        }) {
@@ -145,6 +161,10 @@ TEST(Includes, AgainstTheArrowsAreFound) {
             "hw/a.cc:2: sim/a.h: hw must not include sim");
   EXPECT_EQ(fault("sim/a.cc", "#include \"apps/a.h\""),
             "sim/a.cc:2: apps/a.h: sim must not include apps");
+  EXPECT_EQ(fault("apps/mission/a.cc", "#include \"apps/run/b.h\""),
+            "apps/mission/a.cc:2: apps/run/b.h: apps/mission must not include apps/run");
+  EXPECT_EQ(fault("apps/run/a.cc", "#include \"apps/b.h\""),
+            "apps/run/a.cc:2: apps/b.h: apps has no such room");
   EXPECT_EQ(fault("core/attic/a.cc", "#include \"core/base/time.h\""),
             "core/attic/a.cc:2: core/base/time.h: core has no such room");
   EXPECT_EQ(fault("core/map/a.cc", "#include <GL/osmesa.h>"),

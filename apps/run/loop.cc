@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/run/progress.h"
+#include "apps/process/progress.h"
 #include "core/base/error.h"
 
 namespace panoptes {

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "apps/run/mission.h"
-#include "apps/run/open_robot.h"
-#include "apps/run/pilot.h"
-#include "apps/run/recorder.h"
-#include "apps/run/stage_clock.h"
-#include "apps/run/until.h"
+#include "apps/mission/mission.h"
+#include "apps/mission/open_robot.h"
+#include "apps/mission/until.h"
+#include "apps/pilots/pilot.h"
+#include "apps/process/stage_clock.h"
+#include "apps/report/recorder.h"
 #include "core/eval/run_result.h"
 #include "core/io/keyframe_files.h"
 #include "core/nav/slam.h"

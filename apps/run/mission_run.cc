@@ -9,51 +9,21 @@
 #include <utility>
 #include <vector>
 
-#include "apps/run/cockpit.h"
-#include "apps/run/fault.h"
+#include "apps/command/out_dir.h"
+#include "apps/listeners/listeners.h"
+#include "apps/mission/until.h"
+#include "apps/pilots/pilot.h"
+#include "apps/process/fault.h"
+#include "apps/process/stage_clock.h"
+#include "apps/recognition/recognition_study.h"
+#include "apps/report/recorder.h"
 #include "apps/run/loop.h"
-#include "apps/run/out_dir.h"
-#include "apps/run/pilot.h"
-#include "apps/run/place_study.h"
-#include "apps/run/progress.h"
-#include "apps/run/recorder.h"
-#include "apps/run/stage_clock.h"
-#include "apps/run/step_listener.h"
-#include "apps/run/until.h"
+#include "apps/step/step_listener.h"
+#include "apps/teleop/cockpit.h"
 #include "core/base/error.h"
 
 namespace panoptes {
 namespace {
-
-// Of a run whose map is known meanwhile.
-class MapSnapshots : public StepListener {
- public:
-  MapSnapshots(Recorder& recorder, Slam& slam) : recorder_(recorder), slam_(slam) {}
-
-  void add(const Observation& seen, const SlamStep& /*at*/, const PilotStep& /*step*/) override {
-    if (recorder_.snapshot_due(seen.stamp)) {
-      recorder_.add_snapshot(seen.stamp, slam_.planning_map());
-    }
-  }
-
- private:
-  Recorder& recorder_;
-  Slam& slam_;
-};
-
-class ShownProgress : public StepListener {
- public:
-  ShownProgress(Duration length, bool quiet, const Slam* slam)
-      : progress_(length, quiet), slam_(slam) {}
-
-  void add(const Observation& seen, const SlamStep& /*at*/, const PilotStep& step) override {
-    progress_.show(seen.stamp, doing(slam_, step));
-  }
-
- private:
-  Progress progress_;
-  const Slam* slam_;
-};
 
 // Whatever is thrown on the way, the robot stands afterwards, what is being written of the drive is
 // written, and what went wrong is told: at once, for the rest takes a while. A mission that is
@@ -129,19 +99,15 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
       make_pilot(mission, open, slam.get(), std::move(cockpit), navigation, listener(clock));
 
   Recorder recorder(run.out_dir, info, &clock);
-  std::optional<PlaceStudy> places;
-  std::optional<MapSnapshots> snapshots;
-  std::optional<ShownProgress> progress;
+  std::optional<RecognitionStudy> places;
   std::vector<StepListener*> listeners{&recorder};
   if (mission.places && slam) {
     listeners.push_back(&places.emplace(*mission.places, open.rig, open.look));
   }
-  if (slam) {
-    listeners.push_back(&snapshots.emplace(recorder, *slam));
-  }
-  if (!pilot->shows_progress()) {
-    const Duration length = std::min(from_seconds(mission.until.duration_s), open.length);
-    listeners.push_back(&progress.emplace(length, run.quiet, slam.get()));
+  const std::vector<std::unique_ptr<StepListener>> others =
+      make_listeners({mission, open, *pilot, slam.get(), recorder, run.quiet});
+  for (const std::unique_ptr<StepListener>& other : others) {
+    listeners.push_back(other.get());
   }
   for (const std::string& remark : open.remarks) {
     std::fprintf(stderr, "%s\n", remark.c_str());

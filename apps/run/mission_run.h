@@ -5,8 +5,8 @@
 #include <functional>
 #include <string>
 
-#include "apps/run/mission.h"
-#include "apps/run/open_robot.h"
+#include "apps/mission/mission.h"
+#include "apps/mission/open_robot.h"
 
 namespace panoptes {
 

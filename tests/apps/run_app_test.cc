@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/command.h"
+#include "apps/doctor/doctor.h"
 #include "core/io/file.h"
 #include "tests/support/run_here.h"
 #include "tests/support/scratch.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Missions: mission.yaml beside what it names.
-#include "apps/run/mission.h"
+#include "apps/mission/mission.h"
 
 #include <string>
 #include <vector>

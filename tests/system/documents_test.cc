@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every file that a command leaves and every figure in it is in apps/run/README.md.
+// Every file that a command leaves and every figure in it is in apps/report/README.md.
 #include <algorithm>
 #include <cctype>
 #include <regex>
@@ -86,7 +86,7 @@ void flatten(const json& value, const std::string& path, std::set<std::string>& 
 
 class Documents : public SystemTest {
  protected:
-  Documents() : page_(read_file(fs::path(PANOPTES_SOURCE_DIR) / "apps" / "run" / "README.md")) {
+  Documents() : page_(read_file(fs::path(PANOPTES_SOURCE_DIR) / "apps" / "report" / "README.md")) {
     std::istringstream lines(page_);
     for (std::string line; std::getline(lines, line);) {
       if (line.starts_with("| `")) {

@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-#include "apps/run/served_truth.h"
+#include "apps/serve/served_truth.h"
 #include "core/io/file.h"
 #include "core/io/tum.h"
 #include "hw/replay/truth_files.h"

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/mission/open_robot.h"
+
+#include <deque>
+#include <memory>
+#include <utility>
+#include <variant>
+
+#include "core/base/error.h"
+#include "core/io/dataset_gaps.h"
+#include "hw/physical/physical_robot.h"
+#include "hw/pioneer/base.h"
+#include "hw/replay/tracked_truth.h"
+#include "hw/standin/link.h"
+#include "sim/world/load.h"
+
+namespace panoptes {
+namespace {
+
+OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& mission, const Rng& rng,
+               const sim::RendererOptions& renderer) {
+  std::unique_ptr<sim::SimulatedRobot> robot =
+      sim::open_simulated(options, mission.robot, mission.rig, rng, renderer);
+  OpenRobot out;
+  if (options.truth.depth || options.truth.labels) {
+    out.true_pictures.of_last_set = [known = robot.get()] { return known->true_pictures(); };
+    out.true_pictures.things = robot->object_names();
+  }
+  out.look = [eye = robot.get()](const std::string& camera) { return eye->look(camera); };
+  out.paced = false;
+  out.rig = robot->rig();
+  out.route_done = [] { return false; };
+  if (const auto* along = std::get_if<DriveAlongRoute>(&mission.drive)) {
+    robot->follow(along->route);
+    out.route_done = [follower = robot.get()] { return follower->route_done(); };
+  }
+  out.robot = std::move(robot);
+  return out;
+}
+
+OpenRobot open(const hw::RecordedOptions& options, const ExploreMission& mission,
+               const Rng& /*rng*/, const sim::RendererOptions& /*renderer*/) {
+  Dataset dataset = read_dataset(options.dataset, mission.rig);
+  OpenRobot out;
+  out.rig = hw::recorded_rig(options, dataset, mission.rig);
+  out.route_done = [] { return false; };  // the recording ends
+  check_pictures(dataset, out.rig);
+  const std::vector<std::string> gaps = gap_lines(dataset, out.rig);
+  std::optional<hw::RecordedTruth> truth = hw::truth_of(options.dataset, dataset);
+  auto robot = std::make_unique<hw::RecordedRobot>(std::move(dataset), out.rig, std::move(truth));
+  out.length = robot->length();
+  out.remarks = robot->remarks();
+  out.remarks.insert(out.remarks.end(), gaps.begin(), gaps.end());
+  out.paced = false;
+  out.recorded = robot.get();
+  out.robot = std::move(robot);
+  return out;
+}
+
+/// What an outer mission believes of a stand-in's rig: the marks of floor cameras that it says
+/// nothing of are those surveyed on the stand-in.
+Rig believed_of(const Rig& believed, const Rig& served) {
+  Rig rig = believed;
+  for (auto& [name, camera] : rig.cameras) {
+    const auto there = served.cameras.find(name);
+    if (there == served.cameras.end()) {
+      throw ConfigError("rig.cameras." + name +
+                        ": the stand-in has no such camera; leave the rig out to take the "
+                        "stand-in's, or name its cameras");
+    }
+    if (camera.floor && !camera.floor->H_body_px && camera.floor->marks.empty() &&
+        there->second.floor) {
+      camera.floor->marks = there->second.floor->marks;
+      camera.floor->H_body_px = there->second.floor->H_body_px;
+    }
+  }
+  return rig;
+}
+
+hw::BaseRamp ramp_of(const Body& body) {
+  return {body.max_accel_mps2, body.max_turn_accel_radps2, body.max_speed_mps, body.max_turn_radps};
+}
+
+/// Pictures that travel in memory, in order.
+class PicturesInMemory {
+ public:
+  void add(const Observation& seen) { sets_.push_back({seen.stamp, seen.pictures}); }
+  void clear() { sets_.clear(); }
+  std::optional<hw::CameraSet> next() {
+    if (sets_.empty()) {
+      return std::nullopt;
+    }
+    hw::CameraSet set = std::move(sets_.front());
+    sets_.pop_front();
+    return set;
+  }
+
+ private:
+  std::deque<hw::CameraSet> sets_;
+};
+
+OpenRobot open_standin(const PioneerOptions& options, const ExploreMission& mission, const Rng& rng,
+                       const sim::RendererOptions& renderer) {
+  const ExploreMission& served = *options.standin;
+  const bool sees = options.cameras == PioneerOptions::Cameras::kStandIn;
+  auto robot = sim::open_simulated(std::get<sim::SimulatedOptions>(served.platform), served.robot,
+                                   sees ? served.rig : Rig(), rng, renderer);
+  OpenRobot out;
+  out.paced = false;
+  out.route_done = [] { return false; };
+  out.rig = sees ? believed_of(mission.rig, robot->rig()) : Rig();
+  const hw::Robot* behind = robot.get();
+  const auto pictures = std::make_shared<PicturesInMemory>();
+  auto link = std::make_unique<hw::StandInLink>(
+      std::move(robot), served.robot, options.controller, mission.robot,
+      options.base == kStandInTcp ? hw::StandInLink::Wire::kTcp : hw::StandInLink::Wire::kPty,
+      [pictures](const Observation& seen) { pictures->add(seen); });
+  hw::connect(*link);
+  pictures->clear();  // of the time before anybody could see them
+  out.robot = std::make_unique<hw::PhysicalRobot>(
+      std::move(link),
+      sees ? hw::NextCameraSet([pictures] { return pictures->next(); }) : hw::NextCameraSet(),
+      ramp_of(mission.robot), behind);
+  return out;
+}
+
+OpenRobot open(const PioneerOptions& options, const ExploreMission& mission, const Rng& rng,
+               const sim::RendererOptions& renderer) {
+  if (options.standin != nullptr) {
+    return open_standin(options, mission, rng, renderer);
+  }
+  OpenRobot out;
+  out.route_done = [] { return false; };
+  auto base = std::make_unique<hw::PioneerBase>(options.base, mission.robot);
+  hw::connect(*base);
+  base->with([&](hw::PioneerClient& client) { out.remarks = client.take_remarks(); });
+  out.robot = std::make_unique<hw::PhysicalRobot>(std::move(base), hw::NextCameraSet(),
+                                                  ramp_of(mission.robot));
+  return out;
+}
+
+void check(const sim::SimulatedOptions& options, const ExploreMission& mission, const Rng& rng) {
+  sim::SimulatedRobot robot(options,
+                            sim::bare_surroundings(sim::make_world(options.world), mission.robot),
+                            mission.robot, mission.rig, rng);
+  const auto* along = std::get_if<DriveAlongRoute>(&mission.drive);
+  if (along != nullptr && !along->route.tour) {  // a tour is found in the world itself
+    robot.follow(along->route);
+  }
+}
+
+void check(const hw::RecordedOptions& options, const ExploreMission& mission, const Rng& rng) {
+  open(options, mission, rng, {});
+}
+
+void check(const PioneerOptions& options, const ExploreMission& mission, const Rng& rng) {
+  if (options.standin != nullptr) {
+    const ExploreMission& served = *options.standin;
+    check(std::get<sim::SimulatedOptions>(served.platform), served, rng);
+    if (options.cameras == PioneerOptions::Cameras::kStandIn) {
+      believed_of(mission.rig, served.rig);
+    }
+  }
+}
+
+Rng platform_rng(const ExploreMission& mission) { return Rng(mission.seed).fork("robot"); }
+
+}  // namespace
+
+OpenRobot open_robot(const ExploreMission& mission, const Rng& rng,
+                     const sim::RendererOptions& renderer) {
+  return std::visit([&](const auto& options) { return open(options, mission, rng, renderer); },
+                    mission.platform);
+}
+
+std::unique_ptr<hw::Robot> open_blind_robot(const ExploreMission& mission, const Rng& rng) {
+  if (const auto* wired = std::get_if<PioneerOptions>(&mission.platform);
+      wired != nullptr && wired->standin != nullptr) {
+    return open_blind_robot(*wired->standin, rng);
+  }
+  const auto* options = std::get_if<sim::SimulatedOptions>(&mission.platform);
+  if (options == nullptr) {
+    throw ConfigError(mission.name +
+                      ": platform: neither a recording nor a real robot can be served; name a "
+                      "mission whose platform is simulated");
+  }
+  return sim::open_blind(*options, mission.robot, rng);
+}
+
+void check_platform(const ExploreMission& mission) {
+  std::visit([&](const auto& options) { check(options, mission, platform_rng(mission)); },
+             mission.platform);
+}
+
+}  // namespace panoptes

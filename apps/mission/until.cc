@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/mission/until.h"
+
+#include <array>
+#include <csignal>
+#include <cstddef>
+
+#include "hw/pioneer/last_words.h"
+
+namespace panoptes {
+namespace {
+
+constexpr std::array<int, 3> kSignals = {SIGINT, SIGTERM, SIGHUP};
+constexpr int kNow = 3;  // signals after which nothing more is awaited
+
+volatile std::sig_atomic_t g_signals = 0;
+
+extern "C" void on_signal(int signal) {
+  if (signal == SIGHUP && g_signals > 0) {
+    return;  // a terminal that goes says so more than once
+  }
+  g_signals = g_signals + 1;
+  if (g_signals >= kNow) {
+    hw::say_last_words();
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
+}
+
+}  // namespace
+
+Until::Until(const UntilOptions& options) : options_(options) {
+  g_signals = 0;
+  struct sigaction action = {};
+  action.sa_handler = on_signal;
+  action.sa_flags = SA_RESTART;  // a file that is being written is written whole
+  for (std::size_t i = 0; i < kSignals.size(); ++i) {
+    sigaction(kSignals[i], nullptr, &before_[i]);
+    if (kSignals[i] != SIGHUP || before_[i].sa_handler != SIG_IGN) {  // as nohup wants it
+      sigaction(kSignals[i], &action, nullptr);
+    }
+  }
+}
+
+Until::~Until() {
+  for (std::size_t i = 0; i < kSignals.size(); ++i) {
+    sigaction(kSignals[i], &before_[i], nullptr);
+  }
+}
+
+bool Until::interrupted() const { return g_signals > 0; }
+bool Until::hurried() const { return g_signals > 1; }
+
+void Until::hold(const Health& health) {
+  held_by_ = health.held_by;
+  bumped_ = health.bumper_pressed;
+}
+
+bool Until::reached(Time now, std::size_t keyframes) const {
+  return interrupted() || !device_fault_.empty() || !held_by_.empty() ||
+         !end_reason(now, keyframes).empty();
+}
+
+std::string Until::end_reason(Time now, std::size_t keyframes) const {
+  if (now >= time_at(options_.duration_s)) {
+    return "duration";
+  }
+  return options_.keyframes && keyframes >= static_cast<std::size_t>(*options_.keyframes)
+             ? "keyframes"
+             : "";
+}
+
+}  // namespace panoptes

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <csignal>
+#include <string>
+
+#include "apps/mission/mission.h"
+#include "core/base/error.h"
+#include "core/base/time.h"
+#include "core/camera/observation.h"
+
+namespace panoptes {
+
+/// Ends a run: its duration, its number of keyframes, a lost device, or the user (Ctrl-C, SIGTERM,
+/// SIGHUP). A second signal asks to leave out what can be made again from the files of the run; a
+/// third one ends the process at once.
+class Until {
+ public:
+  explicit Until(const UntilOptions& options);
+  ~Until();
+  Until(const Until&) = delete;
+  Until& operator=(const Until&) = delete;
+
+  bool reached(Time now, std::size_t keyframes) const;
+  bool interrupted() const;
+  bool hurried() const;  ///< the user has asked again
+
+  /// A device stopped answering: the run ends, and what it did until then is kept.
+  void lose_device(const DeviceError& error) { device_fault_ = error.what(); }
+  const std::string& device_fault() const { return device_fault_; }  ///< empty: none is lost
+
+  /// Something holds the robot, and nobody is there to see to it: `outcome` of a run that ends so,
+  /// and what it was.
+  void hold(const Health& health);
+  const std::string& held_by() const { return held_by_; }  ///< empty: nothing
+  const char* held_outcome() const { return bumped_ ? "collision" : "failed"; }
+
+  std::string end_reason(Time now, std::size_t keyframes) const;  ///< "duration" or "keyframes"
+
+ private:
+  UntilOptions options_;
+  std::array<struct sigaction, 3> before_ = {};
+  std::string device_fault_;
+  std::string held_by_;
+  bool bumped_ = false;
+};
+
+}  // namespace panoptes

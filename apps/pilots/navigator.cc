@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/nav/navigator.h"
+
+#include <utility>
+
+#include "apps/pilots/pilot.h"
+#include "core/base/error.h"
+
+namespace panoptes {
+namespace {
+
+class NavigatorPilot : public Pilot {
+ public:
+  NavigatorPilot(const ExploreMission& mission, Slam& slam, const Rng& rng, StageListener listener)
+      : navigator_(mission.navigator, mission.robot, slam, rng, std::move(listener)) {}
+
+  PilotStep step(const Observation& seen, const SlamStep& at) override {
+    return navigator_.step(seen, at);
+  }
+  bool done() const override { return navigator_.done(); }
+  bool explored() const override { return navigator_.done(); }
+
+  // A robot that cannot see where it goes stands as soon as it can, and does not wait for ever.
+  void heed(const Health& health, const PilotStep& step, hw::Robot& robot, Until& until) override {
+    Pilot::heed(health, step, robot, until);
+    if (step.blind) {
+      robot.brake_hard();
+    }
+    if (step.blind && !navigator_.given_up().empty()) {
+      until.lose_device(DeviceError(navigator_.given_up()));
+    }
+  }
+
+ private:
+  Navigator navigator_;
+};
+
+}  // namespace
+
+std::unique_ptr<Pilot> make_navigator_pilot(PilotParts& parts) {
+  return std::make_unique<NavigatorPilot>(parts.mission, *parts.slam, parts.rng,
+                                          std::move(parts.listener));
+}
+
+}  // namespace panoptes

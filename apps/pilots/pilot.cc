@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/pilots/pilot.h"
+
+#include <map>
+#include <string_view>
+#include <variant>
+
+#include <fmt/format.h>
+
+#include "apps/teleop/cockpit.h"
+
+namespace panoptes {
+
+#define PANOPTES_PILOT(name) std::unique_ptr<Pilot> make_##name##_pilot(PilotParts& parts);
+#include "apps/pilots/pilots.inc"
+#undef PANOPTES_PILOT
+
+void Pilot::heed(const Health& health, const PilotStep& /*step*/, hw::Robot& /*robot*/,
+                 Until& until) {
+  if (!health.held_by.empty()) {
+    until.hold(health);
+  }
+}
+
+bool by_hand(const ExploreMission& mission) {
+  return std::holds_alternative<DriveByTeleop>(mission.drive) &&
+         !std::holds_alternative<hw::RecordedOptions>(mission.platform);
+}
+
+std::unique_ptr<Pilot> make_pilot(const ExploreMission& mission, const OpenRobot& open, Slam* slam,
+                                  std::unique_ptr<Cockpit> cockpit, const Rng& rng,
+                                  StageListener listener) {
+  using Make = std::unique_ptr<Pilot> (*)(PilotParts&);
+  const std::map<std::string_view, Make> pilots = {
+#define PANOPTES_PILOT(name) {#name, make_##name##_pilot},
+#include "apps/pilots/pilots.inc"
+#undef PANOPTES_PILOT
+  };
+  PilotParts parts{mission, open, slam, cockpit, rng, listener};
+  return pilots.at(std::visit([](const auto& drive) { return drive.kName; }, mission.drive))(parts);
+}
+
+std::string doing(const Slam* slam, const PilotStep& step) {
+  if (slam == nullptr) {
+    return step.reason;
+  }
+  return fmt::format("{:.1f} m2 mapped, {} keyframes, {}", step.mapped_free_m2,
+                     slam->keyframes().size(), step.reason);
+}
+
+}  // namespace panoptes

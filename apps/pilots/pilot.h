@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "apps/mission/mission.h"
+#include "apps/mission/open_robot.h"
+#include "apps/mission/until.h"
+#include "apps/process/stage_clock.h"
+#include "core/base/rng.h"
+#include "core/base/time.h"
+#include "core/camera/observation.h"
+#include "core/nav/pilot_step.h"
+#include "core/nav/slam.h"
+#include "hw/robot.h"
+
+namespace panoptes {
+
+/// Who drives a mission: chosen once, asked at each step.
+class Pilot {
+ public:
+  virtual ~Pilot() = default;
+
+  virtual PilotStep step(const Observation& seen, const SlamStep& at) = 0;
+
+  /// Nothing is left to do.
+  virtual bool done() const = 0;
+  /// By what it says itself all has been explored.
+  virtual bool explored() const { return false; }
+
+  /// Sees to what holds the robot, or ends the run.
+  virtual void heed(const Health& health, const PilotStep& step, hw::Robot& robot, Until& until);
+
+  /// The longest that it waits for pictures, and that a command of its may hold.
+  virtual Duration longest_wait() const { return Duration::max(); }
+  virtual Duration longest_command() const { return Duration::max(); }
+
+  /// It shows how the run goes itself.
+  virtual bool shows_progress() const { return false; }
+
+  /// The run is over: the terminal is its owner's again.
+  virtual void leave() {}
+};
+
+/// A person at a keyboard or a gamepad drives. On a recording nobody can: it is driven as it was
+/// then.
+bool by_hand(const ExploreMission& mission);
+
+class Cockpit;
+
+/// What a pilot may be made of. `slam` is null where the rig lacks what it needs; `cockpit` where
+/// nobody drives by hand. What is given outlives it.
+struct PilotParts {
+  const ExploreMission& mission;
+  const OpenRobot& open;
+  Slam* slam;
+  std::unique_ptr<Cockpit>& cockpit;
+  const Rng& rng;
+  StageListener& listener;
+};
+
+/// The mission's. `drive: NAME` is driven by what the file NAME.cc of this room makes with
+/// `std::unique_ptr<Pilot> make_NAME_pilot(PilotParts& parts)`; CMakeLists.txt lists them.
+std::unique_ptr<Pilot> make_pilot(const ExploreMission& mission, const OpenRobot& open, Slam* slam,
+                                  std::unique_ptr<Cockpit> cockpit, const Rng& rng,
+                                  StageListener listener);
+
+/// How the run goes, in words: what is mapped, and what who drives is doing.
+std::string doing(const Slam* slam, const PilotStep& step);
+
+}  // namespace panoptes

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/preview/lookout.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/physics/drive_world.h"
+#include "sim/physics/obstacles.h"
+#include "sim/physics/things.h"
+#include "sim/simulated_robot.h"
+#include "sim/world/layers.h"
+#include "sim/world/load.h"
+
+namespace panoptes {
+namespace {
+
+sim::SensorOptions quiet(sim::SensorOptions sensor) {
+  sensor.noise = sim::NoNoise();
+  sensor.motion_blur = false;
+  sensor.row_us = 0;
+  return sensor;
+}
+
+std::string fault_of(const Vec2& at, double radius_m, const sim::Obstacles& obstacles,
+                     const sim::WorldBox& world) {
+  if (const std::string fault = world.outside_fault(at); !fault.empty()) {
+    return fault;
+  }
+  const auto nearest = obstacles.nearest(at, radius_m);
+  if (!nearest) {
+    return {};
+  }
+  return nearest->distance_m == 0
+             ? "is inside " + nearest->outline->object
+             : fmt::format("is {:.2f} m from {}, but the robot's body reaches {:.2f} m",
+                           nearest->distance_m, nearest->outline->object, radius_m);
+}
+
+sim::RendererOptions by(sim::PainterKind painter, sim::RendererOptions options) {
+  options.painter = painter;
+  return options;
+}
+
+}  // namespace
+
+class Lookout::Impl {
+ public:
+  Impl(const ExploreMission& mission, const sim::SimulatedOptions& platform,
+       const sim::RendererOptions& renderer)
+      : mission_(mission),
+        platform_(platform),
+        world_(sim::make_world(platform.world)),
+        around_(sim::bare_surroundings(world_, mission.robot)),
+        renderer_(world_, by(platform.renderer, renderer)) {}
+
+  Sight look(const Pose2& T_scene_body, Time at, const sim::Ask& ask) {
+    const Body& body = mission_.robot;
+    sim::Things things = around_.things;
+    for (std::int64_t step = 0; sim::time_of_step(step + 1) <= at; ++step) {
+      things.step(sim::time_of_step(step), sim::time_of_step(step + 1),
+                  {T_scene_body.position(), body.radius_m});
+    }
+    const sim::Moment moment = things.moment(at, things.places());
+    Sight sight;
+    for (const auto& [name, camera] : mission_.rig.cameras) {
+      const auto own = platform_.sensors.find(name);
+      sim::CameraSensor sensor(
+          name, camera.intrinsics,
+          quiet(own == platform_.sensors.end() ? platform_.sensor : own->second),
+          Rng(mission_.seed).fork("robot").fork("pixels"));
+      Shot shot{name, camera, on_floor(T_scene_body) * camera.T_body_camera, {}};
+      sim::Ask asked = ask;
+      asked.floor_label = true;
+      shot.taken = sensor.take(
+          [&](const sim::View& view, const sim::Ask& of_view) {
+            return renderer_.draw(view, of_view, moment);
+          },
+          [&](Duration) { return shot.T_scene_camera; }, 0, asked);
+      sight.shots.push_back(std::move(shot));
+    }
+    std::vector<sim::Outline> outlines = around_.outlines;
+    for (sim::Outline& outline : things.outlines_now()) {
+      outlines.push_back(std::move(outline));
+    }
+    const sim::Obstacles obstacles(std::move(outlines));
+    for (const sim::Outline& outline : obstacles.outlines()) {
+      sight.outlines_scene.push_back(outline.corners_scene);
+    }
+    const sim::WorldBox box = sim::world_box(obstacles, around_.floor_surfaces);
+    sight.low_scene = box.low_scene;
+    sight.high_scene = box.high_scene;
+    sight.fault = fault_of(T_scene_body.position(), body.radius_m, obstacles, box);
+    if (const auto nearest = obstacles.nearest(T_scene_body.position())) {
+      sight.clearance_m = std::max(0.0, nearest->distance_m - body.radius_m);
+    }
+    return sight;
+  }
+
+  const std::vector<std::string>& things() const { return around_.object_names; }
+
+ private:
+  const ExploreMission& mission_;
+  const sim::SimulatedOptions& platform_;
+  sim::World world_;
+  sim::Surroundings around_;
+  sim::Renderer renderer_;
+};
+
+Lookout::Lookout(const ExploreMission& mission, const sim::SimulatedOptions& platform,
+                 const sim::RendererOptions& renderer)
+    : impl_(std::make_unique<Impl>(mission, platform, renderer)) {}
+Lookout::~Lookout() = default;
+
+Lookout::Sight Lookout::look(const Pose2& T_scene_body, Time at, const sim::Ask& ask) {
+  return impl_->look(T_scene_body, at, ask);
+}
+
+const std::vector<std::string>& Lookout::things() const { return impl_->things(); }
+
+}  // namespace panoptes

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/report/figure_names.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+#include <variant>
+
+#include "core/base/text.h"
+#include "core/config/fields.h"
+
+namespace panoptes {
+namespace {
+
+// The words before each dot of a path, and after the last.
+std::vector<std::string_view> parts(std::string_view path) {
+  std::vector<std::string_view> all;
+  while (true) {
+    const std::size_t dot = path.find('.');
+    all.push_back(path.substr(0, dot));
+    if (dot == std::string_view::npos) {
+      return all;
+    }
+    path.remove_prefix(dot + 1);
+  }
+}
+
+bool fits(std::string_view path, std::string_view pattern) {
+  const std::vector<std::string_view> words = parts(path);
+  const std::vector<std::string_view> wanted = parts(pattern);
+  return std::equal(words.begin(), words.end(), wanted.begin(), wanted.end(),
+                    [](std::string_view word, std::string_view want) {
+                      return !word.empty() && (want == "*" || word == want);
+                    });
+}
+
+bool is_among(const std::vector<std::string>& patterns, const std::string& path) {
+  return std::any_of(patterns.begin(), patterns.end(),
+                     [&](const std::string& pattern) { return fits(path, pattern); });
+}
+
+// With what each stage of a step took.
+std::vector<std::string> with_stages(std::vector<std::string> names) {
+  for (const std::string stage :
+       {"observe", "step", "rectifying", "odometry", "slam", "mapping", "planning"}) {
+    for (const std::string of : {"mean", "p50", "p99", "max"}) {
+      names.push_back("timing_ms." + stage + "." + of);
+    }
+    for (const std::string of : {"mean", "p99"}) {
+      names.push_back("timing_cpu_ms." + stage + "." + of);
+    }
+  }
+  return names;
+}
+
+// The same with the cameras that there are.
+std::vector<std::string> with_cameras(const std::vector<std::string>& cameras) {
+  const std::string kAny = "cameras.*";
+  std::vector<std::string> names;
+  for (const std::string& name : figure_names()) {
+    if (!name.starts_with(kAny)) {
+      names.push_back(name);
+      continue;
+    }
+    for (const std::string& camera : cameras) {
+      names.push_back("cameras." + camera + name.substr(kAny.size()));
+    }
+  }
+  return names;
+}
+
+bool is_word(const std::string& figure) {
+  const std::array<std::string_view, 7> kWords{"schema",  "command", "version",   "mission",
+                                               "outcome", "fault",   "end_reason"};
+  return std::find(kWords.begin(), kWords.end(), figure) != kWords.end();
+}
+
+}  // namespace
+
+const std::vector<std::string>& figure_names() {
+  static const std::vector<std::string> kNames = with_stages({
+      "schema",
+      "command",
+      "version",
+      "seed",
+      "mission",
+      "outcome",
+      "end_reason",
+      "fault",
+      "start_unix_ns",
+      "run_s",
+      "wall_s",
+      "cpu_s",
+      "real_time_factor",
+      "peak_memory_mb",
+      "frames",
+      "keyframes",
+      "distance_m",
+      "replay.commands_diverged_at_s",
+      "collisions",
+      "collisions_while_stopped",
+      "min_clearance_m",
+      "stuck_s",
+      "T_scene_map.x_m",
+      "T_scene_map.y_m",
+      "T_scene_map.theta_deg",
+      "trajectory.ate_rmse_m",
+      "trajectory.ate_max_m",
+      "trajectory.odometry_ate_rmse_m",
+      "checkpoints.count",
+      "checkpoints.error_mean_m",
+      "checkpoints.error_max_m",
+      "loops.accepted",
+      "loops.correct",
+      "loops.false",
+      "loops.same_heading",
+      "loops.opposite_heading",
+      "loops.revisits_same",
+      "loops.revisits_opposite",
+      "loops.recall_same",
+      "loops.recall_opposite",
+      "loops.pose_error.same.median_m",
+      "loops.pose_error.same.p95_m",
+      "loops.pose_error.same.median_deg",
+      "loops.pose_error.same.p95_deg",
+      "loops.pose_error.opposite.median_m",
+      "loops.pose_error.opposite.p95_m",
+      "loops.pose_error.opposite.median_deg",
+      "loops.pose_error.opposite.p95_deg",
+      "places.*.*.*.recall",
+      "places.*.*.*.recall_same",
+      "places.*.*.*.recall_opposite",
+      "map.cell_m",
+      "map.radius_m",
+      "map.reachable_m2",
+      "map.mapped_free_m2",
+      "map.coverage",
+      "map.free_iou",
+      "map.free_precision",
+      "map.obstacle_recall",
+      "map.leaked_m2",
+      "map.leaked_share",
+      "exploration.t50_s",
+      "exploration.t90_s",
+      "exploration.t97_s",
+      "exploration.end_delay_s",
+      "cameras.*.missing",
+      "cameras.*.late",
+      "cameras.*.frozen",
+      "cameras.*.dark",
+      "cameras.*.saturated",
+      "cameras.*.covered",
+      "cameras.*.lost_s",
+      "devices.*.*",
+  });
+  return kNames;
+}
+
+bool is_figure(const std::string& path) { return is_among(figure_names(), path); }
+
+std::string requirement_fault(const Requirement& requirement,
+                              const std::vector<std::string>& cameras) {
+  const std::vector<std::string> names = with_cameras(cameras);
+  const auto fault = [&](const std::string& what, const std::string& near) {
+    return "requirement '" + requirement.text + "': " + what +
+           (near.empty() ? "" : "; did you mean " + near + "?");
+  };
+  if (!is_among(names, requirement.figure)) {
+    return fault("no run has a figure '" + requirement.figure + "'",
+                 nearest_word(requirement.figure, names));
+  }
+  const auto* word = std::get_if<std::string>(&requirement.wanted);
+  const auto* number = std::get_if<double>(&requirement.wanted);
+  if (!is_word(requirement.figure) && (number == nullptr || !std::isfinite(*number))) {
+    return fault("must be compared with a number", "");
+  }
+  const std::vector<std::string> words =
+      requirement.figure == "outcome"
+          ? std::vector<std::string>{"completed",        "collision", "stuck",      "device_lost",
+                                     "goal_unreachable", "failed",    "interrupted"}
+      : requirement.figure == "end_reason"
+          ? std::vector<std::string>{"explored", "goals_done", "duration", "keyframes",
+                                     "end_of_data"}
+          : std::vector<std::string>{};
+  if (!words.empty() &&
+      (word == nullptr || std::find(words.begin(), words.end(), *word) == words.end())) {
+    return fault("must be one of " + joined(words),
+                 word == nullptr ? "" : nearest_word(*word, words));
+  }
+  return "";
+}
+
+}  // namespace panoptes

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/eval/requirement.h"
+
+namespace panoptes {
+
+/// Every figure that a run may write in metrics.json, by its dotted path; `*` stands for one name
+/// that the run itself gives (a camera, a device, a setting of the study of recognition). A test
+/// holds it against what runs write.
+const std::vector<std::string>& figure_names();
+
+bool is_figure(const std::string& path);
+
+/// What is wrong with what a line requires: no run with these cameras can have such a figure, no
+/// such word, or no number where one is. Empty when nothing is.
+std::string requirement_fault(const Requirement& requirement,
+                              const std::vector<std::string>& cameras);
+
+}  // namespace panoptes

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <sys/types.h>
+
+namespace panoptes {
+
+/// A setting to be tried at several values.
+struct Vary {
+  std::string key;
+  std::vector<std::string> values;
+};
+
+/// A mission as a run would resolve it; `text` is what the run's mission.yaml then holds.
+struct ResolvedMission {
+  std::string name;
+  std::string text;
+  std::map<std::string, std::string> inputs;  ///< files read for it, with their SHA-256
+};
+
+struct TrialsOptions {
+  std::vector<std::string> missions;
+  std::vector<std::uint64_t> seeds;
+  std::vector<Vary> vary;        ///< every combination is tried
+  std::vector<std::string> set;  ///< overrides of every run, `key.path=value`
+  int jobs = 1;                  ///< runs at once
+  std::filesystem::path out_dir;
+  std::filesystem::path junit;  ///< empty: none
+  bool quiet = false;
+  std::string version;
+  std::filesystem::path program = "/proc/self/exe";  ///< does `explore MISSION --set .. --out DIR`
+  /// Throws ConfigError for a mission that cannot be run.
+  std::function<ResolvedMission(const std::string& mission, const std::vector<std::string>& set)>
+      resolve;
+};
+
+/// `1-5,101` is 1 2 3 4 5 101. Throws ConfigError.
+std::vector<std::uint64_t> parse_seeds(std::string_view text);
+
+/// `key.path=v1,v2`; commas inside brackets do not divide. Throws ConfigError.
+Vary parse_vary(std::string_view text);
+
+/// Adds a setting to try at several values. What a study of recognition compares (`places.*`) is
+/// compared on the pictures of one drive: it becomes a list in every run.
+void add_vary(TrialsOptions& options, const Vary& vary);
+
+enum class TrialStatus { kWaiting, kRunning, kPassed, kFailed, kBroken };
+
+/// One run of a mission, with one seed under one combination of the varied settings.
+struct Trial {
+  std::string mission_file;
+  std::string mission;
+  std::vector<std::string> values;  ///< of the varied settings, in their order
+  std::string setting;              ///< the same as words; empty when nothing is varied
+  std::uint64_t seed = 0;
+  std::vector<std::string> set;  ///< all overrides
+  std::filesystem::path dir;
+  std::string mission_text;                   ///< what its mission.yaml will hold
+  std::map<std::string, std::string> inputs;  ///< files that its mission was read from
+  TrialStatus status = TrialStatus::kWaiting;
+  pid_t process = -1;
+  double started_s = 0;
+  std::string outcome;              ///< of metrics.json; of a broken one how it ended
+  bool cut_short = false;           ///< by what the machine lacked, or a bug
+  std::vector<std::string> broken;  ///< requirements, with the values
+  std::vector<std::pair<std::string, bool>> required;  ///< all of them, and whether they are met
+  double wall_s = 0;
+  std::vector<std::pair<std::string, double>> figures;  ///< numbers of the metrics by dotted path
+};
+
+bool is_done(const Trial& trial);
+
+/// What a run was made of, as it said: beside its folder.
+std::filesystem::path inputs_file(const Trial& trial);
+
+/// Every mission with every combination and every seed. Throws ConfigError where two of them would
+/// go to one place.
+std::vector<Trial> plan_trials(const TrialsOptions& options);
+
+}  // namespace panoptes

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "apps/trials/plan.h"
+
+namespace panoptes {
+
+/// What the columns of the table are, a line each, for --help.
+std::string table_legend();
+
+/// trials.csv: a row a run that is done.
+void write_csv(const TrialsOptions& options, const std::vector<Trial>& trials);
+
+/// The verdicts as JUnit has them.
+void write_junit(const std::filesystem::path& path, const std::vector<Trial>& trials);
+
+/// The runs of one mission under one combination of settings.
+struct TrialGroup {
+  std::string mission;
+  std::vector<std::string> values;
+  std::string setting;
+  int runs = 0;
+  int passed = 0;
+  std::vector<std::string> order;  ///< of the scores
+  std::map<std::string, std::vector<double>> scores;
+};
+std::vector<TrialGroup> groups_of(const std::vector<Trial>& trials);
+
+/// metrics.json of all of them.
+void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trials,
+                   const std::vector<TrialGroup>& groups, const std::string& outcome,
+                   double wall_s);
+
+/// The means over the seeds on stdout.
+void print_table(const std::vector<TrialGroup>& groups);
+
+/// What the runs found that compared ways to tell places apart, if any did.
+void report_recognition(const TrialsOptions& options, const std::vector<Trial>& trials);
+
+}  // namespace panoptes

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/mission/mission.h"
+
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+#include "core/io/file.h"
+
+namespace panoptes {
+namespace {
+
+const std::string kScenes = std::string(PANOPTES_SOURCE_DIR) + "/scenes/";
+const std::string kOffice = kScenes + "missions/explore-office.yaml";
+
+std::vector<std::string> faults(const std::vector<std::string>& overrides,
+                                Needs needs = Needs::kDriver) {
+  try {
+    load_mission<ExploreMission>(kOffice, overrides, needs);
+  } catch (const ConfigError& error) {
+    return error.lines();
+  }
+  return {};
+}
+
+TEST(Mission, TheOfficeReadsAsWritten) {
+  const auto mission = load_mission<ExploreMission>(kOffice, {"seed=7", "until.duration_s=60"});
+  EXPECT_EQ(mission.name, "explore-office");
+  EXPECT_EQ(mission.rig.cameras.size(), 3U);
+  EXPECT_EQ(mission.seed, 7U);
+  EXPECT_EQ(mission.until.duration_s, 60);
+  EXPECT_TRUE(std::holds_alternative<DriveByNavigator>(mission.drive));
+  EXPECT_EQ(requirements(mission).size(), 3U);
+  EXPECT_EQ(default_out_dir(mission), "runs/explore-office-7");
+  const auto& simulated = std::get<sim::SimulatedOptions>(mission.platform);
+  EXPECT_EQ(simulated.world.name, "office");
+  EXPECT_FALSE(simulated.start.has_value());
+}
+
+TEST(Mission, WhatARunKeepsRepeatsItWhereverItLies) {
+  const auto mission = load_mission<ExploreMission>(kOffice, {"platform.start={x_m: 2, y_m: 3}"});
+  const std::string text = write_settings(mission);
+  EXPECT_THAT(text, testing::HasSubstr("world: \"data:worlds/office.yaml\""));
+  const auto again = read_settings_text<ExploreMission>(text, "/elsewhere/mission.yaml");
+  EXPECT_EQ(write_settings(again), text);
+  EXPECT_EQ(again.name, "explore-office");
+}
+
+TEST(Mission, RefusesARigWithoutTheCameraARoleNeeds) {
+  const std::string rig = kScenes + "rigs/front-back-floor.yaml";
+  const std::vector<std::string> lines = faults({"rig.cameras.front.roles=[]"});
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_THAT(lines[0], testing::StartsWith(rig + ":"));
+  EXPECT_THAT(lines[0],
+              testing::EndsWith(": rig: has no camera with the role loop_front; the navigator of "
+                                "'explore-office' needs loop_front, loop_back and floor"));
+  EXPECT_EQ(faults({"rig.cameras.front.roles=[]", "rig.cameras.back.roles=[]"}).size(), 1U);
+}
+
+TEST(Mission, WhoDoesNotNavigateNeedsNoSuchCamera) {
+  const std::vector<std::string> blind{"rig.cameras.front.roles=[]", "rig.cameras.back.roles=[]"};
+  std::vector<std::string> parked = blind;
+  parked.emplace_back("drive=none");
+  EXPECT_THAT(faults(parked), testing::IsEmpty());
+  EXPECT_THAT(faults(blind, Needs::kNothing), testing::IsEmpty());
+  EXPECT_EQ(faults(blind).size(), 1U);
+  EXPECT_EQ(faults(parked, Needs::kNavigator).size(), 1U);
+}
+
+TEST(Mission, ARigMayBeWithoutCamerasWhereNobodyNavigates) {
+  EXPECT_THAT(faults({"rig={cameras: {}}", "drive=teleop"}), testing::IsEmpty());
+  EXPECT_THAT(faults({"rig={cameras: {}}"}),
+              testing::ElementsAre(testing::HasSubstr(
+                  "rig: has no camera with the role loop_front or loop_back or floor; ")));
+  EXPECT_THAT(faults({"rig={}"}),
+              testing::ElementsAre(testing::HasSubstr("rig.cameras: missing; it must be given")));
+}
+
+TEST(Mission, RefusesSettingsOfCamerasThatTheRigHasNot) {
+  EXPECT_THAT(faults({"platform.trigger.groups.usb.cameras=[front, flor]"}),
+              testing::ElementsAre(testing::EndsWith(
+                  " platform.trigger.groups.usb.cameras: the rig has no camera flor; did you "
+                  "mean floor?")));
+  EXPECT_THAT(faults({"platform.sensors.sideways.bayer=true"}),
+              testing::ElementsAre(testing::EndsWith(
+                  ": platform.sensors.sideways: the rig has no camera sideways; name one of the "
+                  "rig's")));
+}
+
+TEST(Mission, RefusesACameraInsideTheRobot) {
+  EXPECT_THAT(faults({"rig.cameras.front.at_m=[0, 0, 0.2]"}),
+              testing::ElementsAre(testing::EndsWith(
+                  ": rig.cameras.front: is mounted inside the robot, whose hull is 0.240 m high "
+                  "and reaches 0.250 m from its middle; mount it above or farther out")));
+}
+
+TEST(Mission, RefusesRequirementsThatNobodyCanCheck) {
+  EXPECT_THAT(
+      faults({"require=[\"collisions = 0\"]"}),
+      testing::ElementsAre("--set require: requirement 'collisions = 0': must be a figure, one "
+                           "of == != < <= > >=, and a value"));
+}
+
+TEST(Mission, RefusesWhatIsOutOfRange) {
+  EXPECT_THAT(
+      faults({"until.duration_s=-1", "seed=1.5", "drive=wheel", "platform.kind=p3dx"}),
+      testing::UnorderedElementsAre(
+          "--set until.duration_s: must be from 0.001 to 1e+08, got -1",
+          "--set seed: must be a whole number, got 1.5",
+          "--set drive: must be one of navigator, route, teleop, none, got wheel",
+          "--set platform.kind: platform: must be one of simulated, recorded, pioneer, got p3dx"));
+}
+
+TEST(Mission, TellsWhatAPioneerLacks) {
+  const auto told = [](const std::string& platform, const std::string& drive = "none") {
+    try {
+      read_settings_text<ExploreMission>("platform: " + platform + "\ndrive: " + drive + "\n",
+                                         "m.yaml");
+    } catch (const ConfigError& error) {
+      return error.lines();
+    }
+    return std::vector<std::string>();
+  };
+  EXPECT_THAT(told("{kind: pioneer}"),
+              testing::ElementsAre("m.yaml:1:11: platform.base: missing; it must be serial:PORT, "
+                                   "tcp:HOST:PORT, standin:pty or standin:tcp"));
+  EXPECT_THAT(told("{kind: pioneer, base: ttyUSB0}"),
+              testing::ElementsAre("m.yaml:1:33: platform.base: must be serial:PORT, "
+                                   "tcp:HOST:PORT, standin:pty or standin:tcp, got ttyUSB0"));
+  EXPECT_THAT(told("{kind: pioneer, base: 'tcp:robot:0'}"),
+              testing::ElementsAre("m.yaml:1:33: platform.base: its port must be a "
+                                   "number between 1 and 65535, got \"tcp:robot:0\""));
+  EXPECT_THAT(told("{kind: pioneer, base: 'standin:pty'}"),
+              testing::ElementsAre("m.yaml:1:11: platform.standin: missing; it must name the "
+                                   "mission whose simulated robot stands in"));
+  EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0', cameras: standin}"),
+              testing::Contains(testing::HasSubstr("must be none with this base")));
+  EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0'}"), testing::IsEmpty());
+  EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0'}",
+                   "{route: {waypoints: [{x_m: 1, y_m: 2}], speed_mps: 0.3}}"),
+              testing::Contains(testing::HasSubstr("drive: must not be a route on a pioneer")));
+}
+
+TEST(Mission, TakesRigAndRobotOfAStandIn) {
+  const auto mission = load_mission<ExploreMission>(std::string(PANOPTES_SOURCE_DIR) +
+                                                    "/scenes/missions/wire-office.yaml");
+  const auto& wired = std::get<PioneerOptions>(mission.platform);
+  ASSERT_NE(wired.standin, nullptr);
+  EXPECT_EQ(mission.rig.cameras.size(), wired.standin->rig.cameras.size());
+  const auto again = read_settings_text<ExploreMission>(write_settings(mission), "again.yaml");
+  EXPECT_EQ(write_settings(again), write_settings(mission));
+}
+
+TEST(Mission, DrivesAlongARouteGivenInline) {
+  const auto mission = load_mission<ExploreMission>(
+      kOffice, {"drive={route: {waypoints: [{x_m: 1, y_m: 2}], speed_mps: 0.3}}"});
+  EXPECT_EQ(std::get<DriveAlongRoute>(mission.drive).route.waypoints.size(), 1U);
+  // a run's mission.yaml holds the way itself, not the name of a file that may be gone
+  const std::string route = testing::TempDir() + "panoptes-mission-test-route.yaml";
+  write_file(route, "waypoints: [{x_m: 1, y_m: 2.5}]\n");
+  const std::string written =
+      write_settings(load_mission<ExploreMission>(kOffice, {"drive={route: " + route + "}"}));
+  std::filesystem::remove(route);
+  const auto again = read_settings_text<ExploreMission>(written, "mission.yaml");
+  EXPECT_EQ(std::get<DriveAlongRoute>(again.drive).route.waypoints.at(0).y_m, 2.5);
+  EXPECT_TRUE(std::holds_alternative<DriveNowhere>(
+      load_mission<ExploreMission>(kOffice, {"drive=none"}).drive));
+}
+
+}  // namespace
+}  // namespace panoptes

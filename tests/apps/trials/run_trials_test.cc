@@ -1,0 +1,376 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/trials/run_trials.h"
+
+#include <csignal>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "apps/trials/tables.h"
+#include "core/base/error.h"
+#include "core/io/csv.h"
+#include "tests/support/scratch.h"
+
+namespace panoptes {
+namespace {
+
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr double kRoundoff = 1e-9;
+
+std::string message_of(const std::function<void()>& what) {
+  try {
+    what();
+  } catch (const ConfigError& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(Seeds, AreNumbersAndRanges) {
+  EXPECT_THAT(parse_seeds("7"), ElementsAre(7));
+  EXPECT_THAT(parse_seeds("1-3,101,5-5"), ElementsAre(1, 2, 3, 101, 5));
+  for (const char* bad : {"", "a", "1-", "3-1", "1,,2", "1 2", "-1", "0-99999999999"}) {
+    EXPECT_EQ(message_of([&] { parse_seeds(bad); }),
+              std::string("--seeds ") + bad + ": must be numbers and ranges, as 1-5,101");
+  }
+}
+
+TEST(Varying, DividesAtCommasOutsideOfBrackets) {
+  const Vary vary = parse_vary("platform.start={x_m: 1, y_m: 2},{x_m: 3, y_m: 4}");
+  EXPECT_EQ(vary.key, "platform.start");
+  EXPECT_THAT(vary.values, ElementsAre("{x_m: 1, y_m: 2}", "{x_m: 3, y_m: 4}"));
+  EXPECT_EQ(message_of([] { parse_vary("a"); }), "--vary a: must be key.path=value,value");
+  EXPECT_EQ(message_of([] { parse_vary("a=1,,2"); }), "--vary a=1,,2: has an empty value");
+}
+
+/// Stands in for `panoptes explore MISSION --quiet --out DIR --set a=b ...`: coverage is the seed
+/// over ten, 0.5 is required. Seed 9 breaks; the setting slow=yes waits until it is interrupted.
+constexpr const char* kProgram = R"(#!/bin/bash
+dir=$5
+listing=$7
+for word in "$@"; do
+  case $word in seed=*) seed=${word#seed=} ;; slow=yes) slow=1 ;; esac
+done
+mkdir -p "$dir"
+echo "$seed" >>"${dir%/*}/../started"
+outcome=completed
+if [ -n "${slow:-}" ]; then
+  trap 'outcome=interrupted' INT
+  while [ $outcome = completed ]; do sleep 0.02; done
+fi
+if [ "$seed" = 9 ]; then echo "no world" >&2; exit 3; fi
+pass=false
+[ "$seed" -ge 5 ] && pass=true
+printf 'm.yaml %s' "${*:8}" >"$dir/mission.yaml"
+sha256sum "$0" "${0%/*}/texture" >"$listing"
+cat >"$dir/metrics.json" <<END
+{"seed": $seed, "outcome": "$outcome", "wall_s": 2, "threads": "${LP_NUM_THREADS:-}",
+ "map": {"coverage": 0.$seed}, "requirements":
+ [{"require": "map.coverage >= 0.5", "value": 0.$seed, "pass": $pass}]}
+END
+[ $outcome = interrupted ] && exit 130
+[ $pass = true ]
+)";
+
+class Trials : public ScratchTest {
+ protected:
+  void SetUp() override {
+    ScratchTest::SetUp();
+    options_.program = folder_ / "program";
+    run_as(kProgram);
+    write_file(folder_ / "texture", "wood");
+    options_.missions = {"m.yaml"};
+    options_.seeds = {3, 6};
+    options_.out_dir = folder_ / "out";
+    options_.junit = folder_ / "junit.xml";
+    options_.quiet = true;
+    options_.version = "0.1.0";
+    options_.resolve = [this](const std::string& mission, const std::vector<std::string>& set) {
+      std::string text = mission;
+      for (const std::string& setting : set) {
+        text += " --set " + setting;
+      }
+      return ResolvedMission{std::filesystem::path(mission).stem(), text, mission_inputs_};
+    };
+  }
+  void run_as(const std::string& program) {
+    write_file(options_.program, program);
+    std::filesystem::permissions(options_.program, std::filesystem::perms::owner_all);
+  }
+  json metrics() { return json::parse(read_file(options_.out_dir / "metrics.json")); }
+  /// Seeds that were really run, in order.
+  std::string started(const std::string& mission = "m") {
+    const auto path = options_.out_dir / mission / ".." / "started";
+    return std::filesystem::exists(path) ? read_file(path) : "";
+  }
+
+  TrialsOptions options_;
+  std::map<std::string, std::string> mission_inputs_;
+};
+
+TEST_F(Trials, AreRunAndJudged) {
+  EXPECT_EQ(run_trials(options_), 1);
+  const CsvTable table = read_csv(options_.out_dir / "trials.csv");
+  ASSERT_EQ(table.rows.size(), 2U);
+  EXPECT_EQ(table.rows[0][table.column("seed")], "3");
+  EXPECT_EQ(table.rows[0][table.column("verdict")], "fail");
+  EXPECT_EQ(table.rows[1][table.column("verdict")], "pass");
+  EXPECT_EQ(table.rows[1][table.column("map.coverage")], "0.6");
+  const json m = metrics();
+  EXPECT_EQ(m["outcome"], "failed");
+  EXPECT_EQ(m["runs"], 2);
+  EXPECT_EQ(m["passed"], 1);
+  EXPECT_EQ(m["mission"], "m");
+  EXPECT_EQ(m["seeds"], json({3, 6}));
+  EXPECT_EQ(
+      m["requirements"],
+      json::parse(R"([{"require": "map.coverage >= 0.5", "runs": 2, "met": 1, "pass": false}])"));
+  for (const char* key : {"schema", "command", "version", "seed", "outcome", "run_s", "wall_s",
+                          "cpu_s", "real_time_factor", "peak_memory_mb"}) {
+    EXPECT_TRUE(m.contains(key)) << key;
+  }
+  EXPECT_NEAR(m["settings"][0]["scores"]["map.coverage"]["mean"].get<double>(), 0.45, kRoundoff);
+  EXPECT_EQ(m["settings"][0]["scores"]["map.coverage"]["count"], 2);
+  const std::string junit = read_file(options_.junit);
+  EXPECT_THAT(junit, HasSubstr("tests=\"2\" failures=\"1\" errors=\"0\" skipped=\"0\""));
+  EXPECT_THAT(junit, HasSubstr("<testcase classname=\"m\" name=\"seed 6\" time=\"2.000\"/>"));
+  EXPECT_THAT(junit, HasSubstr("<failure message=\"map.coverage &gt;= 0.5, it is 0.3\">"));
+}
+
+TEST_F(Trials, ExplainTheirTable) {
+  testing::internal::CaptureStdout();
+  run_trials(options_);
+  EXPECT_THAT(testing::internal::GetCapturedStdout(),
+              HasSubstr("\nmeans over the seeds +- half of their 95 % intervals; panoptes trials "
+                        "--help says what the columns are\n"));
+  EXPECT_THAT(table_legend(),
+              HasSubstr("\n  coverage %      of the floor that the robot can get to: mapped "
+                        "(map.coverage)\n"));
+}
+
+TEST_F(Trials, PassWhenEveryRunPasses) {
+  options_.seeds = {5, 6, 7};
+  options_.jobs = 2;
+  EXPECT_EQ(run_trials(options_), 0);
+  EXPECT_EQ(metrics()["outcome"], "completed");
+  const json run = json::parse(read_file(options_.out_dir / "m" / "7" / "metrics.json"));
+  EXPECT_EQ(run["threads"], "0");  // the runs share the machine
+}
+
+TEST_F(Trials, KeepWhatIsFinishedAndRunTheRest) {
+  options_.seeds = {5};
+  EXPECT_EQ(run_trials(options_), 0);
+  options_.seeds = {5, 6};
+  std::filesystem::create_directories(options_.out_dir / "m" / "6");
+  write_file(options_.out_dir / "m" / "6" / "steps.csv", "half of a run");
+  EXPECT_EQ(run_trials(options_), 0);
+  EXPECT_EQ(started(), "5\n6\n");
+  EXPECT_FALSE(std::filesystem::exists(options_.out_dir / "m" / "6" / "steps.csv"));
+  EXPECT_EQ(run_trials(options_), 0);
+  EXPECT_EQ(started(), "5\n6\n");
+}
+
+TEST_F(Trials, OverwriteNothingThatOthersHaveLeft) {
+  options_.seeds = {5, 6};
+  EXPECT_EQ(run_trials(options_), 0);
+  const std::string table = read_file(options_.out_dir / "trials.csv");
+  options_.set = {"a=1"};
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            (options_.out_dir / "m" / "5").string() +
+                ": holds a run with other settings or of another version; name another folder "
+                "with --out");
+  options_.set = {};
+  options_.seeds = {5, 7};
+  EXPECT_EQ(
+      message_of([&] { run_trials(options_); }),
+      (options_.out_dir / "trials.csv").string() +
+          ": holds m seed 6, which is not among these runs; ask for it as well, or name another "
+          "folder with --out");
+  options_.vary = {parse_vary("a=1,2")};
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            (options_.out_dir / "trials.csv").string() +
+                ": is of trials that varied other settings; name another folder with --out");
+  EXPECT_EQ(read_file(options_.out_dir / "trials.csv"), table);
+  EXPECT_EQ(started(), "5\n6\n");
+}
+
+TEST_F(Trials, KeepNoVerdictOnWhatHasChanged) {
+  options_.seeds = {6};
+  EXPECT_EQ(run_trials(options_), 0);
+  const std::string run = (options_.out_dir / "m" / "6").string();
+  const auto refused = [&] { return message_of([&] { run_trials(options_); }); };
+  const std::string elsewhere = "; name another folder with --out";
+  const std::string texture = (folder_ / "texture").string();
+
+  write_file(texture, "stone");
+  EXPECT_EQ(refused(), run + ": holds a run of before " + texture + " changed" + elsewhere);
+  std::filesystem::remove(texture);
+  EXPECT_EQ(refused(), run + ": holds a run of before " + texture + " changed" + elsewhere);
+  write_file(texture, "wood");
+  EXPECT_EQ(refused(), "no error");
+
+  mission_inputs_["/included.yaml"] = "hash";
+  EXPECT_EQ(refused(), run + ": holds a run that did not read /included.yaml" + elsewhere);
+  mission_inputs_.clear();
+
+  write_file(options_.program, std::string(kProgram) + "# another\n");
+  EXPECT_EQ(refused(), run + ": holds a run of another program" + elsewhere);
+  write_file(options_.program, kProgram);
+
+  const std::string listing = read_file(run + ".sha256");
+  std::filesystem::remove(run + ".sha256");
+  EXPECT_EQ(refused(), run + ": holds a run that does not say what it was made of (" + run +
+                           ".sha256 is missing)" + elsewhere);
+  write_file(run + ".sha256", listing);
+  EXPECT_EQ(run_trials(options_), 0);
+  EXPECT_EQ(started(), "6\n");
+}
+
+TEST_F(Trials, ThatCannotWriteTheirVerdictsDoNotBegin) {
+  options_.junit = folder_ / "nowhere" / "junit.xml";
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            "--junit " + options_.junit.string() +
+                ": cannot be created: No such file or directory; name another file");
+  options_.junit = folder_;
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            "--junit " + folder_.string() + ": is a folder; name another file");
+  EXPECT_FALSE(std::filesystem::exists(options_.out_dir));
+  EXPECT_EQ(started(), "");
+}
+
+TEST_F(Trials, TryEveryCombinationOfSettings) {
+  options_.seeds = {5};
+  options_.vary = {parse_vary("a=1,2"), parse_vary("file=x/y,z")};
+  EXPECT_EQ(run_trials(options_), 0);
+  EXPECT_TRUE(
+      std::filesystem::exists(options_.out_dir / "m" / "a=2,file=x_y" / "5" / "metrics.json"));
+  EXPECT_EQ(metrics()["settings"].size(), 4U);
+  EXPECT_EQ(metrics()["settings"][2]["vary"], (json{{"a", "2"}, {"file", "x/y"}}));
+}
+
+TEST(Varying, OfAStudyOfPlacesIsAListInEveryRun) {
+  TrialsOptions options;
+  add_vary(options, parse_vary("places.histogram=grey,colour"));
+  add_vary(options, parse_vary("a=1,2"));
+  EXPECT_THAT(options.set, ElementsAre("places.histogram=[grey, colour]"));
+  ASSERT_EQ(options.vary.size(), 1U);
+  EXPECT_EQ(options.vary[0].key, "a");
+}
+
+TEST_F(Trials, TakeWhatRunsFoundOfPlacesTogether) {
+  options_.seeds = {5, 6};
+  write_file(options_.program,
+             std::string(kProgram) +
+                 "cat >\"$dir/places.csv\" <<END\n"
+                 "histogram,distance,pictures,recall,recall_same,recall_opposite,recognised,"
+                 "keyframes,recalled_same,revisits_same,recalled_opposite,revisits_opposite\n"
+                 "grey,emd,front_back,0.25,0.5,,10,40,1,2,0,0\n"
+                 "END\n");
+  std::filesystem::permissions(options_.program, std::filesystem::perms::owner_all);
+  EXPECT_EQ(run_trials(options_), 0);
+  const CsvTable study = read_csv(options_.out_dir / "study.csv");
+  EXPECT_THAT(study.columns, ElementsAre("mission", "seed", "histogram", "distance", "pictures",
+                                         "recall", "recall_same", "recall_opposite"));
+  ASSERT_EQ(study.rows.size(), 2U);
+  EXPECT_THAT(study.rows[1], ElementsAre("m", "6", "grey", "emd", "front_back", "0.25", "0.5", ""));
+  EXPECT_TRUE(std::filesystem::exists(options_.out_dir / "places.png"));
+}
+
+TEST_F(Trials, ReportARunThatBroke) {
+  options_.seeds = {5, 9};
+  EXPECT_EQ(run_trials(options_), 1);
+  const CsvTable table = read_csv(options_.out_dir / "trials.csv");
+  EXPECT_EQ(table.rows[1][table.column("verdict")], "error");
+  EXPECT_EQ(table.rows[1][table.column("outcome")], "exit status 3");
+  EXPECT_THAT(
+      read_file(options_.junit),
+      HasSubstr("<error message=\"exit status 3: no world\">exit status 3: no world</error>"));
+}
+
+TEST_F(Trials, StopTheirRunsWhenInterrupted) {
+  options_.seeds = {5, 6, 7};
+  options_.set = {"slow=yes"};
+  options_.jobs = 2;
+  std::thread user([this] {
+    while (started() != "5\n6\n" && started() != "6\n5\n") {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // the traps are set
+    std::raise(SIGINT);
+  });
+  EXPECT_EQ(run_trials(options_), 130);
+  user.join();
+  EXPECT_EQ(metrics()["outcome"], "interrupted");
+  EXPECT_EQ(metrics()["runs"], 0);
+  EXPECT_THAT(read_file(options_.junit), HasSubstr("skipped=\"3\""));
+}
+
+TEST_F(Trials, RefuseAFolderOfSomethingElse) {
+  std::filesystem::create_directories(options_.out_dir);
+  write_file(options_.out_dir / "note.txt", "mine");
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            options_.out_dir.string() +
+                ": holds something else than trials; name another folder with --out");
+  options_.missions = {"a/m.yaml", "b/m.yaml"};
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            "b/m.yaml: two missions are called m; give one of them another name");
+  options_.missions = {"m.yaml"};
+  options_.seeds = {4, 4};
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            (options_.out_dir / "m" / "4").string() +
+                ": two runs would go there; a seed or a value is given twice");
+}
+
+TEST_F(Trials, ThatCannotGoOnEndTheirOwnRunsAloneAndSaySo) {
+  run_as(R"(#!/bin/bash
+dir=$5
+mkdir -p "$dir"
+for word in "$@"; do case $word in seed=*) seed=${word#seed=} ;; esac; done
+if [ "$seed" = 4 ]; then
+  trap 'touch "$dir/ended"; exit 130' INT
+  touch "${dir%/*}/waits"
+  while true; do sleep 0.02; done
+fi
+until [ -e "${dir%/*}/waits" ]; do sleep 0.02; done
+mkdir "${dir%/*}/../trials.csv.part"  # no table can be written from now on
+echo '{"outcome": "completed"}' >"$dir/metrics.json"
+)");
+  options_.seeds = {3, 4};
+  options_.jobs = 2;
+  const pid_t bystander = ::fork();
+  ASSERT_GE(bystander, 0);
+  if (bystander == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    std::signal(SIGINT, SIG_DFL);
+    ::pause();
+    ::_exit(0);
+  }
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_trials(options_), 3);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("trials.csv: cannot be created"));
+  EXPECT_TRUE(std::filesystem::exists(options_.out_dir / "m" / "4" / "ended"));
+  EXPECT_EQ(metrics()["outcome"], "failed");
+  EXPECT_THAT(metrics()["fault"].get<std::string>(), HasSubstr("trials.csv: cannot be created"));
+  EXPECT_EQ(::waitpid(bystander, nullptr, WNOHANG), 0);
+  ::kill(bystander, SIGKILL);
+  ::waitpid(bystander, nullptr, 0);
+}
+
+TEST_F(Trials, CallARunBrokenWhoseFiguresAreNone) {
+  run_as(
+      "#!/bin/bash\nmkdir -p \"$5\"\n"
+      "echo '{\"outcome\": \"completed\", \"wall_s\": \"long\"}' >\"$5/metrics.json\"\n");
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_trials(options_), 1);
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("exit status 0"));
+}
+
+}  // namespace
+}  // namespace panoptes
