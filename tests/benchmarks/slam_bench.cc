@@ -13,10 +13,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/rng.h"
-#include "core/loops/loop_closer.h"
 #include "core/graph/pose_graph.h"
 #include "core/graph/robust_relax.h"
 #include "core/graph/tree_descent.h"
+#include "core/loops/loop_closer.h"
 #include "core/vision/local_features.h"
 #include "core/vision/place_signature.h"
 #include "core/vision/relative_motion.h"
