@@ -492,17 +492,20 @@ std::vector<Observation> look_along_posts() {
   return seen;
 }
 
-// Which keyframes' grids the contour of one is made of: those that change it where they lie
-// elsewhere, a little aside.
-std::vector<int> made_of(const std::vector<Observation>& along_posts, double contour_way_m,
-                         int contour_keyframes, int keyframe) {
+Ride along(const std::vector<Observation>& posts, double contour_way_m, int contour_keyframes) {
   MapperOptions options;
   options.contour_way_m = contour_way_m;
   options.contour_keyframes = contour_keyframes;
   Ride ride(options);
-  for (const Observation& seen : along_posts) {
+  for (const Observation& seen : posts) {
     ride.keyframe(seen);
   }
+  return ride;
+}
+
+// Which keyframes' grids the contour of one is made of: those that change it where they lie
+// elsewhere, a little aside.
+std::vector<int> made_of(const Ride& ride, int keyframe) {
   const std::vector<Vec2> contour = ride.mapper.contour(keyframe, ride.T_map_keyframes);
   EXPECT_FALSE(contour.empty());
   std::vector<int> used;
@@ -521,11 +524,12 @@ TEST(Mapper, AContourUsesTheGridsOfTheWayToEitherSideAndNoMore) {
   constexpr double kTwoSteps_m = 1.1;
   constexpr double kOneStep_m = 0.6;
   constexpr int kMany = 12;
-  EXPECT_THAT(made_of(seen, kTwoSteps_m, kMany, 3), ElementsAre(1, 2, 3, 4, 5));
-  EXPECT_THAT(made_of(seen, kTwoSteps_m, kMany, 1), ElementsAre(0, 1, 2, 3));
-  EXPECT_THAT(made_of(seen, kTwoSteps_m, kMany, 5), ElementsAre(3, 4, 5, 6));  // 7 is open
-  EXPECT_THAT(made_of(seen, kOneStep_m, kMany, 3), ElementsAre(2, 3, 4));
-  EXPECT_THAT(made_of(seen, 5, 1, 3), ElementsAre(2, 3, 4));
+  const Ride two_steps = along(seen, kTwoSteps_m, kMany);
+  EXPECT_THAT(made_of(two_steps, 3), ElementsAre(1, 2, 3, 4, 5));
+  EXPECT_THAT(made_of(two_steps, 1), ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(made_of(two_steps, 5), ElementsAre(3, 4, 5, 6));  // 7 is open
+  EXPECT_THAT(made_of(along(seen, kOneStep_m, kMany), 3), ElementsAre(2, 3, 4));
+  EXPECT_THAT(made_of(along(seen, 5, 1), 3), ElementsAre(2, 3, 4));
 }
 
 TEST(Mapper, AContourIsSeenFromItsKeyframeHoweverTheMapLies) {
