@@ -88,6 +88,8 @@ int open_serial(const std::string& address, const std::string& path) {
     fault = by;  // what it waits for is not taken from it
   } else {
     cfmakeraw(&settings);
+    // It leaves what others may have set: a host that sends XOFF when it reads late, say.
+    settings.c_iflag &= ~static_cast<tcflag_t>(IXOFF | IXANY | INPCK | IGNPAR);
     settings.c_cflag |= CLOCAL | CREAD;
     settings.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS);
     cfsetspeed(&settings, B9600);

@@ -91,7 +91,7 @@ class Pty {
     EXPECT_EQ(unlockpt(master.fd()), 0);
     path = ptsname(master.fd());
     termios settings = this->settings();
-    settings.c_iflag |= BRKINT | INPCK | ISTRIP | ICRNL | IXON;
+    settings.c_iflag |= BRKINT | INPCK | IGNPAR | ISTRIP | ICRNL | IXON | IXOFF | IXANY;
     settings.c_oflag |= OPOST | ONLCR;
     settings.c_lflag |= ISIG | ICANON | IEXTEN | ECHO;
     settings.c_cflag |= CSTOPB | CRTSCTS;
@@ -270,7 +270,7 @@ TEST(SerialLine, IsSetTo9600BaudAndEightBitsWithOneStopBit) {
   const termios settings = pty.settings();
   EXPECT_EQ(settings.c_cflag & CSIZE, tcflag_t{CS8});
   EXPECT_EQ(settings.c_cflag & (CSTOPB | PARENB | CRTSCTS), 0U);
-  EXPECT_EQ(settings.c_iflag & IXON, 0U);
+  EXPECT_EQ(settings.c_iflag & (IXON | IXOFF | IXANY | INPCK | IGNPAR), 0U);
   EXPECT_NE(settings.c_cflag & CLOCAL, 0U);  // no carrier is waited for
   EXPECT_NE(settings.c_cflag & CREAD, 0U);
 }
