@@ -254,15 +254,28 @@ ExploreChoice Explorer::choose(Time now, const OccupancyMap& map, const Pose2& T
   return choice;
 }
 
-ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
-                                        const DrivableGrid& grid, const Pose2& T_map_body,
-                                        std::span<const Pose2> T_map_keyframes) {
-  ExploreChoice out;
-  const OccupancyMap& map = grid.clearance.map;
-  const CostField field = flood(options_.search, grid, T_map_body.position());
-  std::vector<std::uint8_t> hopeful = hopeful_cells(grid, body_, field);
+// What a look for the best view knows.
+struct Explorer::Views {
+  const DirectedOptions& o;
+  const DrivableGrid& grid;
+  CostField field;
+  std::vector<std::uint8_t> hopeful;  // cells that may be floor
+  std::vector<Vec2> directions;       // of rays
+  double least_m2 = 0;                // of unknown floor that is worth a look
+  Pose2 T_map_body;
+};
+
+struct Explorer::View {
+  ExploreGoal goal;
+  double worth = 0;  // gain for the time
+};
+
+Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& grid,
+                                const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes) {
+  Views views{o, grid, flood(options_.search, grid, T_map_body.position()), {}, {}, 0, T_map_body};
+  views.hopeful = hopeful_cells(grid, body_, views.field);
   if (looked_) {
-    strike_off(grid, hopeful, looked_->T_map_place(), T_map_keyframes);
+    strike_off(grid, views.hopeful, looked_->T_map_place(), T_map_keyframes);
     looked_.reset();
   }
   constexpr int kVain = 2;
@@ -270,127 +283,152 @@ ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
     const Vec2 p = place.p_map();
     const int column = grid.clearance.column(p);
     const int row = grid.clearance.row(p);
-    if (times >= kVain && map.contains(column, row)) {
-      hopeful[grid.clearance.index(column, row)] = 0;
+    if (times >= kVain && grid.clearance.map.contains(column, row)) {
+      views.hopeful[grid.clearance.index(column, row)] = 0;
     }
   }
-
   const auto rays = static_cast<std::size_t>(o.rays);
-  std::vector<Vec2> directions(rays);
+  views.directions.resize(rays);
   for (std::size_t k = 0; k < rays; ++k) {
     const double angle = kTwoPi * (static_cast<double>(k) + 0.5) / static_cast<double>(rays);
-    directions[k] = {std::cos(angle), std::sin(angle)};
+    views.directions[k] = {std::cos(angle), std::sin(angle)};
   }
+  views.least_m2 = options_.least_gain * std::numbers::pi * body_.radius_m * body_.radius_m;
+  return views;
+}
+
+// The best heading to stand at in a cell.
+std::optional<Explorer::View> Explorer::best_view(const Views& views, int cell,
+                                                  std::optional<double> only_heading) const {
+  const DirectedOptions& o = views.o;
+  const OccupancyMap& map = views.grid.clearance.map;
+  const std::size_t rays = views.directions.size();
   const int width = std::max(1, static_cast<int>(std::floor(wedge_.width_rad / kTwoPi * o.rays)));
-  const double least_m2 = options_.least_gain * std::numbers::pi * body_.radius_m * body_.radius_m;
-
-  struct Best {
-    ExploreGoal goal;
-    double worth = 0;
-  };
-  std::optional<Best> best;
+  const Vec2 place = map.centre(cell % map.columns, cell / map.columns);
   std::vector<double> gains(rays);
-  // The best heading to stand at in this cell, over gain for the time.
-  const auto judge = [&](int cell, std::optional<double> only_heading) -> std::optional<Best> {
-    const Vec2 place = map.centre(cell % map.columns, cell / map.columns);
-    cast_rays(o, wedge_, grid.clearance, hopeful, directions, place, gains);
-    double all = 0;
-    for (const double g : gains) {
-      all += g;
-    }
-    if (all < least_m2) {
-      return std::nullopt;
-    }
-    const std::vector<Vec2> way = way_to(grid, field, cell);
-    const double drive_s = field.cost_m[cell] / o.pace_mps;
-    double first_s = 0;
-    double arrival_rad = T_map_body.theta_rad;
-    if (way.size() > 1) {
-      first_s =
-          std::abs(wrap_angle(heading_of(way, false) - T_map_body.theta_rad)) / o.turn_pace_radps;
-      arrival_rad = heading_of(way, true);
-    }
-    std::optional<Best> found;
-    double sum = 0;
-    for (int k = 0; k < width; ++k) {
-      sum += gains[static_cast<std::size_t>(k)];
-    }
-    for (std::size_t k = 0; k < rays; ++k) {
-      const double heading =
-          wrap_angle(kTwoPi * (static_cast<double>(k) + 0.5 * width) / static_cast<double>(rays));
-      const bool tried =
-          !only_heading || std::abs(wrap_angle(heading - *only_heading)) <= kTwoPi / o.rays;
-      if (tried && sum >= least_m2) {
-        const double turn_s = std::abs(wrap_angle(heading - arrival_rad)) / o.turn_pace_radps;
-        const double cost_s = first_s + drive_s + turn_s;
-        const double worth = sum / (cost_s + o.settle_s);
-        if (!found || worth > found->worth) {
-          found = Best{{{place.x(), place.y(), heading}, true, sum, cost_s}, worth};
-        }
+  cast_rays(o, wedge_, views.grid.clearance, views.hopeful, views.directions, place, gains);
+  double all = 0;
+  for (const double g : gains) {
+    all += g;
+  }
+  if (all < views.least_m2) {
+    return std::nullopt;
+  }
+  const std::vector<Vec2> way = way_to(views.grid, views.field, cell);
+  const double drive_s = views.field.cost_m[cell] / o.pace_mps;
+  double first_s = 0;
+  double arrival_rad = views.T_map_body.theta_rad;
+  if (way.size() > 1) {
+    first_s = std::abs(wrap_angle(heading_of(way, false) - views.T_map_body.theta_rad)) /
+              o.turn_pace_radps;
+    arrival_rad = heading_of(way, true);
+  }
+  std::optional<View> found;
+  double sum = 0;
+  for (int k = 0; k < width; ++k) {
+    sum += gains[static_cast<std::size_t>(k)];
+  }
+  for (std::size_t k = 0; k < rays; ++k) {
+    const double heading =
+        wrap_angle(kTwoPi * (static_cast<double>(k) + 0.5 * width) / static_cast<double>(rays));
+    const bool tried =
+        !only_heading || std::abs(wrap_angle(heading - *only_heading)) <= kTwoPi / o.rays;
+    if (tried && sum >= views.least_m2) {
+      const double turn_s = std::abs(wrap_angle(heading - arrival_rad)) / o.turn_pace_radps;
+      const double cost_s = first_s + drive_s + turn_s;
+      const double worth = sum / (cost_s + o.settle_s);
+      if (!found || worth > found->worth) {
+        found = View{{{place.x(), place.y(), heading}, true, sum, cost_s}, worth};
       }
-      sum += gains[(k + static_cast<std::size_t>(width)) % rays] - gains[k];
     }
-    return found;
-  };
+    sum += gains[(k + static_cast<std::size_t>(width)) % rays] - gains[k];
+  }
+  return found;
+}
 
-  // Nearest first, so that most of what is farther is ruled out unseen. Only places from which
-  // unknown floor is in range can show any.
+// Cells to look from, those first that are near. Only places from which unknown floor is in range
+// can show any.
+std::vector<std::pair<double, int>> Explorer::places_to_look_from(const Views& views, Time now,
+                                                                  bool& given_up_some) const {
+  const DrivableGrid& grid = views.grid;
+  const OccupancyMap& map = grid.clearance.map;
   std::vector<std::uint8_t> wanted(map.cells.size(), 0);
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    wanted[i] = hopeful[i] != 0 && map.cells[i] == Cell::kUnknown ? 1 : 0;
+    wanted[i] = views.hopeful[i] != 0 && map.cells[i] == Cell::kUnknown ? 1 : 0;
   }
   const std::vector<float> to_wanted_m =
       distance_m(wanted, map.columns, map.rows, map.cell_m, 2 * wedge_.far_m);
-  const int stride = std::max(1, static_cast<int>(std::lround(o.spacing_m / map.cell_m)));
-  bool blacklisted = false;
+  const int stride = std::max(1, static_cast<int>(std::lround(views.o.spacing_m / map.cell_m)));
   std::vector<std::pair<double, int>> candidates;
   for (int row = 0; row < map.rows; row += stride) {
     for (int column = 0; column < map.columns; column += stride) {
       const std::size_t cell = grid.clearance.index(column, row);
-      if (!std::isfinite(field.cost_m[cell]) || grid.room_m[cell] < 0 ||
+      if (!std::isfinite(views.field.cost_m[cell]) || grid.room_m[cell] < 0 ||
           to_wanted_m[cell] > wedge_.far_m) {
         continue;
       }
       if (given_up(map.centre(column, row), now)) {
-        blacklisted = true;
+        given_up_some = true;
         continue;
       }
-      candidates.emplace_back(field.cost_m[cell], static_cast<int>(cell));
+      candidates.emplace_back(views.field.cost_m[cell], static_cast<int>(cell));
     }
   }
   std::sort(candidates.begin(), candidates.end());
-  // No view is worth more than the whole wedge of unknown floor.
+  return candidates;
+}
+
+// The present goal, judged anew; empty where it cannot be reached any more.
+std::optional<Explorer::View> Explorer::present_view(const Views& views, Time now) const {
+  if (!goal_) {
+    return std::nullopt;
+  }
+  const Pose2& pose_map = goal_->pose_map;
+  const int column = views.grid.clearance.column(pose_map.position());
+  const int row = views.grid.clearance.row(pose_map.position());
+  if (!views.grid.drivable(column, row) || given_up(pose_map.position(), now)) {
+    return std::nullopt;
+  }
+  const std::size_t cell = views.grid.clearance.index(column, row);
+  if (!std::isfinite(views.field.cost_m[cell])) {
+    return std::nullopt;
+  }
+  std::optional<View> kept = best_view(views, static_cast<int>(cell), pose_map.theta_rad);
+  if (kept) {
+    kept->goal.pose_map = pose_map;
+  }
+  return kept;
+}
+
+ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
+                                        const DrivableGrid& grid, const Pose2& T_map_body,
+                                        std::span<const Pose2> T_map_keyframes) {
+  ExploreChoice out;
+  const Views views = this->views(o, grid, T_map_body, T_map_keyframes);
+  bool given_up_some = false;
+  // No view is worth more than the whole wedge of unknown floor: most of what is farther is ruled
+  // out unseen.
   const double most_m2 = 0.5 * wedge_.width_rad * wedge_.far_m * wedge_.far_m;
-  for (const auto& [cost_m, cell] : candidates) {
+  std::optional<View> best;
+  for (const auto& [cost_m, cell] : places_to_look_from(views, now, given_up_some)) {
     if (best && most_m2 / (cost_m / o.pace_mps + o.settle_s) <= best->worth) {
       break;
     }
-    const std::optional<Best> found = judge(cell, std::nullopt);
+    const std::optional<View> found = best_view(views, cell, std::nullopt);
     if (found && (!best || found->worth > best->worth)) {
       best = found;
     }
   }
   if (!best) {
-    out.reason = blacklisted ? "only places given up are left to look from"
-                             : "no unknown floor can be seen from anywhere reachable";
+    out.reason = given_up_some ? "only places given up are left to look from"
+                               : "no unknown floor can be seen from anywhere reachable";
     return out;
   }
   out.frontier_reachable = true;
-  // Judge the present goal anew and keep it while nothing is clearly better.
-  if (goal_) {
-    const int column = grid.clearance.column(goal_->pose_map.position());
-    const int row = grid.clearance.row(goal_->pose_map.position());
-    if (grid.drivable(column, row) && !given_up(goal_->pose_map.position(), now)) {
-      const std::size_t cell = grid.clearance.index(column, row);
-      if (std::isfinite(field.cost_m[cell])) {
-        const std::optional<Best> kept = judge(static_cast<int>(cell), goal_->pose_map.theta_rad);
-        if (kept && best->worth <= o.loyalty * kept->worth) {
-          const Pose2 pose = goal_->pose_map;
-          best = kept;
-          best->goal.pose_map = pose;
-        }
-      }
-    }
+  // The present goal is kept while nothing is clearly better.
+  if (const std::optional<View> kept = present_view(views, now);
+      kept && best->worth <= o.loyalty * kept->worth) {
+    best = kept;
   }
   out.goal = best->goal;
   out.reason = describe("%.2f m2 of unknown floor in view after %.1f s", best->goal.gain_m2,

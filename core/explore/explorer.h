@@ -104,6 +104,15 @@ class Explorer {
 
   ExploreChoice choose_directed(const DirectedOptions& o, Time now, const DrivableGrid& grid,
                                 const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes);
+  struct Views;
+  struct View;  // from a place at a heading
+  Views views(const DirectedOptions& o, const DrivableGrid& grid, const Pose2& T_map_body,
+              std::span<const Pose2> T_map_keyframes);
+  std::optional<View> best_view(const Views& views, int cell,
+                                std::optional<double> only_heading) const;
+  std::vector<std::pair<double, int>> places_to_look_from(const Views& views, Time now,
+                                                          bool& given_up_some) const;
+  std::optional<View> present_view(const Views& views, Time now) const;
   ExploreChoice choose_random(const RandomOptions& o, Time now, const DrivableGrid& grid,
                               const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes);
   void strike_off(const DrivableGrid& grid, const std::vector<std::uint8_t>& hopeful,

@@ -160,6 +160,174 @@ void settle(const DistanceField& field, const std::vector<Vec2>& points, const W
   }
 }
 
+// How a search goes: where it may, and in what steps.
+struct Search {
+  const ContourOptions& options;
+  const DistanceField& field;
+  const Window& window;
+  double arm_m = 0;  // how far a turn carries a point
+  double step_m = 0;
+  double step_rad = 0;
+};
+
+bool by_cost(const Offset& a, const Offset& b) { return a.cost < b.cost; }
+
+// The whole window, at a step that the cut-off distance still bridges: the best separate places.
+std::vector<Offset> starts_of(const Search& search, const std::vector<Vec2>& points) {
+  const ContourOptions& options = search.options;
+  const int count_m = static_cast<int>(std::ceil(options.search_m / search.step_m));
+  const int count_rad = static_cast<int>(std::ceil(options.search_rad / search.step_rad));
+  std::vector<Offset> tried;
+  for (int k = -count_rad; k <= count_rad; ++k) {
+    for (int j = -count_m; j <= count_m; ++j) {
+      for (int i = -count_m; i <= count_m; ++i) {
+        Offset o{std::clamp(i * search.step_m, -options.search_m, options.search_m),
+                 std::clamp(j * search.step_m, -options.search_m, options.search_m),
+                 std::clamp(k * search.step_rad, -options.search_rad, options.search_rad), 0};
+        o.cost = search.field.mean(points, search.window.pose(o.dx, o.dy, o.dtheta));
+        tried.push_back(o);
+      }
+    }
+  }
+  std::stable_sort(tried.begin(), tried.end(), by_cost);
+  std::vector<Offset> starts;
+  constexpr std::size_t kStarts = 8;
+  for (const Offset& o : tried) {
+    if (starts.size() == kStarts) {
+      break;
+    }
+    if (std::all_of(starts.begin(), starts.end(), [&](const Offset& s) {
+          return separate(o, s, 1.5 * search.step_m, 1.5 * search.step_rad);
+        })) {
+      starts.push_back(o);
+    }
+  }
+  return starts;
+}
+
+// To the best neighbour, for as long as it helps.
+void walk(const Search& search, const std::vector<Vec2>& points, double step_m, int rounds,
+          Offset& o) {
+  const ContourOptions& options = search.options;
+  for (int round = 0; round < rounds; ++round) {
+    const Offset centre = o;
+    for (int k = -1; k <= 1; ++k) {
+      for (int j = -1; j <= 1; ++j) {
+        for (int i = -1; i <= 1; ++i) {
+          Offset n{std::clamp(centre.dx + i * step_m, -options.search_m, options.search_m),
+                   std::clamp(centre.dy + j * step_m, -options.search_m, options.search_m),
+                   std::clamp(centre.dtheta + k * step_m / search.arm_m, -options.search_rad,
+                              options.search_rad),
+                   0};
+          n.cost = search.field.mean(points, search.window.pose(n.dx, n.dy, n.dtheta));
+          if (n.cost < o.cost) {
+            o = n;
+          }
+        }
+      }
+    }
+    if (o.cost == centre.cost) {
+      break;
+    }
+  }
+}
+
+// From the starts at ever smaller steps, the best first.
+std::vector<Offset> finalists_of(const Search& search, std::vector<Offset> starts,
+                                 const std::vector<Vec2>& coarse_points,
+                                 const std::vector<Vec2>& points) {
+  for (Offset& o : starts) {
+    walk(search, coarse_points, search.step_m / 2, 4, o);
+    walk(search, coarse_points, search.step_m / 4, 4, o);
+  }
+  std::stable_sort(starts.begin(), starts.end(), by_cost);
+  std::vector<Offset> finalists;
+  constexpr std::size_t kFinalists = 3;
+  for (const Offset& o : starts) {
+    if (finalists.size() < kFinalists &&
+        std::all_of(finalists.begin(), finalists.end(), [&](const Offset& f) {
+          return separate(o, f, search.step_m, search.step_rad);
+        })) {
+      finalists.push_back(o);
+    }
+  }
+  for (Offset& o : finalists) {
+    o.cost = search.field.mean(points, search.window.pose(o.dx, o.dy, o.dtheta));
+    walk(search, points, search.step_m / 4, 2, o);
+    walk(search, points, search.step_m / 8, 3, o);
+    settle(search.field, points, search.window, search.options.partner_m, o);
+  }
+  std::stable_sort(finalists.begin(), finalists.end(), by_cost);
+  return finalists;
+}
+
+double overlap_of(const DistanceField& field, const std::vector<Vec2>& points,
+                  const Pose2& T_fixed_moving, double partner_m) {
+  int partners = 0;
+  for (const Vec2& p : points) {
+    const Vec2 q = T_fixed_moving * p;
+    partners += field.at(q.x(), q.y()) <= partner_m ? 1 : 0;
+  }
+  return static_cast<double>(partners) / static_cast<double>(points.size());
+}
+
+// The curvature of the mean squared distance about an offset, over a window wide enough that the
+// lattice does not show. In the turned window the parameters hardly mix: there it is measured.
+Mat3 hessian_of(const Search& search, const std::vector<Vec2>& points, const Offset& best,
+                double at_best) {
+  const double h = 0.05;
+  const std::array<double, 3> steps{h, h, h / search.arm_m};
+  const auto cost = [&](const Vec3& d) {
+    return search.field.mean_square(
+        points, search.window.pose(best.dx + d.x(), best.dy + d.y(), best.dtheta + d.z()));
+  };
+  Mat3 hessian;
+  for (int a = 0; a < 3; ++a) {
+    for (int b = a; b < 3; ++b) {
+      Vec3 da = Vec3::Zero();
+      Vec3 db = Vec3::Zero();
+      da(a) = steps[static_cast<std::size_t>(a)];
+      db(b) = steps[static_cast<std::size_t>(b)];
+      const double curvature =
+          a == b ? (cost(da) - 2 * at_best + cost(-da)) / (da(a) * da(a))
+                 : (cost(da + db) - cost(da - db) - cost(db - da) + cost(-da - db)) /
+                       (4 * da(a) * db(b));
+      hessian(a, b) = curvature;
+      hessian(b, a) = curvature;
+    }
+  }
+  return hessian;
+}
+
+// Of x, y, theta of the pose. Each correlation length of contour is one measurement, and no
+// direction is known worse than the window it was looked for in.
+Mat3 information_of(const Search& search, const std::vector<Vec2>& points, const Offset& best,
+                    double contour_m, const Pose2& T_fixed_moving) {
+  const ContourOptions& options = search.options;
+  const double at_best =
+      search.field.mean_square(points, search.window.pose(best.dx, best.dy, best.dtheta));
+  const Mat3 hessian = hessian_of(search, points, best, at_best);
+  const double measurements = std::max(1.0, contour_m / options.correlation_m);
+  const double variance = std::max(options.sigma_m * options.sigma_m, at_best);
+  // half the Hessian of a squared distance is J^T J
+  const Mat3 information_window = 0.5 * hessian * measurements / variance;
+  const Vec3 unit(1, 1, 1 / search.arm_m);
+  const Mat3 scaled = unit.asDiagonal() * information_window * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(scaled);
+  const double least = 1 / (options.search_m * options.search_m);
+  const Mat3 kept = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(least).asDiagonal() *
+                    eigen.eigenvectors().transpose();
+  const Vec3 back(1, 1, search.arm_m);
+  const Mat3 bounded = back.asDiagonal() * kept * back.asDiagonal();
+  // window offsets (of the middle, and the turn) from offsets of the pose: the middle moves by the
+  // translation and by the turn times its own arm
+  const Vec2 turned = T_fixed_moving.rotation() * search.window.middle;
+  Mat3 J = Mat3::Identity();
+  J(0, 2) = -turned.y();
+  J(1, 2) = turned.x();
+  return J.transpose() * bounded * J;
+}
+
 }  // namespace
 
 void bind(Fields& f, ContourOptions& o) {
@@ -241,160 +409,32 @@ std::optional<ContourMatch> align_contours(const ContourOptions& options,
   window.middle /= static_cast<double>(points.size());
   window.middle_at = prior_T_fixed_moving * window.middle;
   window.theta_rad = prior_T_fixed_moving.theta_rad;
-  double arm = 0;  // how far a turn carries a point
+  Search search{options, field, window};
   for (const Vec2& p : points) {
-    arm += (p - window.middle).norm();
+    search.arm_m += (p - window.middle).norm();
   }
-  arm = std::max(arm / static_cast<double>(points.size()), 0.1);
+  search.arm_m = std::max(search.arm_m / static_cast<double>(points.size()), 0.1);
+  search.step_m = std::min({0.08, options.reach_m / 3, options.search_m});
+  search.step_rad = std::min(search.step_m / search.arm_m, options.search_rad);
 
-  // Coarse to fine: the whole window at a step the cut-off distance still bridges, then the best
-  // separate places at ever smaller steps.
-  const double step_m = std::min({0.08, options.reach_m / 3, options.search_m});
-  const double step_rad = std::min(step_m / arm, options.search_rad);
-  const int count_m = static_cast<int>(std::ceil(options.search_m / step_m));
-  const int count_rad = static_cast<int>(std::ceil(options.search_rad / step_rad));
-  std::vector<Offset> tried;
-  for (int k = -count_rad; k <= count_rad; ++k) {
-    for (int j = -count_m; j <= count_m; ++j) {
-      for (int i = -count_m; i <= count_m; ++i) {
-        Offset o{std::clamp(i * step_m, -options.search_m, options.search_m),
-                 std::clamp(j * step_m, -options.search_m, options.search_m),
-                 std::clamp(k * step_rad, -options.search_rad, options.search_rad), 0};
-        o.cost = field.mean(coarse_points, window.pose(o.dx, o.dy, o.dtheta));
-        tried.push_back(o);
-      }
-    }
-  }
-  std::stable_sort(tried.begin(), tried.end(),
-                   [](const Offset& a, const Offset& b) { return a.cost < b.cost; });
-  const double apart_m = 2 * step_m;
-  const double apart_rad = 2 * step_rad;
-  std::vector<Offset> starts;
-  constexpr std::size_t kStarts = 8;
-  for (const Offset& o : tried) {
-    if (starts.size() == kStarts) {
-      break;
-    }
-    if (std::all_of(starts.begin(), starts.end(), [&](const Offset& s) {
-          return separate(o, s, 1.5 * step_m, 1.5 * step_rad);
-        })) {
-      starts.push_back(o);
-    }
-  }
-  const auto by_cost = [](const Offset& a, const Offset& b) { return a.cost < b.cost; };
-  const auto walk = [&](Offset& o, const std::vector<Vec2>& with, double step, int rounds) {
-    for (int round = 0; round < rounds; ++round) {  // for as long as it helps
-      const Offset centre = o;
-      for (int k = -1; k <= 1; ++k) {
-        for (int j = -1; j <= 1; ++j) {
-          for (int i = -1; i <= 1; ++i) {
-            Offset n{
-                std::clamp(centre.dx + i * step, -options.search_m, options.search_m),
-                std::clamp(centre.dy + j * step, -options.search_m, options.search_m),
-                std::clamp(centre.dtheta + k * step / arm, -options.search_rad, options.search_rad),
-                0};
-            n.cost = field.mean(with, window.pose(n.dx, n.dy, n.dtheta));
-            if (n.cost < o.cost) {
-              o = n;
-            }
-          }
-        }
-      }
-      if (o.cost == centre.cost) {
-        break;
-      }
-    }
-  };
-  for (Offset& o : starts) {
-    walk(o, coarse_points, step_m / 2, 4);
-    walk(o, coarse_points, step_m / 4, 4);
-  }
-  std::stable_sort(starts.begin(), starts.end(), by_cost);
-  std::vector<Offset> finalists;
-  constexpr std::size_t kFinalists = 3;
-  for (const Offset& o : starts) {
-    if (finalists.size() < kFinalists &&
-        std::all_of(finalists.begin(), finalists.end(),
-                    [&](const Offset& f) { return separate(o, f, step_m, step_rad); })) {
-      finalists.push_back(o);
-    }
-  }
-  for (Offset& o : finalists) {
-    o.cost = field.mean(points, window.pose(o.dx, o.dy, o.dtheta));
-    walk(o, points, step_m / 4, 2);
-    walk(o, points, step_m / 8, 3);
-    settle(field, points, window, options.partner_m, o);
-  }
-  std::stable_sort(finalists.begin(), finalists.end(), by_cost);
+  const std::vector<Offset> finalists =
+      finalists_of(search, starts_of(search, coarse_points), coarse_points, points);
   const Offset best = finalists.front();
-
   ContourMatch match;
   match.T_fixed_moving = window.pose(best.dx, best.dy, best.dtheta);
   match.mean_distance_m = best.cost;
   match.second_distance_m = options.reach_m;
   match.T_fixed_second = match.T_fixed_moving;
   for (const Offset& o : finalists) {
-    if (separate(o, best, apart_m, apart_rad)) {
+    if (separate(o, best, 2 * search.step_m, 2 * search.step_rad)) {
       match.second_distance_m = o.cost;
       match.T_fixed_second = window.pose(o.dx, o.dy, o.dtheta);
       break;
     }
   }
-  int partners = 0;
-  for (const Vec2& p : points) {
-    const Vec2 q = match.T_fixed_moving * p;
-    partners += field.at(q.x(), q.y()) <= options.partner_m ? 1 : 0;
-  }
-  match.overlap = static_cast<double>(partners) / static_cast<double>(points.size());
-
-  // Information: the curvature of the mean squared distance about the match, over a window wide
-  // enough that the lattice does not show; each correlation length of contour is one measurement.
-  const double h = 0.05;
-  const std::array<double, 3> steps{h, h, h / arm};
-  // In the turned window the parameters hardly mix; there the Hessian is measured, then carried
-  // over.
-  const auto window_cost = [&](const Vec3& d) {
-    return field.mean_square(points,
-                             window.pose(best.dx + d.x(), best.dy + d.y(), best.dtheta + d.z()));
-  };
-  Mat3 hessian;
-  const double at_best = window_cost(Vec3::Zero());
-  for (int a = 0; a < 3; ++a) {
-    for (int b = a; b < 3; ++b) {
-      Vec3 da = Vec3::Zero();
-      Vec3 db = Vec3::Zero();
-      da(a) = steps[static_cast<std::size_t>(a)];
-      db(b) = steps[static_cast<std::size_t>(b)];
-      const double curvature =
-          a == b ? (window_cost(da) - 2 * at_best + window_cost(-da)) / (da(a) * da(a))
-                 : (window_cost(da + db) - window_cost(da - db) - window_cost(db - da) +
-                    window_cost(-da - db)) /
-                       (4 * da(a) * db(b));
-      hessian(a, b) = curvature;
-      hessian(b, a) = curvature;
-    }
-  }
-  const double measurements = std::max(1.0, match.overlap * static_cast<double>(moving.size()) *
-                                                kFieldCell_m / options.correlation_m);
-  const double variance = std::max(options.sigma_m * options.sigma_m, at_best);
-  // half the Hessian of a squared distance is J^T J
-  const Mat3 information_window = 0.5 * hessian * measurements / variance;
-  // no direction is known worse than the window it was looked for in
-  const Vec3 unit(1, 1, 1 / arm);
-  const Mat3 scaled = unit.asDiagonal() * information_window * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(scaled);
-  const double least = 1 / (options.search_m * options.search_m);
-  const Mat3 kept = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(least).asDiagonal() *
-                    eigen.eigenvectors().transpose();
-  const Vec3 back(1, 1, arm);
-  const Mat3 bounded = back.asDiagonal() * kept * back.asDiagonal();
-  // window offsets (of the middle, and the turn) from offsets of the pose: the middle moves by the
-  // translation and by the turn times its own arm
-  const Vec2 turned = match.T_fixed_moving.rotation() * window.middle;
-  Mat3 J = Mat3::Identity();
-  J(0, 2) = -turned.y();
-  J(1, 2) = turned.x();
-  match.information = J.transpose() * bounded * J;
+  match.overlap = overlap_of(field, points, match.T_fixed_moving, options.partner_m);
+  const double contour_m = match.overlap * static_cast<double>(moving.size()) * kFieldCell_m;
+  match.information = information_of(search, points, best, contour_m, match.T_fixed_moving);
   match.covariance = match.information.inverse();
   return match;
 }

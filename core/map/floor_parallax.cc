@@ -118,54 +118,60 @@ std::vector<float> FloorParallax::rectify(const cv::Mat& bgr) const {
   return sum;
 }
 
-std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
-                                                       const std::vector<float>& now,
-                                                       const Rectified& before,
-                                                       const Pose2& T_odom_look,
-                                                       const std::vector<std::int8_t>& known,
-                                                       const std::vector<std::int16_t>& first) {
-  const FloorProjection& p = *projection_;
-  const Pose2 T_before_now = before.T_odom_look.inverse() * T_odom_look;
-  const Vec2 foot_before = T_before_now.inverse() * p.foot_look;
-  const Vec2 way = p.foot_look - foot_before;  // driven by the camera, in look now
-  const double way_m = way.norm();
-  const Vec2 slide = T_before_now.rotation() * way / way_m * options_.cell_m;  // a cell along it
+struct FloorParallax::SeenCell {
+  Vec2 p_before;  // in look of the earlier picture
+  double grey;
+  std::size_t sample;
+};
 
-  // a floor point of now, in cells of the earlier picture; displaced by so many cells along the way
-  const auto seen_before = [&](const Vec2& p_before) -> double {
-    const Vec2 at = (p_before - origin_look_) / options_.cell_m - Vec2(0.5, 0.5);
+struct FloorParallax::Earlier {
+  const FloorParallax& parallax;
+  const Rectified& before;
+  Pose2 T_before_now;
+  double way_m;  // driven by the camera since
+  Vec2 slide;    // a cell along it
+
+  Earlier(const FloorParallax& parallax_now, const Rectified& rectified, const Pose2& T_odom_look)
+      : parallax(parallax_now),
+        before(rectified),
+        T_before_now(before.T_odom_look.inverse() * T_odom_look) {
+    const Vec2 foot_before = T_before_now.inverse() * parallax.projection_->foot_look;
+    const Vec2 way = parallax.projection_->foot_look - foot_before;  // in look now
+    way_m = way.norm();
+    slide = T_before_now.rotation() * way / way_m * parallax.options_.cell_m;
+  }
+
+  // The grey at a point; negative where nothing was seen.
+  double grey(const Vec2& p_before) const {
+    const int columns = parallax.columns_;
+    const Vec2 at = (p_before - parallax.origin_look_) / parallax.options_.cell_m - Vec2(0.5, 0.5);
     const double column = std::floor(at.x());
     const double row = std::floor(at.y());
-    if (!(column >= 0 && row >= 0 && column + 1 < columns_ && row + 1 < rows_)) {
+    if (!(column >= 0 && row >= 0 && column + 1 < columns && row + 1 < parallax.rows_)) {
       return kUnseen;
     }
-    const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+    const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
                           static_cast<std::size_t>(column);
     const float a = before.grey[i];
     const float b = before.grey[i + 1];
-    const float c = before.grey[i + static_cast<std::size_t>(columns_)];
-    const float d = before.grey[i + static_cast<std::size_t>(columns_) + 1];
+    const float c = before.grey[i + static_cast<std::size_t>(columns)];
+    const float d = before.grey[i + static_cast<std::size_t>(columns) + 1];
     if (a < 0 || b < 0 || c < 0 || d < 0) {
       return kUnseen;
     }
     const double fx = at.x() - column;
     const double fy = at.y() - row;
     return (1 - fy) * ((1 - fx) * a + fx * b) + fy * ((1 - fx) * c + fx * d);
-  };
+  }
 
-  struct CellNow {
-    Vec2 p_before;
-    double grey;
-    std::size_t sample;
-  };
-  // mean squared difference of a block from what was seen before, its mean difference taken out
-  const auto misfit = [&](const std::vector<CellNow>& cells,
-                          double shift_cells) -> std::optional<double> {
+  // Mean squared difference of cells from what was seen before so many cells farther along the way,
+  // their mean difference taken out.
+  std::optional<double> mean_square(const std::vector<SeenCell>& cells, double shift_cells) const {
     double sum = 0;
     double square = 0;
     int count = 0;
-    for (const CellNow& cell : cells) {
-      const double was = seen_before(cell.p_before + shift_cells * slide);
+    for (const SeenCell& cell : cells) {
+      const double was = grey(cell.p_before + shift_cells * slide);
       if (was < 0) {
         continue;
       }
@@ -178,22 +184,33 @@ std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
       return std::nullopt;
     }
     return square / count - (sum / count) * (sum / count);
-  };
+  }
+};
 
-  struct Unknown {
-    std::vector<CellNow> cells;
-    int row = 0;
-    int column = 0;
-    double lift_cells = 0;  // how far an upright thing that begins at the first obstacle slides
-  };
-  std::vector<Unknown> unknowns;
-  double known_misfit = 0;
-  int known_blocks = 0;
+struct FloorParallax::UnknownBlock {
+  std::vector<SeenCell> cells;
+  int row = 0;
+  int column = 0;
+  double lift_cells = 0;  // how far an upright thing that begins at the first obstacle slides
+};
+
+struct FloorParallax::Sorted {
+  std::vector<UnknownBlock> unknown;
+  double known_sum = 0;  // mean squared differences of known floor,
+  int known_blocks = 0;  // of so many blocks
+};
+
+FloorParallax::Sorted FloorParallax::sort_blocks(const std::vector<float>& now,
+                                                 const Earlier& earlier,
+                                                 const std::vector<std::int8_t>& known,
+                                                 const std::vector<std::int16_t>& first) const {
+  const FloorProjection& p = *projection_;
+  Sorted sorted;
   const int block = options_.block;
   for (int row0 = 0; row0 + block <= rows_; row0 += block) {
     for (int column0 = 0; column0 + block <= columns_; column0 += block) {
-      std::vector<CellNow> floor;
-      Unknown unknown;
+      std::vector<SeenCell> floor;
+      UnknownBlock unknown;
       double lift = 0;
       int strange = 0;  // cells of no known colour
       for (int row = row0; row < row0 + block; ++row) {
@@ -209,7 +226,7 @@ std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
           const auto ray = i % static_cast<std::size_t>(p.rays);
           const auto sample_row = i / static_cast<std::size_t>(p.rays);
           const Vec2 at = origin_look_ + options_.cell_m * Vec2(column + 0.5, row + 0.5);
-          const CellNow here{T_before_now * at, now[cell], i};
+          const SeenCell here{earlier.T_before_now * at, now[cell], i};
           if (static_cast<int>(sample_row) < first[ray]) {
             if (known[i] > 0) {
               floor.push_back(here);
@@ -225,68 +242,88 @@ std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
       }
       const auto enough = static_cast<std::size_t>(3 * block * block / 4);
       if (floor.size() >= enough) {
-        if (const std::optional<double> m = misfit(floor, 0)) {
-          known_misfit += *m;
-          ++known_blocks;
+        if (const std::optional<double> m = earlier.mean_square(floor, 0)) {
+          sorted.known_sum += *m;
+          ++sorted.known_blocks;
         }
       }
       if (unknown.cells.size() >= enough && 4 * strange >= block * block) {
         unknown.lift_cells =
-            lift / static_cast<double>(unknown.cells.size()) * way_m / options_.cell_m;
+            lift / static_cast<double>(unknown.cells.size()) * earlier.way_m / options_.cell_m;
         if (unknown.lift_cells >= kApart_cells) {
           unknown.row = row0 / block;
           unknown.column = column0 / block;
-          unknowns.push_back(std::move(unknown));
+          sorted.unknown.push_back(std::move(unknown));
         }
       }
     }
   }
-  std::vector<Block> blocks;
-  if (known_blocks >= 3) {
-    known_misfit_ = std::max(known_misfit / known_blocks, 1.0);
+  return sorted;
+}
+
+// That a block is floor; 0 where nothing can be said.
+double FloorParallax::log_odds_of(const Earlier& earlier, const UnknownBlock& unknown) const {
+  const std::optional<double> flat = earlier.mean_square(unknown.cells, 0);
+  const std::optional<double> back = earlier.mean_square(unknown.cells, -kApart_cells);
+  if (!flat || !back) {
+    return 0;
   }
+  double upright = 1e12;
+  const double highest = std::min(1.5 * unknown.lift_cells, 16.0);
+  for (double shift = kApart_cells; shift <= highest; shift += shift < 4 ? 0.5 : 1.0) {
+    if (const std::optional<double> m = earlier.mean_square(unknown.cells, shift)) {
+      upright = std::min(upright, *m);
+    }
+  }
+  if (upright > 1e11) {
+    return 0;
+  }
+  const auto n = static_cast<double>(unknown.cells.size());
+  double sum = 0;
+  double square = 0;
+  for (const SeenCell& cell : unknown.cells) {
+    sum += cell.grey;
+    square += cell.grey * cell.grey;
+  }
+  const double variance = square / n - (sum / n) * (sum / n);
+  const double noise = std::max(*known_misfit_, kTextureError * variance);
+  double log_odds = kIndependentShare * n * (upright - *flat) / (2 * noise);
+  if (log_odds > 0) {
+    const double fit_max = options_.fit_max * options_.fit_max;
+    const double worse_back = kIndependentShare * n * (*back - *flat) / (2 * noise);
+    // the floor must also fit by itself, and better than what lies under it
+    log_odds = *flat <= fit_max * noise ? std::min(log_odds, std::max(worse_back, 0.0)) : 0;
+  }
+  return std::clamp(log_odds, -kBlockLogOddsMax, kBlockLogOddsMax);
+}
+
+std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
+                                                       const std::vector<float>& now,
+                                                       const Rectified& before,
+                                                       const Pose2& T_odom_look,
+                                                       const std::vector<std::int8_t>& known,
+                                                       const std::vector<std::int16_t>& first) {
+  const Earlier earlier(*this, before, T_odom_look);
+  const Sorted sorted = sort_blocks(now, earlier, known, first);
+  if (sorted.known_blocks >= 3) {
+    known_misfit_ = std::max(sorted.known_sum / sorted.known_blocks, 1.0);
+  }
+  std::vector<Block> blocks;
   if (!known_misfit_) {
     return blocks;  // nothing has said yet how well the floor itself agrees
   }
-  for (const Unknown& unknown : unknowns) {
-    const std::optional<double> flat = misfit(unknown.cells, 0);
-    const std::optional<double> back = misfit(unknown.cells, -kApart_cells);
-    if (!flat || !back) {
+  for (const UnknownBlock& unknown : sorted.unknown) {
+    const double log_odds = log_odds_of(earlier, unknown);
+    if (log_odds == 0) {
       continue;
     }
-    double upright = 1e12;
-    const double highest = std::min(1.5 * unknown.lift_cells, 16.0);
-    for (double shift = kApart_cells; shift <= highest; shift += shift < 4 ? 0.5 : 1.0) {
-      if (const std::optional<double> m = misfit(unknown.cells, shift)) {
-        upright = std::min(upright, *m);
-      }
-    }
-    if (upright > 1e11) {
-      continue;
-    }
-    const auto n = static_cast<double>(unknown.cells.size());
-    double sum = 0;
-    double square = 0;
     std::vector<Bgr> colours;
-    for (const CellNow& cell : unknown.cells) {
-      sum += cell.grey;
-      square += cell.grey * cell.grey;
-      const std::uint8_t* c = bgr.data + 3 * static_cast<std::ptrdiff_t>(p.pixel[cell.sample]);
+    for (const SeenCell& cell : unknown.cells) {
+      const std::uint8_t* c =
+          bgr.data + 3 * static_cast<std::ptrdiff_t>(projection_->pixel[cell.sample]);
       colours.push_back({c[0], c[1], c[2]});
     }
-    const double variance = square / n - (sum / n) * (sum / n);
-    const double noise = std::max(*known_misfit_, kTextureError * variance);
-    double log_odds = kIndependentShare * n * (upright - *flat) / (2 * noise);
-    if (log_odds > 0) {
-      const double fit_max = options_.fit_max * options_.fit_max;
-      const double worse_back = kIndependentShare * n * (*back - *flat) / (2 * noise);
-      // the floor must also fit by itself, and better than what lies under it
-      log_odds = *flat <= fit_max * noise ? std::min(log_odds, std::max(worse_back, 0.0)) : 0;
-    }
-    log_odds = std::clamp(log_odds, -kBlockLogOddsMax, kBlockLogOddsMax);
-    if (log_odds != 0) {
-      blocks.push_back({unknown.row, unknown.column, log_odds, std::move(colours)});
-    }
+    blocks.push_back({unknown.row, unknown.column, log_odds, std::move(colours)});
   }
   return blocks;
 }

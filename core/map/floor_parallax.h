@@ -71,6 +71,15 @@ class FloorParallax {
                            const std::vector<std::int8_t>& known,
                            const std::vector<std::int16_t>& first);
 
+  struct SeenCell;      // of now
+  struct Earlier;       // the picture that is compared with
+  struct UnknownBlock;  // may be floor or not
+  struct Sorted;        // blocks
+  Sorted sort_blocks(const std::vector<float>& now, const Earlier& earlier,
+                     const std::vector<std::int8_t>& known,
+                     const std::vector<std::int16_t>& first) const;
+  double log_odds_of(const Earlier& earlier, const UnknownBlock& unknown) const;
+
   FloorParallaxOptions options_;
   std::shared_ptr<const FloorProjection> projection_;
   int columns_ = 0;

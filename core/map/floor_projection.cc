@@ -117,18 +117,11 @@ struct Mapped {
   }
 };
 
-}  // namespace
-
-FloorProjection project_floor(const RigCamera& camera, const Body& body, double cell_m) {
-  if (!camera.floor) {
-    throw ConfigError("floor: a floor camera needs to say which part of its picture is mapped");
-  }
+// The camera's picture over the floor that is to be mapped.
+Mapped mapped_by(const RigCamera& camera, const Body& body, double heading_rad) {
   const FloorView& view = *camera.floor;
   const Intrinsics& k = camera.intrinsics;
-  PANOPTES_CHECK(k.fx_px > 0 && k.fy_px > 0 && cell_m > 0, "a floor camera has a focal length");
-
   Mapped mapped;
-  const double heading_rad = floor_heading_rad(camera.T_body_camera);
   Mat3 H_look_body = Mat3::Identity();
   H_look_body.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-heading_rad).toRotationMatrix();
   mapped.H_look_px = H_look_body * believed_homography(camera);
@@ -148,99 +141,143 @@ FloorProjection project_floor(const RigCamera& camera, const Body& body, double 
   mapped.top_row = view.rows == FloorView::Rows::kLowerHalf ? k.height_px / 2 : 0;
   mapped.low_x = body.radius_m + view.near_m;
   mapped.high_x = body.radius_m + view.far_m;
+  return mapped;
+}
 
-  FloorProjection out;
-  out.T_body_look = {0, 0, heading_rad};
-  out.H_look_px = mapped.H_look_px;
-  out.cell_m = cell_m;
-  const Vec3 c = camera_of(mapped.H_look_px, k);
-  out.foot_look = c.head<2>();
-  out.height_m = std::abs(c.z());
-
-  // What the picture covers: directions and distances of the mapped pixels from the foot.
+// What the picture covers: directions and distances of the mapped pixels from the foot, and the box
+// around them.
+struct Covered {
   double az_low = std::numeric_limits<double>::infinity();
-  double az_high = -az_low;
-  double range_low = az_low;
+  double az_high = -std::numeric_limits<double>::infinity();
+  double range_low = std::numeric_limits<double>::infinity();
   double range_high = 0;
-  double y_low = az_low;
-  double y_high = -az_low;
-  double x_low = az_low;
-  double x_high = -az_low;
+  double x_low = std::numeric_limits<double>::infinity();
+  double x_high = -std::numeric_limits<double>::infinity();
+  double y_low = std::numeric_limits<double>::infinity();
+  double y_high = -std::numeric_limits<double>::infinity();
+};
+
+Covered covered_by(const Mapped& mapped, const Vec2& foot_look) {
+  Covered covered;
   for (int v = mapped.top_row; v < mapped.height; ++v) {
     for (int u = 0; u < mapped.width; ++u) {
       const std::optional<Vec2> p = transfer(mapped.H_look_px, Vec2(u, v));
       if (!p || p->x() < mapped.low_x || p->x() > mapped.high_x) {
         continue;
       }
-      const Vec2 d = *p - out.foot_look;
+      const Vec2 d = *p - foot_look;
       const double az = std::atan2(d.y(), d.x());
-      az_low = std::min(az_low, az);
-      az_high = std::max(az_high, az);
-      range_low = std::min(range_low, d.norm());
-      range_high = std::max(range_high, d.norm());
-      x_low = std::min(x_low, p->x());
-      x_high = std::max(x_high, p->x());
-      y_low = std::min(y_low, p->y());
-      y_high = std::max(y_high, p->y());
+      covered.az_low = std::min(covered.az_low, az);
+      covered.az_high = std::max(covered.az_high, az);
+      covered.range_low = std::min(covered.range_low, d.norm());
+      covered.range_high = std::max(covered.range_high, d.norm());
+      covered.x_low = std::min(covered.x_low, p->x());
+      covered.x_high = std::max(covered.x_high, p->x());
+      covered.y_low = std::min(covered.y_low, p->y());
+      covered.y_high = std::max(covered.y_high, p->y());
     }
   }
-  if (!(range_high > range_low)) {
+  if (!(covered.range_high > covered.range_low)) {
     throw ConfigError(
         "floor: the camera sees no floor between near_m and far_m before its horizon; tilt it down "
         "or correct its marks");
   }
+  return covered;
+}
 
-  // One ray a pixel in the middle of the farthest row; samples a pixel apart along the middle ray,
-  // but no finer than three quarters of a cell.
-  const auto depth_at = [&](const Vec2& p, const Vec2& along) {
-    const Vec3 a = mapped.H_px_look * p.homogeneous();
-    const Vec3 b = mapped.H_px_look * Vec3(along.x(), along.y(), 0);
-    const Vec2 px_per_m = (b.head<2>() - a.hnormalized() * b.z()) / a.z();
-    return 1 / px_per_m.norm();
-  };
-  const double az_middle = std::clamp(0.0, az_low, az_high);
-  const Vec2 middle(std::cos(az_middle), std::sin(az_middle));
-  const Vec2 farthest = out.foot_look + middle * std::min(range_high, mapped.high_x - c.x());
-  const Vec2 sideways(-middle.y(), middle.x());
-  const double az_step = depth_at(farthest, sideways) / (farthest - out.foot_look).norm();
-  out.rays = static_cast<int>(std::ceil((az_high - az_low) / az_step)) + 1;
+// Length of floor along a direction that the pixel at `p` covers.
+double depth_at(const Mapped& mapped, const Vec2& p, const Vec2& along) {
+  const Vec3 a = mapped.H_px_look * p.homogeneous();
+  const Vec3 b = mapped.H_px_look * Vec3(along.x(), along.y(), 0);
+  const Vec2 px_per_m = (b.head<2>() - a.hnormalized() * b.z()) / a.z();
+  return 1 / px_per_m.norm();
+}
+
+// Where the samples of a scan lie: on rays from the foot, at ranges.
+struct Lattice {
+  double az_low = 0;
+  double az_step = 0;
   std::vector<double> ranges;
-  for (double r = range_low; r <= range_high;) {
-    ranges.push_back(r);
-    r += std::max(depth_at(out.foot_look + middle * r, middle), 0.75 * cell_m);
-  }
-  out.rows = static_cast<int>(ranges.size());
-  PANOPTES_CHECK(out.rays < 32768 && out.rows < 32768, "a picture has few enough pixels");
+};
 
+// One ray a pixel in the middle of the farthest row; samples a pixel apart along the middle ray,
+// but no finer than three quarters of a cell.
+Lattice lattice_of(const Mapped& mapped, const Covered& covered, FloorProjection& out) {
+  const double az_middle = std::clamp(0.0, covered.az_low, covered.az_high);
+  const Vec2 middle(std::cos(az_middle), std::sin(az_middle));
+  const Vec2 farthest =
+      out.foot_look + middle * std::min(covered.range_high, mapped.high_x - out.foot_look.x());
+  const Vec2 sideways(-middle.y(), middle.x());
+  Lattice lattice;
+  lattice.az_low = covered.az_low;
+  lattice.az_step = depth_at(mapped, farthest, sideways) / (farthest - out.foot_look).norm();
+  out.rays = static_cast<int>(std::ceil((covered.az_high - covered.az_low) / lattice.az_step)) + 1;
+  for (double r = covered.range_low; r <= covered.range_high;) {
+    lattice.ranges.push_back(r);
+    r += std::max(depth_at(mapped, out.foot_look + middle * r, middle), 0.75 * out.cell_m);
+  }
+  out.rows = static_cast<int>(lattice.ranges.size());
+  PANOPTES_CHECK(out.rays < 32768 && out.rows < 32768, "a picture has few enough pixels");
+  return lattice;
+}
+
+void fill_samples(const Mapped& mapped, const Lattice& lattice, FloorProjection& out) {
   const auto samples = static_cast<std::size_t>(out.rays) * static_cast<std::size_t>(out.rows);
   out.pixel.assign(samples, -1);
   out.range_m.assign(samples, 0);
   out.depth_m.assign(samples, 0);
   out.weight.assign(samples, 0);
   for (int ray = 0; ray < out.rays; ++ray) {
-    const double az = az_low + ray * az_step;
+    const double az = lattice.az_low + ray * lattice.az_step;
     const Vec2 along(std::cos(az), std::sin(az));
     for (int row = 0; row < out.rows; ++row) {
       const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(out.rays) +
                             static_cast<std::size_t>(ray);
-      const double r = ranges[static_cast<std::size_t>(row)];
+      const double r = lattice.ranges[static_cast<std::size_t>(row)];
       const Vec2 p = out.foot_look + along * r;
       out.range_m[i] = static_cast<float>(r);
       out.pixel[i] = mapped.pixel(p);
       if (out.pixel[i] >= 0) {
-        const double depth = depth_at(p, along);
+        const double depth = depth_at(mapped, p, along);
         out.depth_m[i] = static_cast<float>(depth);
         out.weight[i] = static_cast<std::uint8_t>(
-            std::lround(FloorProjection::kFullWeight * std::min(1.0, cell_m / depth)));
+            std::lround(FloorProjection::kFullWeight * std::min(1.0, out.cell_m / depth)));
       }
     }
   }
+}
 
-  const double column_low = std::floor(x_low / cell_m);
-  const double row_low = std::floor(y_low / cell_m);
+// The sample under a point of the floor; -1 where the picture does not show it.
+int sample_under(const Mapped& mapped, const Lattice& lattice, const FloorProjection& out,
+                 const Vec2& p) {
+  if (mapped.pixel(p) < 0) {
+    return -1;
+  }
+  const std::vector<double>& ranges = lattice.ranges;
+  const Vec2 d = p - out.foot_look;
+  const int ray =
+      static_cast<int>(std::lround((std::atan2(d.y(), d.x()) - lattice.az_low) / lattice.az_step));
+  const double range = d.norm();
+  int row =
+      static_cast<int>(std::lower_bound(ranges.begin(), ranges.end(), range) - ranges.begin());
+  row = std::min(row, out.rows - 1);
+  if (row > 0 && range - ranges[static_cast<std::size_t>(row) - 1] <
+                     ranges[static_cast<std::size_t>(row)] - range) {
+    --row;
+  }
+  const int i = row * out.rays + std::clamp(ray, 0, out.rays - 1);
+  return out.pixel[static_cast<std::size_t>(i)] < 0 ? -1 : i;
+}
+
+// The raster of cells, and the outline of what is mapped.
+void fill_cells(const Mapped& mapped, const Covered& covered, const Lattice& lattice,
+                FloorProjection& out) {
+  const double cell_m = out.cell_m;
+  const double column_low = std::floor(covered.x_low / cell_m);
+  const double row_low = std::floor(covered.y_low / cell_m);
   out.origin_look = cell_m * Vec2(column_low, row_low);
-  out.cell_columns = static_cast<int>(std::ceil(x_high / cell_m) - column_low);
-  out.cell_rows = static_cast<int>(std::ceil(y_high / cell_m) - row_low);
+  out.cell_columns = static_cast<int>(std::ceil(covered.x_high / cell_m) - column_low);
+  out.cell_rows = static_cast<int>(std::ceil(covered.y_high / cell_m) - row_low);
   out.sample.assign(
       static_cast<std::size_t>(out.cell_columns) * static_cast<std::size_t>(out.cell_rows), -1);
   std::vector<Vec2> corners;
@@ -250,21 +287,8 @@ FloorProjection project_floor(const RigCamera& camera, const Body& body, double 
     int last = -1;
     for (int column = 0; column < out.cell_columns; ++column) {
       const Vec2 p = out.origin_look + cell_m * Vec2(column + 0.5, r + 0.5);
-      if (mapped.pixel(p) < 0) {
-        continue;
-      }
-      const Vec2 d = p - out.foot_look;
-      const int ray = static_cast<int>(std::lround((std::atan2(d.y(), d.x()) - az_low) / az_step));
-      const double range = d.norm();
-      int row =
-          static_cast<int>(std::lower_bound(ranges.begin(), ranges.end(), range) - ranges.begin());
-      row = std::min(row, out.rows - 1);
-      if (row > 0 && range - ranges[static_cast<std::size_t>(row) - 1] <
-                         ranges[static_cast<std::size_t>(row)] - range) {
-        --row;
-      }
-      const int i = row * out.rays + std::clamp(ray, 0, out.rays - 1);
-      if (out.pixel[static_cast<std::size_t>(i)] < 0) {
+      const int i = sample_under(mapped, lattice, out, p);
+      if (i < 0) {
         continue;
       }
       out.sample[static_cast<std::size_t>(r) * static_cast<std::size_t>(out.cell_columns) +
@@ -286,7 +310,30 @@ FloorProjection project_floor(const RigCamera& camera, const Body& body, double 
     throw ConfigError("floor: no cell of the floor between near_m and far_m lies in the picture");
   }
   out.outline_look = convex_hull(std::move(corners));
-  out.front_m = std::isfinite(nearest_ahead) ? nearest_ahead : x_low;
+  out.front_m = std::isfinite(nearest_ahead) ? nearest_ahead : covered.x_low;
+}
+
+}  // namespace
+
+FloorProjection project_floor(const RigCamera& camera, const Body& body, double cell_m) {
+  if (!camera.floor) {
+    throw ConfigError("floor: a floor camera needs to say which part of its picture is mapped");
+  }
+  const Intrinsics& k = camera.intrinsics;
+  PANOPTES_CHECK(k.fx_px > 0 && k.fy_px > 0 && cell_m > 0, "a floor camera has a focal length");
+  const double heading_rad = floor_heading_rad(camera.T_body_camera);
+  const Mapped mapped = mapped_by(camera, body, heading_rad);
+  FloorProjection out;
+  out.T_body_look = {0, 0, heading_rad};
+  out.H_look_px = mapped.H_look_px;
+  out.cell_m = cell_m;
+  const Vec3 c = camera_of(mapped.H_look_px, k);
+  out.foot_look = c.head<2>();
+  out.height_m = std::abs(c.z());
+  const Covered covered = covered_by(mapped, out.foot_look);
+  const Lattice lattice = lattice_of(mapped, covered, out);
+  fill_samples(mapped, lattice, out);
+  fill_cells(mapped, covered, lattice, out);
   out.blind_gap_m = out.front_m - body.radius_m;
   return out;
 }
