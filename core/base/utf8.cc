@@ -41,6 +41,11 @@ std::size_t first_not_utf8(std::string_view text) {
   return std::string_view::npos;
 }
 
+std::string_view without_byte_order_mark(std::string_view text) {
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+  return text.starts_with(kByteOrderMark) ? text.substr(kByteOrderMark.size()) : text;
+}
+
 std::string as_utf8(std::string_view text) {
   constexpr std::string_view kDigits = "0123456789ABCDEF";
   std::string all;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/base/utf8.h"
 #include "core/io/digits.h"
 
 namespace panoptes {
@@ -140,6 +141,7 @@ CsvTable read_csv(const std::filesystem::path& path) {
 }
 
 CsvTable parse_csv(const std::string& name, std::string_view text) {
+  text = without_byte_order_mark(text);
   std::vector<std::vector<std::string>> rows;
   std::vector<int> lines;
   int line = 1;
@@ -184,6 +186,11 @@ CsvTable parse_csv(const std::string& name, std::string_view text) {
   }
   if (rows.empty()) {
     throw IoError(name + ": has no header line");
+  }
+  // Empty lines at the end, where a row has more than one field.
+  while (rows.front().size() > 1 && rows.back().size() == 1 && rows.back().front().empty()) {
+    rows.pop_back();
+    lines.pop_back();
   }
   CsvTable table;
   table.file = name;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/base/utf8.h"
 #include "core/io/digits.h"
 
 namespace panoptes {
@@ -42,10 +43,7 @@ void separate(std::string& row) { row += row.empty() ? "" : ","; }
 
 DatasetTable::DatasetTable(std::string file, std::string_view text, std::size_t columns, TableBy by)
     : file_(std::move(file)), columns_(columns) {
-  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // editors write it
-  if (text.starts_with(kByteOrderMark)) {
-    text.remove_prefix(kByteOrderMark.size());
-  }
+  text = without_byte_order_mark(text);
   const auto place = [this](int line) { return file_ + ":" + std::to_string(line) + ": "; };
   int line = 0;
   while (!text.empty()) {

@@ -14,6 +14,7 @@
 #include <Eigen/LU>
 
 #include "core/base/error.h"
+#include "core/base/utf8.h"
 #include "core/io/digits.h"
 #include "core/io/file.h"
 #include "core/io/g2o.h"
@@ -32,11 +33,13 @@ struct Kind {
   Format format;
   enum class Of { kVertex, kEdge, kNothing } of;
 };
-constexpr std::array<Kind, 6> kKinds{{{"VERTEX_SE2", Format::kG2o, Kind::Of::kVertex},
+constexpr std::array<Kind, 8> kKinds{{{"VERTEX_SE2", Format::kG2o, Kind::Of::kVertex},
                                       {"EDGE_SE2", Format::kG2o, Kind::Of::kEdge},
                                       {"FIX", Format::kG2o, Kind::Of::kNothing},
                                       {"VERTEX2", Format::kToro, Kind::Of::kVertex},
                                       {"EDGE2", Format::kToro, Kind::Of::kEdge},
+                                      {"VERTEX", Format::kToro, Kind::Of::kVertex},
+                                      {"EDGE", Format::kToro, Kind::Of::kEdge},
                                       {"EQUIV", Format::kToro, Kind::Of::kNothing}}};
 
 std::vector<std::string_view> words_of(std::string_view line) {
@@ -296,6 +299,7 @@ class Parser {
 }  // namespace
 
 GraphFile parse_graph(const std::string& name, std::string_view text) {
+  text = without_byte_order_mark(text);
   Parser parser(name);
   int number = 0;
   for (std::size_t at = 0; at < text.size();) {

@@ -31,8 +31,8 @@ struct KeyframeFiles {
   /// keyframes.csv: a row a keyframe: its pose in `map`, the signature's method, how many points
   /// each loop camera's picture has (front_features, back_features, ...), the cell's side, the
   /// lattice cell (column, row) in the frame of the keyframe of the PNG's lower left pixel, the
-  /// PNG's bytes, and the CRC-32 of the row up to here and of all that the keyframe has in the
-  /// other files.
+  /// PNG's bytes, and the CRC-32 of the row before this column's comma and then of the keyframe's
+  /// signature, features and map.
   std::string table;
   /// signatures.bin: a keyframe after the other, its 256 cumulative shares (see PlaceSignature) as
   /// 32-bit floats.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <opencv2/core/mat.hpp>
@@ -58,13 +59,16 @@ class MapYaml {
   T value(const char* key, const T& otherwise) const {
     return root_[key] ? value<T>(key) : otherwise;
   }
-  /// 0 or 1, true or false.
+  /// 0 or 1, or what YAML 1.1 takes for them.
   bool truth(const char* key) const {
     const auto word = value<std::string>(key, "0");
-    if (word != "0" && word != "1" && word != "true" && word != "false") {
+    constexpr std::array<std::string_view, 4> kTrue{"1", "true", "yes", "on"};
+    constexpr std::array<std::string_view, 4> kFalse{"0", "false", "no", "off"};
+    const bool is_true = std::find(kTrue.begin(), kTrue.end(), word) != kTrue.end();
+    if (!is_true && std::find(kFalse.begin(), kFalse.end(), word) == kFalse.end()) {
       fault(key, "must be 0 or 1, got " + word);
     }
-    return word == "1" || word == "true";
+    return is_true;
   }
   [[noreturn]] void fault(const char* key, const std::string& what) const {
     fault(root_[key].Mark(), key, what);

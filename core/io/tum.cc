@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/base/utf8.h"
 #include "core/io/digits.h"
 #include "core/io/file.h"
 
@@ -43,7 +44,7 @@ std::vector<TumPose> read_tum(const std::filesystem::path& path) {
 }
 
 std::vector<TumPose> parse_tum(const std::string& name, std::string_view text) {
-  std::istringstream lines{std::string(text)};
+  std::istringstream lines{std::string(without_byte_order_mark(text))};
   std::vector<TumPose> poses;
   std::string line;
   for (int number = 1; std::getline(lines, line); ++number) {

@@ -109,6 +109,15 @@ TEST_F(TheirsReadByUs, AGraphAsToroSavesIt) {
   }
 }
 
+// TORO's loaders take the words of its first version as well.
+TEST_F(TheirsReadByUs, AGraphInTorosFirstWords) {
+  save(folder_ / "old", "VERTEX 0 0 0 0\nVERTEX 1 1 0 0\nEDGE 0 1 1.5 0 0 4 0 4 9 0 0\n");
+  const GraphFile file = read_graph(folder_ / "old");
+  ASSERT_EQ(file.graph.edges.size(), 1U);
+  EXPECT_EQ(file.graph.edges[0].T_from_to.x_m, 1.5);
+  EXPECT_EQ(file.graph.edges[0].information(2, 2), 9);
+}
+
 // The same drive in both formats: they measure the error in other frames, and round information is
 // the same in both.
 TEST_F(TheirsReadByUs, AGraphOfEitherKindIsTheSameWhereInformationIsRound) {
@@ -193,7 +202,10 @@ TEST_F(TheirsReadByUs, AMapAsMapSaverAndGimpWriteIt) {
       "image: map.pgm\nmode: trinary\nresolution: 0.05\norigin: [-10, -12.5, 0]\nnegate: 0\n"
       "occupied_thresh: 0.65\nfree_thresh: 0.196";
   const std::string whole_path = "image: " + path("map.pgm") + "\n" + ros1.substr(15);
-  for (const std::string& yaml : {ros1, nav2, with_crlf(ros1), whole_path}) {
+  // A tool that knows YAML's booleans writes them.
+  std::string yaml_1_1 = ros1;
+  yaml_1_1.replace(yaml_1_1.find("negate: 0"), 9, "negate: no");
+  for (const std::string& yaml : {ros1, nav2, with_crlf(ros1), whole_path, yaml_1_1}) {
     for (const char* header : {"P5\n# CREATOR: map_saver.cpp 0.050 m/pix\n3 2\n255\n",
                                "P5\n# Created by GIMP version 2.10.34 PNM plug-in\n3 2\n255\n",
                                "P5\n#one\n#two\n3 # wide\n2\n#and\n255\n", "P5 3 2 255\n"}) {
@@ -299,6 +311,21 @@ TEST_F(TheirsReadByUs, ATableFromASpreadsheet) {
   EXPECT_EQ(table.number(0, 2), -1e-3);
   EXPECT_EQ(table.rows[1][1], "");
   EXPECT_EQ(table.whole(1, 2), 4);
+}
+
+// As spreadsheets and editors save text: a byte order mark first, empty lines last.
+TEST_F(TheirsReadByUs, FilesWithAByteOrderMark) {
+  const std::string mark = "\xef\xbb\xbf";
+  save(folder_ / "t.csv", mark + "stamp_s,x_m\r\n1,2\r\n\r\n\r\n");
+  const CsvTable table = read_csv(folder_ / "t.csv");
+  EXPECT_EQ(table.number(0, table.column("stamp_s")), 1);
+  EXPECT_EQ(table.rows.size(), 1U);
+  save(folder_ / "gap.csv", "stamp_s,x_m\n\n1,2\n");
+  EXPECT_THROW(read_csv(folder_ / "gap.csv"), IoError);
+  save(folder_ / "t.tum", mark + "1.5 1 2 3 0 0 0 1\n");
+  EXPECT_EQ(read_tum(folder_ / "t.tum").front().stamp, time_at(1.5));
+  save(folder_ / "g.g2o", mark + "VERTEX_SE2 0 0 0 0\n");
+  EXPECT_EQ(read_graph(folder_ / "g.g2o").ids.size(), 1U);
 }
 
 // A EuRoC folder: cameras that nobody has synchronised, odometry at other instants, an IMU and a
