@@ -106,10 +106,11 @@ cv::Mat draw_plan(const PlanPicture& picture, int size_px) {
       const Vec2 p_scene = shown.low_scene + Vec2(u + 0.5, height - v - 0.5) / px_per_m;
       cv::Vec3b colour(255, 255, 255);
       for (const PlanCamera& camera : picture.cameras) {
-        const FloorSight sight = camera.floor ? camera.floor(p_scene) : FloorSight::kNone;
-        if (sight != FloorSight::kNone) {
+        const FloorVisibility visibility =
+            camera.floor ? camera.floor(p_scene) : FloorVisibility::kNone;
+        if (visibility != FloorVisibility::kNone) {
           colour = mixed(colour, camera.colour,
-                         sight == FloorSight::kMapped ? kMappedShare : kSeenShare);
+                         visibility == FloorVisibility::kMapped ? kMappedShare : kSeenShare);
         }
       }
       floor(cv::Rect(u * kOver, v * kOver, kOver, kOver)) = cv::Scalar(colour);

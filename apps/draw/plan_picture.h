@@ -13,7 +13,7 @@
 namespace panoptes {
 
 /// What a floor camera has of a point of the floor.
-enum class FloorSight { kNone, kSeen, kMapped };
+enum class FloorVisibility { kNone, kSeen, kMapped };
 
 /// A camera as it shows from above.
 struct PlanCamera {
@@ -22,7 +22,7 @@ struct PlanCamera {
   Vec2 eye_scene = Vec2::Zero();
   double from_rad = 0;  ///< heading in scene of the right side of its view,
   double to_rad = 0;    ///< and of the left one, counter-clockwise from there
-  std::function<FloorSight(const Vec2& p_scene)> floor;  ///< empty where it maps none
+  std::function<FloorVisibility(const Vec2& p_scene)> floor;  ///< empty where it maps none
 };
 
 /// A world from above, y up, with a robot in it.

@@ -10,7 +10,7 @@
 #include "apps/command/command.h"
 #include "apps/command/folder_lock.h"
 #include "apps/evaluate/given_truth.h"
-#include "apps/evaluate/left_run.h"
+#include "apps/evaluate/saved_run.h"
 #include "apps/mission/mission.h"
 #include "apps/run/loop.h"
 #include "core/base/error.h"
@@ -40,13 +40,13 @@ int evaluate(const EvaluateArguments& args) {
   if (!lock) {
     throw ConfigError(args.run + ": another panoptes is writing there; wait until it has ended");
   }
-  const LeftRun left = read_run(args.run);
+  const SavedRun saved = read_run(args.run);
   GivenTruth given = read_given_truth(args.truth);
   if (!args.world.empty() && !given.known.truth.body.cells.empty()) {
     throw ConfigError("--world: " + args.truth + " holds its world; leave --world out");
   }
   std::vector<std::string> remarks;
-  RunTruth known = truth_during(left.run, args.run, given, remarks);
+  RunTruth known = truth_during(saved.run, args.run, given, remarks);
   if (!args.world.empty()) {
     sim::TruthLayers layers =
         sim::truth_layers(sim::load_world(args.world), body_height_m(args.run));
@@ -56,7 +56,7 @@ int evaluate(const EvaluateArguments& args) {
   for (const std::string& remark : remarks) {
     std::fprintf(stderr, "%s\n", remark.c_str());
   }
-  const RunReport report = report_with(left, known);
+  const RunReport report = report_with(saved, known);
   print(report);
   return report.exit_status;
 }

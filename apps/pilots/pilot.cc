@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "apps/teleop/cockpit.h"
+#include "apps/teleop/teleop_console.h"
 
 namespace panoptes {
 
@@ -28,7 +28,7 @@ bool by_hand(const ExploreMission& mission) {
 }
 
 std::unique_ptr<Pilot> make_pilot(const ExploreMission& mission, const OpenRobot& open, Slam* slam,
-                                  std::unique_ptr<Cockpit> cockpit, const Rng& rng,
+                                  std::unique_ptr<TeleopConsole> console, const Rng& rng,
                                   StageListener listener) {
   using Make = std::unique_ptr<Pilot> (*)(PilotParts&);
   const std::map<std::string_view, Make> pilots = {
@@ -36,7 +36,7 @@ std::unique_ptr<Pilot> make_pilot(const ExploreMission& mission, const OpenRobot
 #include "apps/pilots/pilots.inc"
 #undef PANOPTES_PILOT
   };
-  PilotParts parts{mission, open, slam, cockpit, rng, listener};
+  PilotParts parts{mission, open, slam, console, rng, listener};
   return pilots.at(std::visit([](const auto& drive) { return drive.kName; }, mission.drive))(parts);
 }
 

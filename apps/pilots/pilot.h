@@ -47,15 +47,15 @@ class Pilot {
 /// then.
 bool by_hand(const ExploreMission& mission);
 
-class Cockpit;
+class TeleopConsole;
 
-/// What a pilot may be made of. `slam` is null where the rig lacks what it needs; `cockpit` where
+/// What a pilot may be made of. `slam` is null where the rig lacks what it needs; `console` where
 /// nobody drives by hand. What is given outlives it.
 struct PilotParts {
   const ExploreMission& mission;
   const OpenRobot& open;
   Slam* slam;
-  std::unique_ptr<Cockpit>& cockpit;
+  std::unique_ptr<TeleopConsole>& console;
   const Rng& rng;
   StageListener& listener;
 };
@@ -63,7 +63,7 @@ struct PilotParts {
 /// The mission's. `drive: NAME` is driven by what the file NAME.cc of this room makes with
 /// `std::unique_ptr<Pilot> make_NAME_pilot(PilotParts& parts)`; CMakeLists.txt lists them.
 std::unique_ptr<Pilot> make_pilot(const ExploreMission& mission, const OpenRobot& open, Slam* slam,
-                                  std::unique_ptr<Cockpit> cockpit, const Rng& rng,
+                                  std::unique_ptr<TeleopConsole> console, const Rng& rng,
                                   StageListener listener);
 
 /// How the run goes, in words: what is mapped, and what who drives is doing.

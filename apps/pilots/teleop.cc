@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "apps/pilots/other_pilot.h"
-#include "apps/teleop/cockpit.h"
+#include "apps/teleop/teleop_console.h"
 
 namespace panoptes {
 namespace {
@@ -33,45 +33,45 @@ class RecordedPilot : public OtherPilot {
 
 class HandPilot : public OtherPilot {
  public:
-  HandPilot(const Slam* slam, const OpenRobot& open, std::unique_ptr<Cockpit> cockpit)
-      : OtherPilot(slam, kByHand, {}), open_(open), cockpit_(std::move(cockpit)) {}
+  HandPilot(const Slam* slam, const OpenRobot& open, std::unique_ptr<TeleopConsole> console)
+      : OtherPilot(slam, kByHand, {}), open_(open), console_(std::move(console)) {}
 
   PilotStep step(const Observation& seen, const SlamStep& at) override {
     PilotStep step = OtherPilot::step(seen, at);
     if (!open_.paced) {
-      cockpit_->keep_pace(open_.robot->now());
+      console_->keep_pace(open_.robot->now());
     }
-    command(cockpit_->command(seen, doing(slam(), step)), step);
+    command(console_->command(seen, doing(slam(), step)), step);
     return step;
   }
-  bool done() const override { return cockpit_->left(); }
+  bool done() const override { return console_->left(); }
 
   // A person sees to what holds the robot.
   void heed(const Health& /*health*/, const PilotStep& /*step*/, hw::Robot& robot,
             Until& /*until*/) override {
-    if (cockpit_->take_stop()) {
+    if (console_->take_stop()) {
       robot.emergency_stop();
-    } else if (cockpit_->acknowledges()) {
+    } else if (console_->acknowledges()) {
       robot.acknowledge();
     }
   }
   Duration longest_wait() const override { return from_seconds(kHandDeadline_s); }
   Duration longest_command() const override { return kKeyHeld; }
   bool shows_progress() const override { return true; }
-  void leave() override { cockpit_.reset(); }
+  void leave() override { console_.reset(); }
 
  private:
   const OpenRobot& open_;
-  std::unique_ptr<Cockpit> cockpit_;
+  std::unique_ptr<TeleopConsole> console_;
 };
 
 }  // namespace
 
 std::unique_ptr<Pilot> make_teleop_pilot(PilotParts& parts) {
-  if (parts.cockpit == nullptr) {
+  if (parts.console == nullptr) {
     return std::make_unique<RecordedPilot>(parts.slam, *parts.open.recorded);
   }
-  return std::make_unique<HandPilot>(parts.slam, parts.open, std::move(parts.cockpit));
+  return std::make_unique<HandPilot>(parts.slam, parts.open, std::move(parts.console));
 }
 
 }  // namespace panoptes

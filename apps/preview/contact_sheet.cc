@@ -95,7 +95,7 @@ PlanCamera plan_camera(const Shot& shot, const Colour& colour, const Body& body,
     const Intrinsics& through = shot.camera.intrinsics;
     const Vec3 p_camera = T_camera_scene * Vec3(p_scene.x(), p_scene.y(), 0);
     if (!through.sees(p_camera)) {
-      return FloorSight::kNone;
+      return FloorVisibility::kNone;
     }
     const Vec2 px = through.project(p_camera);
     const cv::Point at(static_cast<int>(std::lround(px.x())),
@@ -103,12 +103,12 @@ PlanCamera plan_camera(const Shot& shot, const Colour& colour, const Body& body,
     const cv::Mat& label = shot.taken.floor_label;
     // A pixel that shows floor shows this very point of it: its ray meets the floor once.
     if (!cv::Rect({}, label.size()).contains(at) || label.at<std::uint8_t>(at) == 0) {
-      return FloorSight::kNone;
+      return FloorVisibility::kNone;
     }
     return at.y >= sim::first_mapped_row(shot.camera) &&
                    sim::in_mapped_range(shot.camera, body, T_body_scene * p_scene)
-               ? FloorSight::kMapped
-               : FloorSight::kSeen;
+               ? FloorVisibility::kMapped
+               : FloorVisibility::kSeen;
   };
   return out;
 }
@@ -259,7 +259,7 @@ void draw_row(Canvas& canvas, const Row& row, int left, int top) {
 }  // namespace
 
 cv::Mat contact_sheet(const ExploreMission& mission, const Pose2& T_scene_body, double at_s,
-                      const Lookout::Sight& sight) {
+                      const CameraPreview::Views& sight) {
   PlanPicture plan;
   plan.things_scene = sight.outlines_scene;
   plan.T_scene_body = T_scene_body;

@@ -4,7 +4,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "apps/mission/mission.h"
-#include "apps/preview/lookout.h"
+#include "apps/preview/camera_preview.h"
 
 namespace panoptes {
 
@@ -12,6 +12,6 @@ namespace panoptes {
 /// floor plan with the cameras' views and the floor they have of it. The edge of what a floor
 /// camera maps is drawn into its picture. 8-bit BGR.
 cv::Mat contact_sheet(const ExploreMission& mission, const Pose2& T_scene_body, double at_s,
-                      const Lookout::Sight& sight);
+                      const CameraPreview::Views& views);
 
 }  // namespace panoptes

@@ -17,8 +17,8 @@
 #include "apps/draw/pictures.h"
 #include "apps/mission/mission.h"
 #include "apps/mission/until.h"
+#include "apps/preview/camera_preview.h"
 #include "apps/preview/contact_sheet.h"
-#include "apps/preview/lookout.h"
 #include "apps/process/fault.h"
 #include "apps/process/stage_clock.h"
 #include "apps/run/loop.h"
@@ -95,10 +95,10 @@ std::vector<AskedPose> parse_poses(const std::vector<std::string>& words) {
   return poses;
 }
 
-void write_pictures(const std::filesystem::path& folder, const Lookout::Sight& sight,
+void write_pictures(const std::filesystem::path& folder, const CameraPreview::Views& views,
                     const std::vector<std::string>& things, const cv::Mat& sheet) {
   std::filesystem::create_directories(folder);
-  for (const Shot& shot : sight.shots) {
+  for (const Shot& shot : views.shots) {
     write_file(folder / (shot.name + ".png"), png(shot.taken.bgr));
     if (!shot.taken.depth_m.empty()) {
       write_file(folder / (shot.name + "_depth.png"), png(millimetres(shot.taken.depth_m)));
@@ -115,15 +115,15 @@ void write_pictures(const std::filesystem::path& folder, const Lookout::Sight& s
   std::printf("%s\n", (folder / "render.png").c_str());
 }
 
-Json figures_of(const AskedPose& pose, const Lookout::Sight& sight) {
+Json figures_of(const AskedPose& pose, const CameraPreview::Views& views) {
   Json json{{"x_m", pose.T_scene_body.x_m},
             {"y_m", pose.T_scene_body.y_m},
             {"theta_deg", rad_to_deg(pose.T_scene_body.theta_rad)}};
-  if (sight.clearance_m) {
-    json["clearance_m"] = *sight.clearance_m;
+  if (views.clearance_m) {
+    json["clearance_m"] = *views.clearance_m;
   }
-  if (!sight.fault.empty()) {
-    json["fault"] = "the robot " + sight.fault;
+  if (!views.fault.empty()) {
+    json["fault"] = "the robot " + views.fault;
   }
   return json;
 }
@@ -165,25 +165,25 @@ int render(const RenderArguments& args) {
   std::string outcome = "completed";
   Faults faults;
   try {
-    Lookout lookout(mission, *simulated, patient_renderer(until, args.common.quiet));
+    CameraPreview preview(mission, *simulated, patient_renderer(until, args.common.quiet));
     for (const AskedPose& pose : poses) {
       if (until.interrupted()) {
         outcome = "interrupted";
         break;
       }
-      const Lookout::Sight sight = lookout.look(pose.T_scene_body, time_at(args.at_s),
-                                                {.depth = args.depth, .instance = args.labels});
-      if (!sight.fault.empty()) {
+      const CameraPreview::Views views = preview.look(
+          pose.T_scene_body, time_at(args.at_s), {.depth = args.depth, .instance = args.labels});
+      if (!views.fault.empty()) {
         std::fprintf(stderr, "--pose %s: the robot %s; drawn all the same\n", pose.text.c_str(),
-                     sight.fault.c_str());
+                     views.fault.c_str());
       }
       const auto folder = poses.size() == 1
                               ? out.path()
                               : out.path() / ("pose-" + std::to_string(looked_at.size() + 1));
       out.keep();
-      write_pictures(folder, sight, args.labels ? lookout.things() : std::vector<std::string>(),
-                     contact_sheet(mission, pose.T_scene_body, args.at_s, sight));
-      looked_at.push_back(figures_of(pose, sight));
+      write_pictures(folder, views, args.labels ? preview.things() : std::vector<std::string>(),
+                     contact_sheet(mission, pose.T_scene_body, args.at_s, views));
+      looked_at.push_back(figures_of(pose, views));
     }
   } catch (const sim::BakeStopped&) {
     outcome = "interrupted";

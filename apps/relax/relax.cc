@@ -141,12 +141,12 @@ void solve_robustly(const RelaxArguments& args, const GraphFile& file, ProgressL
         "join each vertex to the next",
         args.graph, file.ids[*gap - 1], file.ids[*gap]));
   }
-  const auto rings = [&line](double done) {
+  const auto cycles = [&line](double done) {
     if (line.due()) {
       line.show(share_line("closures", done, line.wall_s()));
     }
   };
-  solution.report = relax_robustly(graph, rings, steps, stop);
+  solution.report = relax_robustly(graph, cycles, steps, stop);
 }
 
 Solution solve(const RelaxArguments& args, const GraphFile& file, PoseGraph& graph) {

@@ -19,7 +19,7 @@
 #include "apps/report/recorder.h"
 #include "apps/run/loop.h"
 #include "apps/step/step_listener.h"
-#include "apps/teleop/cockpit.h"
+#include "apps/teleop/teleop_console.h"
 #include "core/base/error.h"
 
 namespace panoptes {
@@ -68,7 +68,8 @@ Faults driven_to_its_end(const Drive& drive, const OpenRobot& open, const OutDir
 int run_mission(const ExploreMission& mission, const MissionRun& run) {
   Until until(mission.until);
   OutDir out(run.out_dir);
-  auto cockpit = by_hand(mission) ? std::make_unique<Cockpit>(mission.robot, run.quiet) : nullptr;
+  auto console =
+      by_hand(mission) ? std::make_unique<TeleopConsole>(mission.robot, run.quiet) : nullptr;
   const Rng rng(mission.seed);
   RunInfo info = run_info(run.command, mission);
   info.judged = run.judged;
@@ -96,7 +97,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
                                   listener(clock));
   }
   const std::unique_ptr<Pilot> pilot =
-      make_pilot(mission, open, slam.get(), std::move(cockpit), navigation, listener(clock));
+      make_pilot(mission, open, slam.get(), std::move(console), navigation, listener(clock));
 
   Recorder recorder(run.out_dir, info, &clock);
   std::optional<RecognitionStudy> places;

@@ -17,14 +17,14 @@ constexpr double kTwoPi = 2 * std::numbers::pi;
 
 /// Cells that may turn out to be floor for the robot: not occupied, far enough from what is, and
 /// joined to where the robot is by others of the kind. Row-major.
-std::vector<std::uint8_t> hopeful_cells(const DrivableGrid& grid, const Body& body,
-                                        const CostField& field) {
+std::vector<std::uint8_t> possibly_traversable_cells(const DrivableGrid& grid, const Body& body,
+                                                     const CostField& field) {
   const OccupancyMap& map = grid.clearance.map;
-  std::vector<std::uint8_t> hopeful(map.cells.size(), 0);
+  std::vector<std::uint8_t> possibly_traversable(map.cells.size(), 0);
   std::vector<int> open;
   for (std::size_t i = 0; i < map.cells.size(); ++i) {
     if (std::isfinite(field.cost_m[i])) {
-      hopeful[i] = 1;
+      possibly_traversable[i] = 1;
       open.push_back(static_cast<int>(i));
     }
   }
@@ -41,13 +41,13 @@ std::vector<std::uint8_t> hopeful_cells(const DrivableGrid& grid, const Body& bo
         continue;
       }
       const std::size_t to = grid.clearance.index(to_column, to_row);
-      if (hopeful[to] == 0 && grid.clearance.to_occupied_m[to] >= body.radius_m) {
-        hopeful[to] = 1;
+      if (possibly_traversable[to] == 0 && grid.clearance.to_occupied_m[to] >= body.radius_m) {
+        possibly_traversable[to] = 1;
         open.push_back(static_cast<int>(to));
       }
     }
   }
-  return hopeful;
+  return possibly_traversable;
 }
 
 /// Whether a line of sight ends here. Cells beside an occupied one hide too, so that no line slips
@@ -63,10 +63,12 @@ FixedCell fixed_cell(const OccupancyMap& map, const Vec2& p_map) {
           static_cast<int>(std::floor(p_map.y() / map.cell_m))};
 }
 
-/// Unknown hopeful floor, in square metres, along each ray of a full turn about `place`.
+/// Unknown possibly_traversable floor, in square metres, along each ray of a full turn about
+/// `place`.
 void cast_rays(const DirectedOptions& o, const FloorWedge& wedge, const ClearanceMap& map,
-               const std::vector<std::uint8_t>& hopeful, const std::vector<Vec2>& directions,
-               const Vec2& place, std::vector<double>& gains_m2) {
+               const std::vector<std::uint8_t>& possibly_traversable,
+               const std::vector<Vec2>& directions, const Vec2& place,
+               std::vector<double>& gains_m2) {
   const double step_m = map.map.cell_m;
   const double sector_rad = kTwoPi / static_cast<double>(directions.size());
   for (std::size_t k = 0; k < directions.size(); ++k) {
@@ -89,7 +91,7 @@ void cast_rays(const DirectedOptions& o, const FloorWedge& wedge, const Clearanc
         if (unknown_m > o.unknown_depth_m) {
           break;
         }
-        if (hopeful[i] != 0 && r >= wedge.near_m) {
+        if (possibly_traversable[i] != 0 && r >= wedge.near_m) {
           gain += r * sector_rad * step_m;
         }
       }
@@ -201,7 +203,8 @@ void Explorer::follow(std::span<const Pose2> T_map_keyframes) {
   }
 }
 
-void Explorer::strike_off(const DrivableGrid& grid, const std::vector<std::uint8_t>& hopeful,
+void Explorer::strike_off(const DrivableGrid& grid,
+                          const std::vector<std::uint8_t>& possibly_traversable,
                           const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes) {
   const OccupancyMap& map = grid.clearance.map;
   const double step_rad = 0.5 * map.cell_m / wedge_.far_m;
@@ -216,7 +219,7 @@ void Explorer::strike_off(const DrivableGrid& grid, const std::vector<std::uint8
         break;
       }
       const std::size_t i = grid.clearance.index(column, row);
-      if (map.cells[i] == Cell::kUnknown && hopeful[i] != 0) {
+      if (map.cells[i] == Cell::kUnknown && possibly_traversable[i] != 0) {
         const Vec2 centre = map.centre(column, row);
         seen.emplace(fixed_cell(map, centre), centre);
       }
@@ -259,9 +262,9 @@ struct Explorer::Views {
   const DirectedOptions& o;
   const DrivableGrid& grid;
   CostField field;
-  std::vector<std::uint8_t> hopeful;  // cells that may be floor
-  std::vector<Vec2> directions;       // of rays
-  double least_m2 = 0;                // of unknown floor that is worth a look
+  std::vector<std::uint8_t> possibly_traversable;  // cells that may be floor
+  std::vector<Vec2> directions;                    // of rays
+  double least_m2 = 0;                             // of unknown floor that is worth a look
   Pose2 T_map_body;
 };
 
@@ -273,9 +276,9 @@ struct Explorer::View {
 Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& grid,
                                 const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes) {
   Views views{o, grid, flood(options_.search, grid, T_map_body.position()), {}, {}, 0, T_map_body};
-  views.hopeful = hopeful_cells(grid, body_, views.field);
+  views.possibly_traversable = possibly_traversable_cells(grid, body_, views.field);
   if (looked_) {
-    strike_off(grid, views.hopeful, looked_->T_map_place(), T_map_keyframes);
+    strike_off(grid, views.possibly_traversable, looked_->T_map_place(), T_map_keyframes);
     looked_.reset();
   }
   constexpr int kVain = 2;
@@ -284,7 +287,7 @@ Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& gr
     const int column = grid.clearance.column(p);
     const int row = grid.clearance.row(p);
     if (times >= kVain && grid.clearance.map.contains(column, row)) {
-      views.hopeful[grid.clearance.index(column, row)] = 0;
+      views.possibly_traversable[grid.clearance.index(column, row)] = 0;
     }
   }
   const auto rays = static_cast<std::size_t>(o.rays);
@@ -306,7 +309,8 @@ std::optional<Explorer::View> Explorer::best_view(const Views& views, int cell,
   const int width = std::max(1, static_cast<int>(std::floor(wedge_.width_rad / kTwoPi * o.rays)));
   const Vec2 place = map.centre(cell % map.columns, cell / map.columns);
   std::vector<double> gains(rays);
-  cast_rays(o, wedge_, views.grid.clearance, views.hopeful, views.directions, place, gains);
+  cast_rays(o, wedge_, views.grid.clearance, views.possibly_traversable, views.directions, place,
+            gains);
   double all = 0;
   for (const double g : gains) {
     all += g;
@@ -354,7 +358,7 @@ std::vector<std::pair<double, int>> Explorer::places_to_look_from(const Views& v
   const OccupancyMap& map = grid.clearance.map;
   std::vector<std::uint8_t> wanted(map.cells.size(), 0);
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    wanted[i] = views.hopeful[i] != 0 && map.cells[i] == Cell::kUnknown ? 1 : 0;
+    wanted[i] = views.possibly_traversable[i] != 0 && map.cells[i] == Cell::kUnknown ? 1 : 0;
   }
   const std::vector<float> to_wanted_m =
       distance_m(wanted, map.columns, map.rows, map.cell_m, 2 * wedge_.far_m);

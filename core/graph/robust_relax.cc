@@ -29,7 +29,7 @@ constexpr double kGate = 16.27;
 // Four times as much a step is twice the error: finer than that, gates hardly change.
 constexpr std::array<double, 7> kScales2{4, 1, 1.0 / 4, 1.0 / 16, 1.0 / 64, 1.0 / 256, 1.0 / 1024};
 constexpr std::size_t kAsStated = 1;
-// How many rings of a whole graph may be expected to close by chance, for a pair of closures to be
+// How many cycles of a whole graph may be expected to close by chance, for a pair of closures to be
 // supported, and for it to be believed at once. One graph in 500 gets a false pair that is
 // supported, which must then agree with the graph relaxed on the pairs that are believed; one in
 // 10000 gets one that is believed and bends the graph to its will.
@@ -229,13 +229,13 @@ struct Closure {
   Motion T_to_from;
   Mat3 covariance;
   double least_variance = 0;  // of its position, the heading being known
-  std::size_t steps = 0;      // how many of kChances a ring with another one has passed
+  std::size_t steps = 0;      // how many of kChances a cycle with another one has passed
 };
 
 // Two closures and the odometry between their ends: once round, in the frame of a.from, over a,
 // along the odometry, back over b and along it again.
-struct Ring {
-  Ring(const Chain& odometry, const Closure& first, const Closure& second)
+struct Cycle {
+  Cycle(const Chain& odometry, const Closure& first, const Closure& second)
       : chain(odometry),
         a(first),
         b(second),
@@ -299,11 +299,11 @@ struct Ring {
   Vec2 off, origin_odom, origin_odom_back;
 };
 
-// The weight of a ring's error. Nothing when that is far more than errors explain, or when at no
+// The weight of a cycle's error. Nothing when that is far more than errors explain, or when at no
 // scale a density of `enough` is possible; most pairs end there, cheaply.
-std::optional<Weight> promising(Ring ring, double enough) {
-  const double turn_variance = ring.turn_variance();
-  const double determinant = turn_variance * ring.least_variance() * ring.least_variance();
+std::optional<Weight> promising(Cycle cycle, double enough) {
+  const double turn_variance = cycle.turn_variance();
+  const double determinant = turn_variance * cycle.least_variance() * cycle.least_variance();
   const double most_determinant = 1 / (enough * enough * 8 * kPi * kPi * kPi);
   const auto hopeless = [&](double least_d2) {
     // at the scale where the density of such an error is greatest
@@ -311,24 +311,24 @@ std::optional<Weight> promising(Ring ring, double enough) {
     return least_d2 > kGate * kScales2.front() ||
            determinant * scale2 * scale2 * scale2 > most_determinant;
   };
-  const double turn_d2 = ring.turn_rad() * ring.turn_rad() / turn_variance;
+  const double turn_d2 = cycle.turn_rad() * cycle.turn_rad() / turn_variance;
   if (hopeless(turn_d2)) {
     return std::nullopt;
   }
-  ring.walk();
-  if (hopeless(std::max(turn_d2, ring.off.squaredNorm() / ring.most_variance()))) {
+  cycle.walk();
+  if (hopeless(std::max(turn_d2, cycle.off.squaredNorm() / cycle.most_variance()))) {
     return std::nullopt;
   }
-  return ring.weight();
+  return cycle.weight();
 }
 
-// ln of the ratio, to the density of false closures, that a ring's density must exceed at each
-// scale, so that fewer than each of kChances rings of the graph do by chance: an error uniform in
-// the room lies in an ellipsoid by its share of the room. Counted on rings evenly drawn from all.
+// ln of the ratio, to the density of false closures, that a cycle's density must exceed at each
+// scale, so that fewer than each of kChances cycles of the graph do by chance: an error uniform in
+// the room lies in an ellipsoid by its share of the room. Counted on cycles evenly drawn from all.
 using Ratios = std::array<std::array<double, kChances.size()>, kScales2.size()>;
 Ratios least_ratios(const Chain& chain, const std::vector<Closure>& closures, double room) {
   constexpr std::size_t kMostDrawn = 20000;
-  constexpr double kMostRatio = 100;  // of exp: no ring needs as much
+  constexpr double kMostRatio = 100;  // of exp: no cycle needs as much
   constexpr int kHalvings = 16;
   const std::size_t pairs = closures.size() * (closures.size() - 1) / 2;
   const std::size_t every = pairs / kMostDrawn + 1;
@@ -337,9 +337,9 @@ Ratios least_ratios(const Chain& chain, const std::vector<Closure>& closures, do
   for (std::size_t u = 0; u < closures.size(); ++u) {
     for (std::size_t v = u + 1; v < closures.size(); ++v) {
       if (number++ % every == 0) {
-        Ring ring(chain, closures[u], closures[v]);
-        ring.walk();
-        log_peaks.push_back(ring.weight().log_peak + room);
+        Cycle cycle(chain, closures[u], closures[v]);
+        cycle.walk();
+        log_peaks.push_back(cycle.weight().log_peak + room);
       }
     }
   }
@@ -370,11 +370,11 @@ Ratios least_ratios(const Chain& chain, const std::vector<Closure>& closures, do
   return least;
 }
 
-// Which closures another one supports, by a ring that hardly closes by chance. Returns the square
+// Which closures another one supports, by a cycle that hardly closes by chance. Returns the square
 // of the scale of the noise: that where most are supported.
 // What is not looked at when it is stopped is not supported.
 double find_support(const Chain& chain, std::vector<Closure>& closures,
-                    const RingProgress& progress, const RelaxStop& stop) {
+                    const CycleProgress& progress, const RelaxStop& stop) {
   const double room = log_room(chain.poses());
   const Ratios least = least_ratios(chain, closures, room);
   double enough = least[0][0];
@@ -386,7 +386,8 @@ double find_support(const Chain& chain, std::vector<Closure>& closures,
   steps.fill(std::vector<std::size_t>(closures.size(), 0));
   for (std::size_t u = 0; u < closures.size() && !(stop && stop(0)); ++u) {
     for (std::size_t v = u + 1; v < closures.size(); ++v) {
-      const std::optional<Weight> weight = promising(Ring(chain, closures[u], closures[v]), enough);
+      const std::optional<Weight> weight =
+          promising(Cycle(chain, closures[u], closures[v]), enough);
       for (std::size_t s = 0; weight && s < kScales2.size(); ++s) {
         if (weight->d2 > kGate * kScales2[s]) {
           continue;
@@ -539,7 +540,7 @@ class Judge {
     return any;
   }
 
-  // The scale of the noise is what the trusted edges show; that of the rings counts like ten
+  // The scale of the noise is what the trusted edges show; that of the cycles counts like ten
   // numbers more. Tails reach to what the information says, or else to one step.
   void set_tails(const PoseGraph& trusted) {
     constexpr double kSupportCount = 10;
@@ -581,8 +582,8 @@ std::optional<int> odometry_gap(const PoseGraph& graph) {
                               : std::optional(static_cast<int>(gap - edge_to.begin()));
 }
 
-RobustReport relax_robustly(PoseGraph& graph, const RingProgress& rings, const RelaxProgress& steps,
-                            const RelaxStop& stop) {
+RobustReport relax_robustly(PoseGraph& graph, const CycleProgress& cycles,
+                            const RelaxProgress& steps, const RelaxStop& stop) {
   PANOPTES_CHECK(!odometry_gap(graph), "every node is joined to the one before it");
   RobustReport report;
   report.kept.assign(graph.edges.size(), false);
@@ -613,7 +614,7 @@ RobustReport relax_robustly(PoseGraph& graph, const RingProgress& rings, const R
     return report.stopped;
   };
   const std::vector<bool> odometry = report.kept;
-  const double scale2 = find_support(Chain(graph, edge_to), closures, rings, watched);
+  const double scale2 = find_support(Chain(graph, edge_to), closures, cycles, watched);
   for (const Closure& closure : closures) {
     report.kept[closure.edge] = closure.steps == kChances.size();
   }

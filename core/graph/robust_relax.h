@@ -31,16 +31,16 @@ Plausibility plausibility(const PoseGraph& relaxed);
 /// odometry that closures could be judged by.
 std::optional<int> odometry_gap(const PoseGraph& graph);
 
-/// Told what share of the rings has been tried, from 0 to 1, now and then.
-using RingProgress = std::function<void(double)>;
+/// Told what share of the cycles has been tried, from 0 to 1, now and then.
+using CycleProgress = std::function<void(double)>;
 
 /// relax() for graphs some of whose closures are false, even most of them. Trusts the first edge
 /// between each two neighbours; there must be one (odometry_gap). Any other edge is a closure, to
 /// be kept or not:
-/// 1. two closures that close a ring with the odometry between them, closer than chance would in
-///    any ring of the graph, support each other (after Mangelson et al. 2018). Rings are tried at
+/// 1. two closures that close a cycle with the odometry between them, closer than chance would in
+///    any cycle of the graph, support each other (after Mangelson et al. 2018). Cycles are tried at
 ///    several scales of the noise; that counts which supports most closures;
-/// 2. odometry and the closures in rings beyond all doubt are relaxed, from a linear start; other
+/// 2. odometry and the closures in cycles beyond all doubt are relaxed, from a linear start; other
 ///    supported ones come in where they agree with that;
 /// 3. a closure comes in where the error it shows, against its own covariance and the relaxed
 ///    graph's, makes it true beyond doubt; one leaves where its chi2 is beyond what errors explain;
@@ -51,7 +51,7 @@ using RingProgress = std::function<void(double)>;
 /// of the number of closures, and with its cube where they join everything with everything. Where
 /// `stop` ends it, what was kept last stays, relaxed as far as it went; odometry alone at the
 /// least. One thread, same bits every time.
-RobustReport relax_robustly(PoseGraph& graph, const RingProgress& rings = {},
+RobustReport relax_robustly(PoseGraph& graph, const CycleProgress& cycles = {},
                             const RelaxProgress& steps = {}, const RelaxStop& stop = {});
 
 }  // namespace panoptes

@@ -286,7 +286,7 @@ double FloorParallax::log_odds_of(const Earlier& earlier, const UnknownBlock& un
     square += cell.grey * cell.grey;
   }
   const double variance = square / n - (sum / n) * (sum / n);
-  const double noise = std::max(*known_misfit_, kTextureError * variance);
+  const double noise = std::max(*known_mean_square_, kTextureError * variance);
   double log_odds = kIndependentShare * n * (upright - *flat) / (2 * noise);
   if (log_odds > 0) {
     const double fit_max = options_.fit_max * options_.fit_max;
@@ -306,10 +306,10 @@ std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
   const Earlier earlier(*this, before, T_odom_look);
   const Sorted sorted = sort_blocks(now, earlier, known, first);
   if (sorted.known_blocks >= 3) {
-    known_misfit_ = std::max(sorted.known_sum / sorted.known_blocks, 1.0);
+    known_mean_square_ = std::max(sorted.known_sum / sorted.known_blocks, 1.0);
   }
   std::vector<Block> blocks;
-  if (!known_misfit_) {
+  if (!known_mean_square_) {
     return blocks;  // nothing has said yet how well the floor itself agrees
   }
   for (const UnknownBlock& unknown : sorted.unknown) {

@@ -85,10 +85,10 @@ class FloorParallax {
   int columns_ = 0;
   int rows_ = 0;
   Vec2 origin_look_ = Vec2::Zero();
-  std::vector<std::int32_t> pixel_;     // mapped pixels and
-  std::vector<std::int32_t> cell_;      // the cell each falls into
-  std::vector<std::int32_t> sample_;    // the scan's sample at each cell's centre, -1 outside
-  std::optional<double> known_misfit_;  // mean squared difference of known floor, as last seen
+  std::vector<std::int32_t> pixel_;          // mapped pixels and
+  std::vector<std::int32_t> cell_;           // the cell each falls into
+  std::vector<std::int32_t> sample_;         // the scan's sample at each cell's centre, -1 outside
+  std::optional<double> known_mean_square_;  // mean squared difference of known floor, as last seen
   std::deque<Rectified> past_;
   std::vector<Candidate> candidates_;
 };

@@ -20,7 +20,7 @@ const std::string kLoopRole = "loop_";
 constexpr int kSmallest = 6;  // matches below which nothing is tried
 constexpr int kScored = 100;  // matches that judge a sampled hypothesis: more cost only time
 constexpr double kPoseNoise_px = 0.5;  // of a neighbour's pose: 0.15 degrees on a 190 px lens
-constexpr double kRoom_pm = 0.3;  // how far a room's mean inverse depth may be from the default
+constexpr double kRoom_per_m = 0.3;  // how far a room's mean inverse depth may be from the default
 // What neighbouring keyframes get wrong together (depths from one baseline, lens, mounting) and no
 // number of features averages away.
 constexpr double kTogether_m = 0.001;
@@ -29,7 +29,7 @@ constexpr double kForgetPrior =
     1e-4;  // share of the prior kept where the pictures shall speak alone
 
 // A match, ready to be compared in one of the two pictures: `source` knows its depth better.
-struct Sight {
+struct MatchObservation {
   bool source_is_a = true;
   Vec3 origin;                       // camera of the source, in the source's body frame
   Vec3 direction;                    // what its pixel sees, z = 1 in its camera, in its body frame
@@ -52,37 +52,38 @@ const InverseDepth& depth_of(const PlaceDepths& depths, int camera, int feature)
   return depths.empty() || depths[camera].empty() ? kUnknownDepth : depths[camera][feature];
 }
 
-std::vector<Sight> sights_of(const LoopCameras& cameras, const PlaceFeatures& a,
-                             const PlaceDepths& depths_a, const PlaceFeatures& b,
-                             const PlaceDepths& depths_b, const std::vector<PlaceMatch>& matches) {
+std::vector<MatchObservation> observations_of(const LoopCameras& cameras, const PlaceFeatures& a,
+                                              const PlaceDepths& depths_a, const PlaceFeatures& b,
+                                              const PlaceDepths& depths_b,
+                                              const std::vector<PlaceMatch>& matches) {
   std::vector<Mat3> R_body_camera;
   for (const LoopCamera& camera : cameras) {
     R_body_camera.push_back(camera.T_body_camera.rotation.toRotationMatrix());
   }
-  std::vector<Sight> sights;
-  sights.reserve(matches.size());
+  std::vector<MatchObservation> observations;
+  observations.reserve(matches.size());
   for (const PlaceMatch& match : matches) {
     const InverseDepth& depth_a = depth_of(depths_a, match.camera_a, match.feature_a);
     const InverseDepth& depth_b = depth_of(depths_b, match.camera_b, match.feature_b);
-    Sight sight;
-    sight.source_is_a = depth_a.sigma_pm <= depth_b.sigma_pm;
-    const int source = sight.source_is_a ? match.camera_a : match.camera_b;
-    const int target = sight.source_is_a ? match.camera_b : match.camera_a;
+    MatchObservation observation;
+    observation.source_is_a = depth_a.sigma_per_m <= depth_b.sigma_per_m;
+    const int source = observation.source_is_a ? match.camera_a : match.camera_b;
+    const int target = observation.source_is_a ? match.camera_b : match.camera_a;
     const Eigen::Vector2f& px_a = a[match.camera_a].px[match.feature_a];
     const Eigen::Vector2f& px_b = b[match.camera_b].px[match.feature_b];
-    sight.origin = cameras[source].T_body_camera.translation;
-    sight.direction =
-        ray_body(cameras[source], R_body_camera[source], sight.source_is_a ? px_a : px_b);
-    sight.depth = sight.source_is_a ? depth_a : depth_b;
-    sight.guessed = std::pow(sight.depth.sigma_pm / kUnknownDepth.sigma_pm, 2);
-    sight.R_camera_target = R_body_camera[target].transpose();
-    sight.origin_target = cameras[target].T_body_camera.translation;
-    sight.lens = &cameras[target].intrinsics;
-    sight.px = (sight.source_is_a ? px_b : px_a).cast<double>();
-    sight.camera_a = match.camera_a;
-    sights.push_back(sight);
+    observation.origin = cameras[source].T_body_camera.translation;
+    observation.direction =
+        ray_body(cameras[source], R_body_camera[source], observation.source_is_a ? px_a : px_b);
+    observation.depth = observation.source_is_a ? depth_a : depth_b;
+    observation.guessed = std::pow(observation.depth.sigma_per_m / kUnknownDepth.sigma_per_m, 2);
+    observation.R_camera_target = R_body_camera[target].transpose();
+    observation.origin_target = cameras[target].T_body_camera.translation;
+    observation.lens = &cameras[target].intrinsics;
+    observation.px = (observation.source_is_a ? px_b : px_a).cast<double>();
+    observation.camera_a = match.camera_a;
+    observations.push_back(observation);
   }
-  return sights;
+  return observations;
 }
 
 // The rigid motion of one candidate, computed once for all matches.
@@ -114,31 +115,32 @@ using Vec4 = Eigen::Vector4d;
 // All guessed depths are wrong together by that much, and would otherwise outvote what is measured.
 struct State {
   Pose2 T_a_b;
-  double nearer_pm = 0;
+  double nearer_per_m = 0;
 };
 
-// A sight at one motion and one inverse depth: where the target sees it, in its camera (times the
-// inverse depth), and how that changes with the inverse depth.
+// A observation at one motion and one inverse depth: where the target sees it, in its camera (times
+// the inverse depth), and how that changes with the inverse depth.
 struct Image {
   Vec3 turned;  // before the way between the cameras counts
   Vec3 q;
   Vec3 along;
 };
 
-Image image_of(const Sight& sight, const Motion& motion, double rho) {
+Image image_of(const MatchObservation& observation, const Motion& motion, double rho) {
   Image image;
   Vec3 along_body;
-  if (sight.source_is_a) {
-    const Vec3 offset = sight.origin - motion.t;
-    image.turned = motion.turn_back(rho * offset + sight.direction);
-    along_body = motion.turn_back(offset) - sight.origin_target;
-    image.q = sight.R_camera_target * (image.turned - rho * sight.origin_target);
+  if (observation.source_is_a) {
+    const Vec3 offset = observation.origin - motion.t;
+    image.turned = motion.turn_back(rho * offset + observation.direction);
+    along_body = motion.turn_back(offset) - observation.origin_target;
+    image.q = observation.R_camera_target * (image.turned - rho * observation.origin_target);
   } else {
-    image.turned = motion.turn(rho * sight.origin + sight.direction);
-    along_body = motion.turn(sight.origin) + motion.t - sight.origin_target;
-    image.q = sight.R_camera_target * (image.turned + rho * (motion.t - sight.origin_target));
+    image.turned = motion.turn(rho * observation.origin + observation.direction);
+    along_body = motion.turn(observation.origin) + motion.t - observation.origin_target;
+    image.q =
+        observation.R_camera_target * (image.turned + rho * (motion.t - observation.origin_target));
   }
-  image.along = sight.R_camera_target * along_body;
+  image.along = observation.R_camera_target * along_body;
   return image;
 }
 
@@ -161,15 +163,16 @@ Mat2 weight_of(double variance_px2, double depth_variance, const Vec2& along_px)
 }
 
 // Squared residual in sigmas, at the depth known before; infinite when the target cannot see it.
-double misfit(const Sight& sight, const Motion& motion, double variance_px2) {
-  const Image image = image_of(sight, motion, sight.depth.mean_pm);
+double squared_mahalanobis(const MatchObservation& observation, const Motion& motion,
+                           double variance_px2) {
+  const Image image = image_of(observation, motion, observation.depth.mean_per_m);
   if (!(image.q.z() >= kBehind)) {
     return std::numeric_limits<double>::infinity();
   }
-  const Vec2 r = sight.lens->project(image.q) - sight.px;
-  const Vec2 along = moved_px(*sight.lens, image.q, image.along);
+  const Vec2 r = observation.lens->project(image.q) - observation.px;
+  const Vec2 along = moved_px(*observation.lens, image.q, image.along);
   const double along_r = along.dot(r);
-  const double spread = sight.depth.sigma_pm * sight.depth.sigma_pm;
+  const double spread = observation.depth.sigma_per_m * observation.depth.sigma_per_m;
   return (r.squaredNorm() -
           along_r * along_r * spread / (variance_px2 + spread * along.squaredNorm())) /
          variance_px2;
@@ -177,37 +180,37 @@ double misfit(const Sight& sight, const Motion& motion, double variance_px2) {
 
 // The residual linearised where this match's own depth fits best: at the depth known before, whose
 // error turns up on both sides of the equation, every motion would come out too short.
-bool linearise(const Sight& sight, const Motion& motion, double nearer_pm, double variance_px2,
-               Residual& out) {
-  const Intrinsics& lens = *sight.lens;
-  const double spread = sight.depth.sigma_pm * sight.depth.sigma_pm;
-  const double known = sight.depth.mean_pm + sight.guessed * nearer_pm;
+bool linearise(const MatchObservation& observation, const Motion& motion, double nearer_per_m,
+               double variance_px2, Residual& out) {
+  const Intrinsics& lens = *observation.lens;
+  const double spread = observation.depth.sigma_per_m * observation.depth.sigma_per_m;
+  const double known = observation.depth.mean_per_m + observation.guessed * nearer_per_m;
   double rho = std::max(0.0, known);
-  Image image = image_of(sight, motion, rho);
+  Image image = image_of(observation, motion, rho);
   for (int round = 0; round < 2; ++round) {
     if (!(image.q.z() >= kBehind)) {
       return false;
     }
-    const Vec2 r = lens.project(image.q) - sight.px;
+    const Vec2 r = lens.project(image.q) - observation.px;
     const Vec2 along = moved_px(lens, image.q, image.along);
     const double best = known - spread * along.dot(r + along * (known - rho)) /
                                     (variance_px2 + spread * along.squaredNorm());
     rho = std::max(0.0, best);
-    image = image_of(sight, motion, rho);
+    image = image_of(observation, motion, rho);
   }
   if (!(image.q.z() >= kBehind)) {
     return false;
   }
   const Vec2 along = moved_px(lens, image.q, image.along);
-  out.r = lens.project(image.q) - sight.px + along * (known - rho);
+  out.r = lens.project(image.q) - observation.px + along * (known - rho);
   out.weight = weight_of(variance_px2, spread, along);
-  out.jacobian.col(3) = sight.guessed * along;
+  out.jacobian.col(3) = observation.guessed * along;
   const double length = along.norm();
   out.across_px =
       length > 1e-9 ? (along.x() * out.r.y() - along.y() * out.r.x()) / length : out.r.norm();
-  const Mat3& R = sight.R_camera_target;
+  const Mat3& R = observation.R_camera_target;
   const Vec3& turned = image.turned;
-  if (sight.source_is_a) {
+  if (observation.source_is_a) {
     out.jacobian.col(0) = moved_px(lens, image.q, R * (-rho * motion.turn_back(Vec3::UnitX())));
     out.jacobian.col(1) = moved_px(lens, image.q, R * (-rho * motion.turn_back(Vec3::UnitY())));
     out.jacobian.col(2) = moved_px(lens, image.q, R * Vec3(turned.y(), -turned.x(), 0));
@@ -232,17 +235,17 @@ struct Normal {
   Vec4 gradient = Vec4::Zero();
 };
 
-// Sums over the sights named by `chosen` (all when null). `kernel` <= 0: squares; else
+// Sums over the observations named by `chosen` (all when null). `kernel` <= 0: squares; else
 // Geman-McClure of that width in sigmas.
-Normal sum_up(const std::vector<Sight>& sights, const std::vector<int>* chosen, const State& state,
-              double variance_px2, double kernel) {
+Normal sum_up(const std::vector<MatchObservation>& observations, const std::vector<int>* chosen,
+              const State& state, double variance_px2, double kernel) {
   const Motion motion(state.T_a_b);
   Normal normal;
-  const int count = static_cast<int>(chosen != nullptr ? chosen->size() : sights.size());
+  const int count = static_cast<int>(chosen != nullptr ? chosen->size() : observations.size());
   Residual residual;
   for (int k = 0; k < count; ++k) {
-    const Sight& sight = sights[chosen != nullptr ? (*chosen)[k] : k];
-    if (!linearise(sight, motion, state.nearer_pm, variance_px2, residual)) {
+    const MatchObservation& observation = observations[chosen != nullptr ? (*chosen)[k] : k];
+    if (!linearise(observation, motion, state.nearer_per_m, variance_px2, residual)) {
       continue;
     }
     double trust = 1;
@@ -259,33 +262,34 @@ Normal sum_up(const std::vector<Sight>& sights, const std::vector<int>* chosen, 
 }
 
 // What is believed before looking, of all that is solved for.
-struct Belief {
+struct StatePrior {
   Pose2 T_a_b;
   Mat4 information = Mat4::Zero();
 
-  explicit Belief(const MotionPrior& prior, double share = 1) : T_a_b(prior.T_a_b) {
+  explicit StatePrior(const MotionPrior& prior, double share = 1) : T_a_b(prior.T_a_b) {
     information.topLeftCorner<3, 3>() = share * prior.covariance.inverse();
-    information(3, 3) = 1 / (kRoom_pm * kRoom_pm);
+    information(3, 3) = 1 / (kRoom_per_m * kRoom_per_m);
   }
 };
 
-State step_from(const State& state, const Normal& normal, const Belief& belief) {
+State step_from(const State& state, const Normal& normal, const StatePrior& state_prior) {
   Vec4 off;
-  off << difference(state.T_a_b, belief.T_a_b), state.nearer_pm;
-  const Mat4 H = normal.information + belief.information;
-  const Vec4 step = -H.ldlt().solve(normal.gradient + belief.information * off);
+  off << difference(state.T_a_b, state_prior.T_a_b), state.nearer_per_m;
+  const Mat4 H = normal.information + state_prior.information;
+  const Vec4 step = -H.ldlt().solve(normal.gradient + state_prior.information * off);
   if (!step.allFinite()) {
     return state;
   }
-  return {moved(state.T_a_b, step.head<3>()), state.nearer_pm + step[3]};
+  return {moved(state.T_a_b, step.head<3>()), state.nearer_per_m + step[3]};
 }
 
 // The start most matches agree with, among motions through three of them each.
-Pose2 search_start(const MotionOptions& options, const std::vector<Sight>& sights,
-                   const MotionPrior& prior, const Belief& belief, double variance_px2, Rng& rng) {
+Pose2 search_start(const MotionOptions& options, const std::vector<MatchObservation>& observations,
+                   const MotionPrior& prior, const StatePrior& state_prior, double variance_px2,
+                   Rng& rng) {
   const double limit = options.inlier_sigma * options.inlier_sigma;
   const Mat3 root = prior.covariance.llt().matrixL();
-  const int count = static_cast<int>(sights.size());
+  const int count = static_cast<int>(observations.size());
   std::vector<int> judges;
   const int stride = std::max(1, count / kScored);
   for (int i = 0; i < count; i += stride) {
@@ -304,13 +308,14 @@ Pose2 search_start(const MotionOptions& options, const std::vector<Sight>& sight
       state.T_a_b = moved(state.T_a_b, root * draw);
       const std::vector<int> sample{rng.index(count), rng.index(count), rng.index(count)};
       for (int iteration = 0; iteration < 3; ++iteration) {
-        state = step_from(state, sum_up(sights, &sample, state, variance_px2, 0), belief);
+        state =
+            step_from(state, sum_up(observations, &sample, state, variance_px2, 0), state_prior);
       }
     }
     const Motion motion(state.T_a_b);
     double cost = 0;
     for (const int judge : judges) {
-      cost += std::min(limit, misfit(sights[judge], motion, variance_px2));
+      cost += std::min(limit, squared_mahalanobis(observations[judge], motion, variance_px2));
       if (cost >= best_cost) {
         break;
       }
@@ -384,16 +389,18 @@ std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
   if (static_cast<int>(matches.size()) < kSmallest) {
     return std::nullopt;
   }
-  const std::vector<Sight> sights = sights_of(cameras, a, depths_a, b, depths_b, matches);
+  const std::vector<MatchObservation> observations =
+      observations_of(cameras, a, depths_a, b, depths_b, matches);
   const double variance_px2 = 2 * options.noise_px * options.noise_px;  // both pictures are noisy
-  const Belief belief(prior);
+  const StatePrior state_prior(prior);
   State state{prior.T_a_b};
   if (search != nullptr) {
-    state.T_a_b = search_start(options, sights, prior, belief, variance_px2, *search);
+    state.T_a_b = search_start(options, observations, prior, state_prior, variance_px2, *search);
   }
   // from forgiving to strict
   for (const double kernel : {8.0, 8.0, 5.0, 5.0, 3.0, 3.0, 3.0}) {
-    state = step_from(state, sum_up(sights, nullptr, state, variance_px2, kernel), belief);
+    state =
+        step_from(state, sum_up(observations, nullptr, state, variance_px2, kernel), state_prior);
   }
   std::vector<int> inliers;
   PlanarMotion motion;
@@ -403,33 +410,34 @@ std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
     Residual residual;
     double sum_px2 = 0;
     motion.inliers_by_camera.assign(cameras.size(), 0);
-    for (int i = 0; i < static_cast<int>(sights.size()); ++i) {
-      if (linearise(sights[i], now, state.nearer_pm, variance_px2, residual) &&
+    for (int i = 0; i < static_cast<int>(observations.size()); ++i) {
+      if (linearise(observations[i], now, state.nearer_per_m, variance_px2, residual) &&
           residual.r.dot(residual.weight * residual.r) <=
               options.inlier_sigma * options.inlier_sigma) {
         inliers.push_back(i);
         sum_px2 += residual.across_px * residual.across_px;
-        ++motion.inliers_by_camera[sights[i].camera_a];
+        ++motion.inliers_by_camera[observations[i].camera_a];
       }
     }
     if (static_cast<int>(inliers.size()) < kSmallest) {
       return std::nullopt;
     }
     motion.rms_px = std::sqrt(sum_px2 / static_cast<double>(inliers.size()));
-    state = step_from(state, sum_up(sights, &inliers, state, variance_px2, 0), belief);
+    state = step_from(state, sum_up(observations, &inliers, state, variance_px2, 0), state_prior);
   }
   // what the pictures are noisier than promised makes the answer less sure, never surer
   const double excess = std::max(1.0, motion.rms_px * motion.rms_px / variance_px2);
-  const Mat4 information = sum_up(sights, &inliers, state, variance_px2, 0).information / excess;
+  const Mat4 information =
+      sum_up(observations, &inliers, state, variance_px2, 0).information / excess;
   const Vec3 shared = information.block<3, 1>(0, 3);
   motion.information_seen =
       information.topLeftCorner<3, 3>() -
-      shared * shared.transpose() / (information(3, 3) + belief.information(3, 3));
+      shared * shared.transpose() / (information(3, 3) + state_prior.information(3, 3));
   motion.T_a_b = state.T_a_b;
   motion.covariance = (motion.information_seen + prior.covariance.inverse()).inverse();
-  const Belief forgotten(prior, kForgetPrior);
+  const StatePrior forgotten(prior, kForgetPrior);
   for (int iteration = 0; iteration < 3; ++iteration) {
-    state = step_from(state, sum_up(sights, &inliers, state, variance_px2, 0), forgotten);
+    state = step_from(state, sum_up(observations, &inliers, state, variance_px2, 0), forgotten);
   }
   motion.T_a_b_seen = state.T_a_b;
   motion.sigma_theta_rad = std::sqrt(motion.covariance(2, 2));
@@ -505,15 +513,15 @@ PlaceDepths triangulate(const FeatureOptions& feature_options, const MotionOptio
     for (std::size_t feature = 0; feature < partners.size(); ++feature) {
       std::vector<Partner>& seen = partners[feature];
       while (!seen.empty()) {
-        const double prior = 1 / (kUnknownDepth.sigma_pm * kUnknownDepth.sigma_pm);
-        double rho = kUnknownDepth.mean_pm;
+        const double prior = 1 / (kUnknownDepth.sigma_per_m * kUnknownDepth.sigma_per_m);
+        double rho = kUnknownDepth.mean_per_m;
         double information = prior;
         std::size_t worst = 0;
         double worst_m2 = 0;
         constexpr int kIterations = 5;
         for (int iteration = 0; iteration < kIterations; ++iteration) {
           information = prior;
-          double gradient = prior * (rho - kUnknownDepth.mean_pm);
+          double gradient = prior * (rho - kUnknownDepth.mean_per_m);
           worst_m2 = 0;
           for (std::size_t k = 0; k < seen.size(); ++k) {
             const Vec3 q = seen[k].at + rho * seen[k].along;

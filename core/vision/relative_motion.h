@@ -38,8 +38,8 @@ std::optional<int> opposite_of(int camera);
 
 /// Inverse distance along a camera's axis of what a pixel shows, 1/m, and how sure that is.
 struct InverseDepth {
-  double mean_pm = 0.4;
-  double sigma_pm = 0.5;  ///< the defaults say "somewhere between half a metre and infinity"
+  double mean_per_m = 0.4;
+  double sigma_per_m = 0.5;  ///< the defaults say "somewhere between half a metre and infinity"
 };
 /// One for each feature of each loop camera; none for a camera where nothing is known.
 using PlaceDepths = std::vector<std::vector<InverseDepth>>;

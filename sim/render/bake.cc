@@ -176,12 +176,13 @@ class Light {
     }
   }
 
-  struct Openness {
+  struct AmbientOcclusion {
     double open = 1;   ///< 1: nothing near
     double backs = 0;  ///< share of rays that meet something from behind
   };
 
-  Openness openness(const RayTracer& things, const Vec3& p, const Vec3& normal) const {
+  AmbientOcclusion ambient_occlusion(const RayTracer& things, const Vec3& p,
+                                     const Vec3& normal) const {
     const Vec3 from = p + kOff_m * normal;
     const auto [a, b] = across(normal);
     double lost = 0;
@@ -213,7 +214,7 @@ class Light {
       light[0] = kLampBrightness;
       return true;
     }
-    const Openness around = openness(fixed_, spot.p, spot.normal);
+    const AmbientOcclusion around = ambient_occlusion(fixed_, spot.p, spot.normal);
     if (around.backs > kInsideShare && shining == nullptr) {
       return false;
     }
@@ -449,8 +450,8 @@ class Baker {
       const int row = chart.row + first + static_cast<int>(i) / chart.columns;
       const int column = chart.column + static_cast<int>(i) % chart.columns;
       if (chart.moves) {
-        const Light::Openness around =
-            light_.openness(*own_trees_[chart.object], spots[i].p, chart.normal);
+        const Light::AmbientOcclusion around =
+            light_.ambient_occlusion(*own_trees_[chart.object], spots[i].p, chart.normal);
         if (around.backs <= kInsideShare) {
           known_.at<std::uint8_t>(row, column) = kKnown;
           baked_.layers[0].at<std::uint8_t>(row, column) =

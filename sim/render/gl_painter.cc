@@ -253,24 +253,24 @@ class GlPainter final : public Painter {
     gl_.ActiveTexture(GL_TEXTURE0);
   }
 
-  Drawn paint(const Sitting& sitting, const Visible& visible) override {
-    if (sitting.view.faces != nullptr) {
-      return draw_faces(sitting.view, sitting.ask, [&](const View& pinhole, const Ask& /*ask*/) {
-        Sitting of_face = sitting;
+  Drawn paint(const RenderJob& job, const Visible& visible) override {
+    if (job.view.faces != nullptr) {
+      return draw_faces(job.view, job.ask, [&](const View& pinhole, const Ask& /*ask*/) {
+        RenderJob of_face = job;
         of_face.view = pinhole;
         return paint(of_face, visible);
       });
     }
-    const DrawList& list = visible(sitting.view);
-    const Intrinsics& camera = sitting.view.intrinsics;
-    const Ask& ask = sitting.ask;
+    const DrawList& list = visible(job.view);
+    const Intrinsics& camera = job.view.intrinsics;
+    const Ask& ask = job.ask;
     const int width = camera.width_px;
     const int height = camera.height_px;
     context_->make_current();
     gl_.BindFramebuffer(GL_FRAMEBUFFER, target(width, height, ask.instance));
     gl_.Viewport(0, 0, width, height);
-    clear(sitting);
-    draw(sitting, list);
+    clear(job);
+    draw(job, list);
 
     Drawn drawn;
     bgra_.create(height, width, CV_8UC4);
@@ -288,7 +288,7 @@ class GlPainter final : public Painter {
       gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
     }
     if (ask.depth) {
-      drawn.depth_m = read_depth(width, height, static_cast<float>(sitting.near_m));
+      drawn.depth_m = read_depth(width, height, static_cast<float>(job.near_m));
     }
     return drawn;
   }
@@ -411,26 +411,26 @@ class GlPainter final : public Painter {
     return t.framebuffer;
   }
 
-  void clear(const Sitting& sitting) const {
-    const std::array<float, 4> sky{sitting.sky_bgr[0], sitting.sky_bgr[1], sitting.sky_bgr[2], 0};
+  void clear(const RenderJob& job) const {
+    const std::array<float, 4> sky{job.sky_bgr[0], job.sky_bgr[1], job.sky_bgr[2], 0};
     gl_.ClearBufferfv(GL_COLOR, 0, sky.data());
     constexpr std::array<GLuint, 4> kNothing{};
-    if (sitting.ask.instance) {
+    if (job.ask.instance) {
       gl_.ClearBufferuiv(GL_COLOR, 1, kNothing.data());
     }
     constexpr GLfloat kInfinity = 0;
     gl_.ClearBufferfv(GL_DEPTH, 0, &kInfinity);
   }
 
-  void draw(const Sitting& sitting, const DrawList& list) {
+  void draw(const RenderJob& job, const DrawList& list) {
     if (list.indices.empty()) {
       return;
     }
-    const Program& program = this->program(sitting.ask);
-    const Eigen::Matrix4f clip_scene = clip_from_scene(sitting.view, sitting.near_m);
+    const Program& program = this->program(job.ask);
+    const Eigen::Matrix4f clip_scene = clip_from_scene(job.view, job.near_m);
     gl_.UseProgram(program.name);
     gl_.UniformMatrix4fv(program.clip_scene, 1, GL_FALSE, clip_scene.data());
-    gl_.Uniform1f(program.gain, static_cast<float>(sitting.light_gain));
+    gl_.Uniform1f(program.gain, static_cast<float>(job.light_gain));
     gl_.BufferData(GL_ELEMENT_ARRAY_BUFFER,
                    static_cast<GLsizeiptr>(list.indices.size() * sizeof(std::uint32_t)),
                    list.indices.data(), GL_STREAM_DRAW);

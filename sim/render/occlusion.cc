@@ -66,7 +66,7 @@ bool Occlusion::hides(const SpaceRectangle& rectangle) {
   const float nearest = high.z() * (1.0F + kNearer);
   for (int row = tile(low.y() - 1, height); row <= bottom; ++row) {
     for (int column = first; column <= last; ++column) {
-      if (nearness(column, row) <= nearest) {
+      if (inverse_depth(column, row) <= nearest) {
         return false;
       }
     }
@@ -129,7 +129,7 @@ void Occlusion::add() {
     const int end = static_cast<int>(std::max(last, -1.0F)) + 1;
     for (int column = static_cast<int>(std::min(first, static_cast<float>(columns_))); column < end;
          ++column) {
-      float& tile = nearness(column, row);
+      float& tile = inverse_depth(column, row);
       tile = std::max(tile, least + per_x * static_cast<float>(column * kTile_px) + per_y * y);
     }
   }

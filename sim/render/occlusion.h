@@ -32,7 +32,7 @@ class Occlusion {
 
  private:
   void project(const SpaceRectangle& rectangle);
-  float& nearness(int column, int row) {
+  float& inverse_depth(int column, int row) {
     return tiles_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
                   static_cast<std::size_t>(column)];
   }

@@ -46,7 +46,7 @@ struct DrawList {
 using Visible = std::function<const DrawList&(const View& pinhole)>;
 
 /// A picture of textured triangles on which light has fallen.
-struct Sitting {
+struct RenderJob {
   View view;
   double near_m = 0.03;
   double light_gain = 1;         ///< on the lightmap's values, which are roots of light
@@ -71,7 +71,7 @@ class Painter {
   virtual void move_vertices(std::size_t first, const std::vector<Vertex>& vertices) = 0;
   /// The lightmap, of which only a place has changed since it was given last.
   virtual void set_light(const cv::Mat& texels, const cv::Rect& changed) = 0;
-  virtual Drawn paint(const Sitting& sitting, const Visible& visible) = 0;
+  virtual Drawn paint(const RenderJob& job, const Visible& visible) = 0;
 };
 
 /// OpenGL's. Throws DeviceError when there is none to be had.

@@ -144,10 +144,10 @@ inline Places find_places(const Shade& t, const Paint& paint, const F8& dx_px, c
                           const F8& distance, const Detail& detail_px2) {
   const F8 u = at_lanes(t.u, dx_px, dy_px) * distance;
   const F8 v = at_lanes(t.v, dx_px, dy_px) * distance;
-  const F8 u_x = (t.u.per_x - u * t.nearness.per_x) * distance;
-  const F8 v_x = (t.v.per_x - v * t.nearness.per_x) * distance;
-  const F8 u_y = (t.u.per_y - u * t.nearness.per_y) * distance;
-  const F8 v_y = (t.v.per_y - v * t.nearness.per_y) * distance;
+  const F8 u_x = (t.u.per_x - u * t.inverse_depth.per_x) * distance;
+  const F8 v_x = (t.v.per_x - v * t.inverse_depth.per_x) * distance;
+  const F8 u_y = (t.u.per_y - u * t.inverse_depth.per_y) * distance;
+  const F8 v_y = (t.v.per_y - v * t.inverse_depth.per_y) * distance;
   const F8 across = u_x * u_x + v_x * v_x;
   const F8 down = u_y * u_y + v_y * v_y;
   Places places;
@@ -201,7 +201,7 @@ inline U8 lit_texels(const Paint& paint, const Places& at) {
 
 /// Puts a triangle into a tile: where it is nearer than what is there, its number and how near.
 inline void raster_tile(const Covered& t, const std::array<std::int64_t, 3>& edges, bool whole,
-                        float near_at_tile, float* nearness, std::uint32_t* numbers,
+                        float near_at_tile, float* inverse_depth, std::uint32_t* numbers,
                         float& farthest) {
   std::array<I8, 3> inside{};
   std::array<I8, 3> down{};
@@ -214,13 +214,13 @@ inline void raster_tile(const Covered& t, const std::array<std::int64_t, 3>& edg
       down[i] = I8{} + (crosses ? t.edges[i].dx : 0);
     }
   }
-  const F8 along = t.nearness.per_x * kLanes;
+  const F8 along = t.inverse_depth.per_x * kLanes;
   const U8 number = U8{} + t.number;
   F8 least = all(std::numeric_limits<float>::infinity());
   bool changed = false;
   for (int row = 0; row < kTile; ++row) {
-    const F8 z = (near_at_tile + t.nearness.per_y * static_cast<float>(row)) + along;
-    auto* stored = reinterpret_cast<F8*>(nearness + first_of(0, row));
+    const F8 z = (near_at_tile + t.inverse_depth.per_y * static_cast<float>(row)) + along;
+    auto* stored = reinterpret_cast<F8*>(inverse_depth + first_of(0, row));
     I8 nearer = z > *stored;
     if (!whole) {
       nearer &= ~((inside[0] | inside[1] | inside[2]) >> 31);
@@ -247,8 +247,8 @@ inline void raster_tile(const Covered& t, const std::array<std::int64_t, 3>& edg
 /// The nearest triangle at each pixel of a row of tiles.
 void raster_row(const std::vector<Covered>& triangles, const std::vector<std::uint32_t>& row_of,
                 int tile_row, int columns, TileRow& tiles) {
-  std::fill(tiles.nearness.begin(), tiles.nearness.end(), 0.0F);
-  std::fill_n(tiles.numbers, tiles.nearness.size(), kNothing);
+  std::fill(tiles.inverse_depth.begin(), tiles.inverse_depth.end(), 0.0F);
+  std::fill_n(tiles.numbers, tiles.inverse_depth.size(), kNothing);
   std::fill(tiles.farthest.begin(), tiles.farthest.end(), 0.0F);
   const int y = tile_row * kTile;
   for (const std::uint32_t k : row_of) {
@@ -266,21 +266,22 @@ void raster_row(const std::vector<Covered>& triangles, const std::vector<std::ui
       least[i] = std::min<std::int64_t>(across, 0) + std::min<std::int64_t>(down, 0);
     }
     const float near_at_row =
-        t.nearness.at_origin + t.nearness.per_y * static_cast<float>(y - t.origin_y_px);
+        t.inverse_depth.at_origin + t.inverse_depth.per_y * static_cast<float>(y - t.origin_y_px);
     const float steps = static_cast<float>(kTile - 1);
-    const float nearest_in_tile = std::max(t.nearness.per_y * steps, 0.0F);
-    const float nearest_across = std::max(t.nearness.per_x * steps, 0.0F);
+    const float nearest_in_tile = std::max(t.inverse_depth.per_y * steps, 0.0F);
+    const float nearest_across = std::max(t.inverse_depth.per_x * steps, 0.0F);
     for (int column = t.first_column; column <= t.last_column && column < columns; ++column) {
       const bool outside = edge[0] + most[0] < 0 || edge[1] + most[1] < 0 || edge[2] + most[2] < 0;
       if (!outside) {
         const float near_at_tile =
-            near_at_row + t.nearness.per_x * static_cast<float>(column * kTile - t.origin_x_px);
+            near_at_row +
+            t.inverse_depth.per_x * static_cast<float>(column * kTile - t.origin_x_px);
         const auto c = static_cast<std::size_t>(column);
         if (std::min((near_at_tile + nearest_in_tile) + nearest_across, t.nearest) >
             tiles.farthest[c]) {
           const bool whole =
               edge[0] + least[0] >= 0 && edge[1] + least[1] >= 0 && edge[2] + least[2] >= 0;
-          raster_tile(t, edge, whole, near_at_tile, &tiles.nearness[first_of(column, 0)],
+          raster_tile(t, edge, whole, near_at_tile, &tiles.inverse_depth[first_of(column, 0)],
                       &tiles.numbers[first_of(column, 0)], tiles.farthest[c]);
         }
       }
@@ -350,7 +351,7 @@ inline void shade_tiles(const std::vector<Shade>& triangles, const Paint& paint,
         const Shade& t = triangles[number];
         const F8 dx_px = static_cast<float>(column * kTile - t.origin_x_px) + kLanes;
         const auto dy_px = static_cast<float>(tile_row * kTile + row - t.origin_y_px);
-        const F8 distance = 1.0F / at_lanes(t.nearness, dx_px, dy_px);
+        const F8 distance = 1.0F / at_lanes(t.inverse_depth, dx_px, dy_px);
         const auto mine = reinterpret_cast<I8>(numbers == number);
         parts[count++] = {find_places(t, paint, dx_px, dy_px, distance, 1.0F),
                           reinterpret_cast<U8>(mine), &out.bgra[to]};
@@ -361,7 +362,7 @@ inline void shade_tiles(const std::vector<Shade>& triangles, const Paint& paint,
       }
       if constexpr (kWithTruth) {
         // Where nothing is it is infinite.
-        const F8 distance_m = 1.0F / *reinterpret_cast<const F8*>(&tiles.nearness[at]);
+        const F8 distance_m = 1.0F / *reinterpret_cast<const F8*>(&tiles.inverse_depth[at]);
         store(truth, distance_m, to, out);
       }
     }
@@ -425,7 +426,7 @@ inline void look_tiles(const std::vector<Shade>& triangles, const Paint& paint,
           dx_px = moved ? __builtin_convertvector(x - t.origin_x_px, F8) : dx_px;
           dy_px = moved ? __builtin_convertvector(y - t.origin_y_px, F8) : dy_px;
         }
-        const F8 distance = 1.0F / at_lanes(t.nearness, dx_px, dy_px);
+        const F8 distance = 1.0F / at_lanes(t.inverse_depth, dx_px, dy_px);
         const auto mine = reinterpret_cast<I8>(numbers == number);
         parts[count++] = {find_places(t, paint, dx_px, dy_px, distance, detail_px2),
                           reinterpret_cast<U8>(mine), &out.bgra[to]};

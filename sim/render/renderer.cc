@@ -175,12 +175,12 @@ class Renderer::Impl {
     PANOPTES_CHECK(view.intrinsics.is_pinhole() != (view.faces != nullptr),
                    "a lens that bends sees through faces");
     bring_to(moment);
-    Sitting sitting{view, options_.near_m, std::sqrt(light_.most_light() * view.gain), {}, ask};
+    RenderJob job{view, options_.near_m, std::sqrt(light_.most_light() * view.gain), {}, ask};
     const double shown = light_.power(ambient_group_) * view.gain;
     for (std::size_t i = 0; i < sky_bgr_.size(); ++i) {
-      sitting.sky_bgr[i] = static_cast<float>(std::sqrt(std::clamp(sky_bgr_[i] * shown, 0.0, 1.0)));
+      job.sky_bgr[i] = static_cast<float>(std::sqrt(std::clamp(sky_bgr_[i] * shown, 0.0, 1.0)));
     }
-    return painter_->paint(sitting, [this](const View& pinhole) -> const DrawList& {
+    return painter_->paint(job, [this](const View& pinhole) -> const DrawList& {
       list_visible(pinhole);
       return list_;
     });

@@ -68,8 +68,8 @@ struct Edge {
 /// What a triangle, or a part of it, covers.
 struct Covered {
   std::array<Edge, 3> edges;
-  Plane3 nearness;    ///< 1 / distance along the camera's axis, in 1/m
-  float nearest = 0;  ///< at its corners
+  Plane3 inverse_depth;  ///< 1 / distance along the camera's axis, in 1/m
+  float nearest = 0;     ///< at its corners
   int origin_x_px = 0;
   int origin_y_px = 0;
   int first_column = 0;  ///< of tiles
@@ -77,9 +77,9 @@ struct Covered {
   std::uint32_t number = 0;  ///< of its Shade
 };
 
-/// How a triangle looks; all but `nearness` over the distance.
+/// How a triangle looks; all but `inverse_depth` over the distance.
 struct Shade {
-  Plane3 nearness;
+  Plane3 inverse_depth;
   std::array<Plane3, 3> sides;  ///< positive inside of each; known for a lens that bends alone
   Plane3 u;                     ///< in its texture, pixels
   Plane3 v;
@@ -134,9 +134,9 @@ using AlignedVector = std::vector<T, Aligned<T>>;
 
 /// A row of tiles: tile by tile, in each row by row.
 struct TileRow {
-  AlignedVector<float> nearness;
+  AlignedVector<float> inverse_depth;
   std::uint32_t* numbers = nullptr;  ///< of the triangle that is seen
-  std::vector<float> farthest;       ///< the least nearness in each tile
+  std::vector<float> farthest;       ///< the least inverse_depth in each tile
 };
 
 /// Where a row of a tile begins in a row of tiles.
@@ -205,14 +205,14 @@ Kernel kernel([[maybe_unused]] bool narrow_vectors) {
 }
 
 /// Threads that share a number of tasks among them and the calling one.
-class Crew {
+class ThreadPool {
  public:
-  explicit Crew(int helpers) {
+  explicit ThreadPool(int helpers) {
     for (int i = 0; i < helpers; ++i) {
       threads_.emplace_back([this, i] { help(i + 1); });
     }
   }
-  ~Crew() {
+  ~ThreadPool() {
     {
       const std::lock_guard lock(mutex_);
       stopped_ = true;
@@ -222,8 +222,8 @@ class Crew {
       thread.join();
     }
   }
-  Crew(const Crew&) = delete;
-  Crew& operator=(const Crew&) = delete;
+  ThreadPool(const ThreadPool&) = delete;
+  ThreadPool& operator=(const ThreadPool&) = delete;
 
   int size() const { return static_cast<int>(threads_.size()) + 1; }
 
@@ -301,8 +301,8 @@ class SoftwarePainter final : public Painter {
  public:
   SoftwarePainter(const World& world, const TextureArrays& textures, bool narrow_vectors)
       : kernel_(kernel(narrow_vectors)),
-        crew_(helpers_wanted()),
-        rows_(static_cast<std::size_t>(crew_.size())) {
+        threads_(helpers_wanted()),
+        rows_(static_cast<std::size_t>(threads_.size())) {
     for (const TextureArray& array : textures.arrays) {
       first_texture_.push_back(textures_.size());
       for (std::size_t l = 0; l < array.textures.size() + array.palettes.size(); ++l) {
@@ -357,36 +357,36 @@ class SoftwarePainter final : public Painter {
     }
   }
 
-  Drawn paint(const Sitting& sitting, const Visible& visible) override {
-    const Intrinsics& camera = sitting.view.intrinsics;
+  Drawn paint(const RenderJob& job, const Visible& visible) override {
+    const Intrinsics& camera = job.view.intrinsics;
     Drawn drawn;
     drawn.bgr.create(camera.height_px, camera.width_px, CV_8UC3);
-    if (sitting.ask.floor_label) {
+    if (job.ask.floor_label) {
       drawn.floor_label.create(drawn.bgr.size(), CV_8U);
     }
-    if (sitting.ask.depth) {
+    if (job.ask.depth) {
       drawn.depth_m.create(drawn.bgr.size(), CV_32F);
     }
-    if (sitting.ask.instance) {
+    if (job.ask.instance) {
       drawn.instance.create(drawn.bgr.size(), CV_16U);
     }
-    near_m_ = sitting.near_m;
-    bends_ = sitting.view.faces != nullptr;
+    near_m_ = job.near_m;
+    bends_ = job.view.faces != nullptr;
     shades_.clear();
-    const Paint paint = paint_of(sitting);
+    const Paint paint = paint_of(job);
     if (!bends_) {
-      add_triangles(sitting.view, 0, visible);
+      add_triangles(job.view, 0, visible);
       const int columns = tiles_across(camera.width_px);
       share_rows(static_cast<int>(bins_.size()), columns, [&](int tile_row, RowMemory& memory) {
         paint_tiles(tile_row, columns, paint, memory, drawn);
       });
       return drawn;
     }
-    const Faces& faces = *sitting.view.faces;
+    const Faces& faces = *job.view.faces;
     const int columns = tiles_across(faces.canvas_px.width);
     numbers_.resize(pixel_of(0, faces.canvas_px.height, columns));
     for (const Faces::Face& face : faces.faces) {
-      add_triangles(sitting.view.through(face), face.top_px, visible);
+      add_triangles(job.view.through(face), face.top_px, visible);
       share_rows(static_cast<int>(bins_.size()), columns, [&](int tile_row, RowMemory& memory) {
         memory.tiles.numbers = &numbers_[pixel_of(0, face.top_px + tile_row * kTile, columns)];
         find_nearest(tile_row, columns, memory);
@@ -411,7 +411,7 @@ class SoftwarePainter final : public Painter {
 
     void fit(int columns) {
       const std::size_t pixels_in_row = pixel_of(0, kTile, columns);
-      tiles.nearness.resize(pixels_in_row);
+      tiles.inverse_depth.resize(pixels_in_row);
       tiles.farthest.resize(static_cast<std::size_t>(columns));
       numbers.resize(pixels_in_row);
       bgra.resize(pixels_in_row);
@@ -432,7 +432,7 @@ class SoftwarePainter final : public Painter {
 
   /// Calls task(number, memory) for each number below `count`, `columns` tiles wide.
   void share_rows(int count, int columns, const std::function<void(int, RowMemory&)>& task) {
-    crew_.share(count, [&](int number, int who) {
+    threads_.share(count, [&](int number, int who) {
       RowMemory& memory = rows_[static_cast<std::size_t>(who)];
       memory.fit(columns);
       task(number, memory);
@@ -460,15 +460,15 @@ class SoftwarePainter final : public Painter {
     }
   }
 
-  Paint paint_of(const Sitting& sitting) const {
+  Paint paint_of(const RenderJob& job) const {
     Paint paint;
     paint.textures = textures_.data();
     paint.pool = pool_.data();
     paint.light = {light_.data(), lightmap_.width, static_cast<float>(lightmap_.width - 1),
                    static_cast<float>(lightmap_.height - 1)};
-    paint.gain = static_cast<float>(sitting.light_gain / (255.0 * 65536.0));
+    paint.gain = static_cast<float>(job.light_gain / (255.0 * 65536.0));
     for (std::size_t i = 0; i < 3; ++i) {
-      paint.sky |= static_cast<std::uint32_t>(std::lround(sitting.sky_bgr[i] * 255)) << (8 * i);
+      paint.sky |= static_cast<std::uint32_t>(std::lround(job.sky_bgr[i] * 255)) << (8 * i);
     }
     return paint;
   }
@@ -540,7 +540,7 @@ class SoftwarePainter final : public Painter {
     // Pictures repeat, so that the ones far from the first need not be counted.
     const double skip_u = std::floor(va.picture[0]);
     const double skip_v = std::floor(va.picture[1]);
-    shade.nearness = plane(1, 1, 1);
+    shade.inverse_depth = plane(1, 1, 1);
     const double w = picture.width_px;
     const double h = picture.height_px;
     shade.u = plane((va.picture[0] - skip_u) * w, (vb.picture[0] - skip_u) * w,
@@ -565,7 +565,7 @@ class SoftwarePainter final : public Painter {
     const int origin_y_px = first.origin_y_px;
     for (std::size_t k = before; k < covered_.size(); ++k) {
       covered_[k].number = number;
-      covered_[k].nearness = shade.nearness;
+      covered_[k].inverse_depth = shade.inverse_depth;
       covered_[k].origin_x_px = origin_x_px;
       covered_[k].origin_y_px = origin_y_px;
       covered_[k].nearest = static_cast<float>(nearest * (1 + 1e-6));
@@ -742,7 +742,7 @@ class SoftwarePainter final : public Painter {
   }
 
   Kernel kernel_;
-  Crew crew_;
+  ThreadPool threads_;
   std::vector<RowMemory> rows_;  ///< of each thread
 
   std::vector<PaintedTexture> textures_;

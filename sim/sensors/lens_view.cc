@@ -163,22 +163,22 @@ LensView::LensView(const Intrinsics& lens) : lens_(lens) {
   plan.boxes.assign(count, {});
   // Where each pixel finds what it shows, now for all of them, at focal length 1.
   const bool along_rays = std::holds_alternative<Equidistant>(lens.distortion);
-  std::vector<Sight> sights;
-  sights.reserve(static_cast<std::size_t>(lens.width_px) *
-                 static_cast<std::size_t>(lens.height_px));
+  std::vector<PixelSource> sources;
+  sources.reserve(static_cast<std::size_t>(lens.width_px) *
+                  static_cast<std::size_t>(lens.height_px));
   for (int v = 0; v < lens.height_px; ++v) {
     for (int u = 0; u < lens.width_px; ++u) {
       const Vec3 d = sure_direction(lens, Vec2(u, v));
-      Sight sight;
-      sight.face = face_of(plan.R_camera_faces, d);
-      const Vec3 d_face = plan.R_camera_faces[sight.face].conjugate() * d;
-      sight.at = d_face.head<2>() / d_face.z();
-      sight.depth_per_face_depth = (along_rays ? d.norm() : d.z()) / d_face.z();
-      plan.boxes[sight.face].add(sight.at);
-      sights.push_back(sight);
+      PixelSource source;
+      source.face = face_of(plan.R_camera_faces, d);
+      const Vec3 d_face = plan.R_camera_faces[source.face].conjugate() * d;
+      source.at = d_face.head<2>() / d_face.z();
+      source.depth_per_face_depth = (along_rays ? d.norm() : d.z()) / d_face.z();
+      plan.boxes[source.face].add(source.at);
+      sources.push_back(source);
     }
   }
-  const double most_px2 = kMostPixels * static_cast<double>(sights.size());
+  const double most_px2 = kMostPixels * static_cast<double>(sources.size());
   const double f_px = std::min(plan.f_px, std::sqrt(most_px2 / plan.area()));
   for (std::size_t i = 0; i < count; ++i) {
     const Vec2 low_px = (plan.boxes[i].low * f_px).array().floor();
@@ -197,10 +197,10 @@ LensView::LensView(const Intrinsics& lens) : lens_(lens) {
   PANOPTES_CHECK(std::max(whole_.canvas_px.width, whole_.canvas_px.height) <
                      std::numeric_limits<std::int16_t>::max(),
                  "OpenCV looks things up in pictures of at most so many pixels");
-  make_maps(sights);
+  make_maps(sources);
 }
 
-void LensView::make_maps(const std::vector<Sight>& sights) {
+void LensView::make_maps(const std::vector<PixelSource>& sources) {
   const std::vector<Faces::Face>& faces = whole_.faces;
   const bool as_drawn = faces.size() == 1 && faces[0].T_camera_face.rotation.w() == 1 &&
                         !std::holds_alternative<Equidistant>(lens_.distortion);
@@ -214,20 +214,20 @@ void LensView::make_maps(const std::vector<Sight>& sights) {
   if (!as_drawn) {
     depth_per_face_depth_.create(size_px, CV_32F);
   }
-  auto sight = sights.begin();
+  auto source = sources.begin();
   for (int v = 0; v < lens_.height_px; ++v) {
-    for (int u = 0; u < lens_.width_px; ++u, ++sight) {
-      const Intrinsics& pinhole = faces[sight->face].pinhole;
-      const Vec2 px(pinhole.cx_px + pinhole.fx_px * sight->at.x(),
-                    pinhole.cy_px + pinhole.fy_px * sight->at.y());
+    for (int u = 0; u < lens_.width_px; ++u, ++source) {
+      const Intrinsics& pinhole = faces[source->face].pinhole;
+      const Vec2 px(pinhole.cx_px + pinhole.fx_px * source->at.x(),
+                    pinhole.cy_px + pinhole.fy_px * source->at.y());
       whole_.x_px.at<float>(v, u) = static_cast<float>(px.x());
-      whole_.y_px.at<float>(v, u) = static_cast<float>(px.y() + faces[sight->face].top_px);
+      whole_.y_px.at<float>(v, u) = static_cast<float>(px.y() + faces[source->face].top_px);
       whole_.detail_px2.at<float>(v, u) =
-          static_cast<float>(covered(sights, v, u) * pinhole.fx_px * pinhole.fy_px);
+          static_cast<float>(covered(sources, v, u) * pinhole.fx_px * pinhole.fy_px);
       if (!as_drawn) {
-        depth_per_face_depth_.at<float>(v, u) = static_cast<float>(sight->depth_per_face_depth);
+        depth_per_face_depth_.at<float>(v, u) = static_cast<float>(source->depth_per_face_depth);
       }
-      Span& rows = rows_of_[sight->face][static_cast<std::size_t>(v)];
+      Span& rows = rows_of_[source->face][static_cast<std::size_t>(v)];
       rows.first = std::min(rows.first, static_cast<int>(px.y()));
       rows.end = std::max(rows.end, static_cast<int>(px.y()) + 2);
     }
@@ -235,19 +235,19 @@ void LensView::make_maps(const std::vector<Sight>& sights) {
 }
 
 /// The area of a face's picture, at focal length 1, that a pixel of the lens covers.
-double LensView::covered(const std::vector<Sight>& sights, int v, int u) const {
-  const auto sight = [&](int row, int column) -> const Sight& {
-    return sights[static_cast<std::size_t>(row) * static_cast<std::size_t>(lens_.width_px) +
-                  static_cast<std::size_t>(column)];
+double LensView::covered(const std::vector<PixelSource>& sources, int v, int u) const {
+  const auto source = [&](int row, int column) -> const PixelSource& {
+    return sources[static_cast<std::size_t>(row) * static_cast<std::size_t>(lens_.width_px) +
+                   static_cast<std::size_t>(column)];
   };
-  const Sight& here = sight(v, u);
+  const PixelSource& here = source(v, u);
   const auto step = [&](int down, int right) -> Vec2 {
     for (const int sign : {-1, 1}) {
       const int row = v + sign * down;
       const int column = u + sign * right;
       if (row >= 0 && row < lens_.height_px && column >= 0 && column < lens_.width_px &&
-          sight(row, column).face == here.face) {
-        return sign * (sight(row, column).at - here.at);
+          source(row, column).face == here.face) {
+        return sign * (source(row, column).at - here.at);
       }
     }
     return {down / lens_.fy_px, right / lens_.fx_px};  // alone in its face

@@ -39,14 +39,14 @@ class LensView {
     int end = 0;
   };
   /// Where a pixel finds what it shows.
-  struct Sight {
+  struct PixelSource {
     std::size_t face = 0;
     Vec2 at = Vec2::Zero();  ///< in its face, at focal length 1
     double depth_per_face_depth = 1;
   };
   Span rows_needed(std::size_t face, int first_row, int end_row) const;
-  void make_maps(const std::vector<Sight>& sights);
-  double covered(const std::vector<Sight>& sights, int v, int u) const;
+  void make_maps(const std::vector<PixelSource>& sources);
+  double covered(const std::vector<PixelSource>& sources, int v, int u) const;
   Faces part(int first_row, int end_row) const;
 
   Intrinsics lens_;

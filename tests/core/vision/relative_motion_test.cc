@@ -198,8 +198,8 @@ TEST(Triangulate, ANeighbourThatNobodyKnowsWhereItIsTellsNoDepth) {
       triangulate(kFeatures, kMotion, cameras, here, {{&there, {std::nan(""), 0, 0}}});
   for (const std::vector<InverseDepth>& of_camera : depths) {
     for (const InverseDepth& depth : of_camera) {
-      ASSERT_EQ(depth.mean_pm, InverseDepth().mean_pm);
-      ASSERT_EQ(depth.sigma_pm, InverseDepth().sigma_pm);
+      ASSERT_EQ(depth.mean_per_m, InverseDepth().mean_per_m);
+      ASSERT_EQ(depth.sigma_per_m, InverseDepth().sigma_per_m);
     }
   }
 }

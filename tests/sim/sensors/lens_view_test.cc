@@ -182,9 +182,10 @@ TEST(LensView, EachPixelShowsWhatAPinholeAlongItsDirectionSees) {
           one.instance.at<std::uint16_t>(0, 0) == drawn.instance.at<std::uint16_t>(v, u);
       const double depth_per_range =
           std::holds_alternative<Equidistant>(lens.distortion) ? 1 : d_camera.z();
-      const double nearness = 1 / (one.depth_m.at<float>(0, 0) * depth_per_range);
-      const double seen_nearness = 1 / drawn.depth_m.at<float>(v, u);
-      others += !same_object || std::abs(seen_nearness - nearness) > 1e-3 * std::abs(nearness);
+      const double inverse_depth = 1 / (one.depth_m.at<float>(0, 0) * depth_per_range);
+      const double seen_inverse_depth = 1 / drawn.depth_m.at<float>(v, u);
+      others += !same_object ||
+                std::abs(seen_inverse_depth - inverse_depth) > 1e-3 * std::abs(inverse_depth);
     }
     // Half a drawn pixel from its edge a thing may be seen beyond it.
     EXPECT_LT(others, 0.03 * kLooks) << name;

@@ -12,7 +12,7 @@
 namespace panoptes {
 
 /// A run as it is read from the directory that it left.
-struct LeftRun {
+struct SavedRun {
   std::filesystem::path folder;
   FinishedRun run;
   CsvTable loops;            ///< loops.csv
@@ -20,11 +20,11 @@ struct LeftRun {
 };
 
 /// Throws ConfigError, with the file and line where there is one, for what is missing or wrong.
-LeftRun read_run(const std::filesystem::path& folder);
+SavedRun read_run(const std::filesystem::path& folder);
 
 /// Reports the run again with this truth: every figure and file that needs it, and can be known
 /// from what the run left, is found anew, and metrics.json is replaced last. What an earlier truth
 /// said is gone; what is known of how the run itself ended stays as `evaluated`.
-RunReport report_with(const LeftRun& left, const RunTruth& truth);
+RunReport report_with(const SavedRun& left, const RunTruth& truth);
 
 }  // namespace panoptes

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/evaluate/left_run.h"
+#include "apps/evaluate/saved_run.h"
 
 #include <algorithm>
 #include <array>
@@ -158,33 +158,33 @@ void take_snapshots(const fs::path& folder, FinishedRun& run) {
   }
 }
 
-LeftRun read(const fs::path& folder) {
-  LeftRun left;
-  left.folder = folder;
-  left.metrics_json = read_file(folder / "metrics.json");
+SavedRun read(const fs::path& folder) {
+  SavedRun saved;
+  saved.folder = folder;
+  saved.metrics_json = read_file(folder / "metrics.json");
   try {
-    take_metrics(Json::parse(left.metrics_json), left.run);
+    take_metrics(Json::parse(saved.metrics_json), saved.run);
   } catch (const Json::exception& error) {
     throw ConfigError((folder / "metrics.json").string() +
                       ": is not of a run that drove and mapped: " + error.what());
   }
-  take_frames(folder, left.run);
-  take_keyframes(folder, left.run);
-  left.run.result.map = read_map_server(folder / "map.yaml");
-  left.loops = read_csv(folder / "loops.csv");
-  take_closures(folder, left.loops, left.run);
-  take_snapshots(folder, left.run);
-  return left;
+  take_frames(folder, saved.run);
+  take_keyframes(folder, saved.run);
+  saved.run.result.map = read_map_server(folder / "map.yaml");
+  saved.loops = read_csv(folder / "loops.csv");
+  take_closures(folder, saved.loops, saved.run);
+  take_snapshots(folder, saved.run);
+  return saved;
 }
 
 // The table as it is but for what the truth says.
-void write_loops(const LeftRun& left, const RunFindings& findings) {
-  CsvWriter csv(left.folder / "loops.csv", left.loops.columns);
-  for (std::size_t row = 0; row < left.loops.rows.size(); ++row) {
-    std::vector<std::string> fields = left.loops.rows[row];
-    const auto said = true_loop_fields(findings, left.run.closures[row].second);
+void write_loops(const SavedRun& saved, const RunFindings& findings) {
+  CsvWriter csv(saved.folder / "loops.csv", saved.loops.columns);
+  for (std::size_t row = 0; row < saved.loops.rows.size(); ++row) {
+    std::vector<std::string> fields = saved.loops.rows[row];
+    const auto said = true_loop_fields(findings, saved.run.closures[row].second);
     for (std::size_t i = 0; i < kTrueLoopColumns.size(); ++i) {
-      fields[left.loops.column(kTrueLoopColumns[i])] = said[i];
+      fields[saved.loops.column(kTrueLoopColumns[i])] = said[i];
     }
     for (const std::string& field : fields) {
       csv << field;
@@ -195,12 +195,12 @@ void write_loops(const LeftRun& left, const RunFindings& findings) {
 }
 
 // What the run's figures are besides those that are found anew.
-std::string other_figures(const LeftRun& left) {
+std::string other_figures(const SavedRun& saved) {
   constexpr std::array<const char*, 9> kOfTruth = {
       "T_scene_map",     "collisions", "collisions_while_stopped",
       "min_clearance_m", "stuck_s",    "trajectory",
       "checkpoints",     "places",     "end_reason"};
-  Json others = Json::parse(left.metrics_json);
+  Json others = Json::parse(saved.metrics_json);
   others["evaluated"] = own_end(others);
   for (const char* key : kOfTruth) {
     others.erase(key);
@@ -210,7 +210,7 @@ std::string other_figures(const LeftRun& left) {
 
 }  // namespace
 
-LeftRun read_run(const fs::path& folder) {
+SavedRun read_run(const fs::path& folder) {
   std::error_code ignored;
   if (!fs::exists(folder / "metrics.json", ignored)) {
     throw ConfigError(folder.string() + ": is no run directory; it holds no metrics.json");
@@ -222,17 +222,17 @@ LeftRun read_run(const fs::path& folder) {
   }
 }
 
-RunReport report_with(const LeftRun& left, const RunTruth& truth) {
-  const RunFindings findings = find_out(left.run, &truth);
-  write_ground_truth(left.folder, findings);
-  write_contacts(left.folder, left.run, findings);
-  write_exploration(left.folder, findings);
-  write_loops(left, findings);
+RunReport report_with(const SavedRun& saved, const RunTruth& truth) {
+  const RunFindings findings = find_out(saved.run, &truth);
+  write_ground_truth(saved.folder, findings);
+  write_contacts(saved.folder, saved.run, findings);
+  write_exploration(saved.folder, findings);
+  write_loops(saved, findings);
   RunReport report;
   Faults faults;
-  report.pictures = draw_run(left.folder, left.run, findings, {}, faults);
-  RunVerdict verdict = judge_run(left.run, findings, {}, other_figures(left));
-  write_file(left.folder / "metrics.json", verdict.metrics_json);
+  report.pictures = draw_run(saved.folder, saved.run, findings, {}, faults);
+  RunVerdict verdict = judge_run(saved.run, findings, {}, other_figures(saved));
+  write_file(saved.folder / "metrics.json", verdict.metrics_json);
   report.exit_status = faults.none() ? verdict.exit_status : faults.status();
   report.summary = std::move(verdict.summary);
   return report;

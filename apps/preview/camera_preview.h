@@ -23,15 +23,15 @@ struct Shot {
 
 /// What the cameras of a mission's rig see of its world from anywhere: as believed to be mounted,
 /// through their lenses and as they expose, but without noise and standing still.
-class Lookout {
+class CameraPreview {
  public:
   /// Throws as making the world and the renderer does.
-  Lookout(const ExploreMission& mission, const sim::SimulatedOptions& platform,
-          const sim::RendererOptions& renderer);
-  ~Lookout();
+  CameraPreview(const ExploreMission& mission, const sim::SimulatedOptions& platform,
+                const sim::RendererOptions& renderer);
+  ~CameraPreview();
 
   /// At an instant of the world, the robot having stood there all the time.
-  struct Sight {
+  struct Views {
     std::vector<Shot> shots;                        ///< in the order of the cameras' names
     std::vector<std::vector<Vec2>> outlines_scene;  ///< of what stands in the robot's way
     Vec2 low_scene = Vec2::Zero();                  ///< corners of the world
@@ -39,7 +39,7 @@ class Lookout {
     std::optional<double> clearance_m;  ///< from the body to the nearest thing; none outside
     std::string fault;  ///< why no robot can stand there, in words; empty when one can
   };
-  Sight look(const Pose2& T_scene_body, Time at, const sim::Ask& ask);
+  Views look(const Pose2& T_scene_body, Time at, const sim::Ask& ask);
 
   const std::vector<std::string>& things() const;  ///< what Taken::instance counts, from 1
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/teleop/cockpit.h"
+#include "apps/teleop/teleop_console.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -10,7 +10,8 @@
 
 namespace panoptes {
 
-Cockpit::Cockpit(const Body& body, bool quiet) : teleop_(body), told_(quiet), line_(quiet) {
+TeleopConsole::TeleopConsole(const Body& body, bool quiet)
+    : teleop_(body), told_(quiet), line_(quiet) {
   const std::string fault = Keyboard::fault();
   if (fault.empty()) {
     keyboard_.emplace();
@@ -21,14 +22,14 @@ Cockpit::Cockpit(const Body& body, bool quiet) : teleop_(body), told_(quiet), li
   }
 }
 
-void Cockpit::keep_pace(Time now) {
+void TeleopConsole::keep_pace(Time now) {
   const WallTime wall = std::chrono::steady_clock::now();
   due_ = last_ ? std::max(due_ + (now - *last_), wall) : wall;
   last_ = now;
   std::this_thread::sleep_until(due_);
 }
 
-Twist2 Cockpit::command(const Observation& seen, const std::string& doing) {
+Twist2 TeleopConsole::command(const Observation& seen, const std::string& doing) {
   if (!std::exchange(told_, true)) {
     std::fprintf(stderr, "%s", kTeleopHelp.data());
   }
@@ -54,6 +55,6 @@ Twist2 Cockpit::command(const Observation& seen, const std::string& doing) {
   return command_body;
 }
 
-bool Cockpit::left() const { return teleop_.quit() || (keyboard_ && keyboard_->closed()); }
+bool TeleopConsole::left() const { return teleop_.quit() || (keyboard_ && keyboard_->closed()); }
 
 }  // namespace panoptes

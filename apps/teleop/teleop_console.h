@@ -16,10 +16,10 @@ namespace panoptes {
 
 /// Where a person drives a robot by hand: the terminal on stdin, gamepads, and a line on stderr
 /// that tells how it goes. Make it after what handles signals.
-class Cockpit {
+class TeleopConsole {
  public:
   /// Throws DeviceError where there is neither a terminal nor a gamepad.
-  Cockpit(const Body& body, bool quiet);
+  TeleopConsole(const Body& body, bool quiet);
 
   /// For platforms whose time moves as fast as they are observed: waits until as much of it has
   /// gone by on the wall as between this observation and the last. What the computer was slower

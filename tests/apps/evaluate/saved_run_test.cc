@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/evaluate/left_run.h"
+#include "apps/evaluate/saved_run.h"
 
 #include <algorithm>
 #include <functional>
@@ -33,7 +33,7 @@ Pose2 true_pose(double run_s) { return kStart_scene * Pose2{0.4 * run_s, 0, 0}; 
 
 /// A robot that drives straight ahead for 8 s, its map 5 cm to the left of the truth, its wheels
 /// 10 % short, and closes one loop that is wrong; nobody tells it the truth.
-class LeftRunTest : public ScratchTest {
+class SavedRunTest : public ScratchTest {
  protected:
   void SetUp() override {
     ScratchTest::SetUp();
@@ -119,7 +119,7 @@ class LeftRunTest : public ScratchTest {
 
   RunReport evaluate(const fs::path& truth) {
     remarks_.clear();
-    const LeftRun left = read_run(run_);
+    const SavedRun left = read_run(run_);
     return report_with(left, truth_during(left.run, "run", read_given_truth(truth), remarks_));
   }
   json metrics() { return json::parse(read_file(run_ / "metrics.json")); }
@@ -152,7 +152,7 @@ class LeftRunTest : public ScratchTest {
   std::vector<std::string> remarks_;
 };
 
-TEST_F(LeftRunTest, GetsTheFiguresThatNeedTheTruth) {
+TEST_F(SavedRunTest, GetsTheFiguresThatNeedTheTruth) {
   const json before = metrics();
   EXPECT_FALSE(before.contains("trajectory"));
   EXPECT_EQ(before["requirements"][0]["pass"], false);
@@ -192,16 +192,16 @@ TEST_F(LeftRunTest, GetsTheFiguresThatNeedTheTruth) {
   EXPECT_TRUE(fs::exists(run_ / "errors.png"));
 }
 
-TEST_F(LeftRunTest, KnowsTheWheelsOfAKeyframeBetweenFrameSets) {
+TEST_F(SavedRunTest, KnowsTheWheelsOfAKeyframeBetweenFrameSets) {
   serve(truth());
-  const LeftRun whole = read_run(run_);
+  const SavedRun whole = read_run(run_);
   replace(run_ / "keyframes.tum", "\n0.5 ", "\n0.45 ");
-  const LeftRun between = read_run(run_);
+  const SavedRun between = read_run(run_);
   EXPECT_EQ(whole.run.result.keyframes[1].T_odom_body.x_m, 0.36 * 0.5);
   EXPECT_NEAR(between.run.result.keyframes[1].T_odom_body.x_m, 0.36 * 0.45, kRoundoff);
 }
 
-TEST_F(LeftRunTest, EvaluatedTwiceIsTheSame) {
+TEST_F(SavedRunTest, EvaluatedTwiceIsTheSame) {
   serve(truth());
   evaluate(served_);
   std::map<std::string, std::string> once;
@@ -214,7 +214,7 @@ TEST_F(LeftRunTest, EvaluatedTwiceIsTheSame) {
   }
 }
 
-TEST_F(LeftRunTest, ACollisionIsOneForAsLongAsTheTruthSaysSo) {
+TEST_F(SavedRunTest, ACollisionIsOneForAsLongAsTheTruthSaysSo) {
   Truth hit = truth();
   hit.contacts = {{time_at(99), {0, 0}, "before", true},
                   {time_at(103), {3, 3}, "desk", true},
@@ -241,7 +241,7 @@ TEST_F(LeftRunTest, ACollisionIsOneForAsLongAsTheTruthSaysSo) {
   EXPECT_EQ(metrics()["collisions"], 0);
 }
 
-TEST_F(LeftRunTest, OfATrajectoryAloneNoContactsAreInvented) {
+TEST_F(SavedRunTest, OfATrajectoryAloneNoContactsAreInvented) {
   serve(truth());
   evaluate(served_);
   EXPECT_TRUE(fs::exists(run_ / "contacts.csv"));
@@ -263,7 +263,7 @@ TEST_F(LeftRunTest, OfATrajectoryAloneNoContactsAreInvented) {
   }
 }
 
-TEST_F(LeftRunTest, RefusesClocksThatCannotMatch) {
+TEST_F(SavedRunTest, RefusesClocksThatCannotMatch) {
   const fs::path tum = trajectory(kRun_unix_ns);  // seconds since the run's start, as it seems 1970
   EXPECT_EQ(fault(tum),
             "lab/robot.tum: tells of 1969-12-31 23:59:59.000 to 1970-01-01 00:00:09.000 UTC, but "
@@ -275,7 +275,7 @@ TEST_F(LeftRunTest, RefusesClocksThatCannotMatch) {
             "truth's: give a run of a robot that is real or served");
 }
 
-TEST_F(LeftRunTest, RefusesATruthThatEndsBeforeTheLastKeyframe) {
+TEST_F(SavedRunTest, RefusesATruthThatEndsBeforeTheLastKeyframe) {
   Truth cut = truth();
   std::erase_if(cut.poses, [](const TruePose& pose) { return pose.stamp > time_at(107.9); });
   serve(cut);
@@ -284,7 +284,7 @@ TEST_F(LeftRunTest, RefusesATruthThatEndsBeforeTheLastKeyframe) {
   EXPECT_FALSE(metrics().contains("evaluated"));
 }
 
-TEST_F(LeftRunTest, SaysWhereTheTruthHasGaps) {
+TEST_F(SavedRunTest, SaysWhereTheTruthHasGaps) {
   Truth holed = truth();
   std::erase_if(holed.poses, [](const TruePose& pose) {
     return (pose.stamp > time_at(102.2) && pose.stamp < time_at(103.2)) ||
@@ -300,7 +300,7 @@ TEST_F(LeftRunTest, SaysWhereTheTruthHasGaps) {
                                                       "are interpolated")));
 }
 
-TEST_F(LeftRunTest, SaysWhichFileIsWrong) {
+TEST_F(SavedRunTest, SaysWhichFileIsWrong) {
   const fs::path tum = trajectory(0);
   EXPECT_EQ(fault(folder_ / "none"), "none: is not there");
   EXPECT_EQ(fault(run_ / "map.yaml"),
@@ -327,7 +327,7 @@ TEST_F(LeftRunTest, SaysWhichFileIsWrong) {
   EXPECT_EQ(fault(tum), "run: is no run directory; it holds no metrics.json");
 }
 
-TEST_F(LeftRunTest, RefusesATrajectoryWhoseTimeRunsBack) {
+TEST_F(SavedRunTest, RefusesATrajectoryWhoseTimeRunsBack) {
   const fs::path tum = trajectory(0);
   write_file(tum, "1700000000.5 1 2 0 0 0 0 1\n1700000000.25 1 2 0 0 0 0 1\n");
   EXPECT_EQ(fault(tum),

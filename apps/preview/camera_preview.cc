@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/preview/lookout.h"
+#include "apps/preview/camera_preview.h"
 
 #include <algorithm>
 #include <utility>
@@ -45,7 +45,7 @@ sim::RendererOptions by(sim::PainterKind painter, sim::RendererOptions options) 
 
 }  // namespace
 
-class Lookout::Impl {
+class CameraPreview::Impl {
  public:
   Impl(const ExploreMission& mission, const sim::SimulatedOptions& platform,
        const sim::RendererOptions& renderer)
@@ -55,7 +55,7 @@ class Lookout::Impl {
         around_(sim::bare_surroundings(world_, mission.robot)),
         renderer_(world_, by(platform.renderer, renderer)) {}
 
-  Sight look(const Pose2& T_scene_body, Time at, const sim::Ask& ask) {
+  Views look(const Pose2& T_scene_body, Time at, const sim::Ask& ask) {
     const Body& body = mission_.robot;
     sim::Things things = around_.things;
     for (std::int64_t step = 0; sim::time_of_step(step + 1) <= at; ++step) {
@@ -63,7 +63,7 @@ class Lookout::Impl {
                   {T_scene_body.position(), body.radius_m});
     }
     const sim::Moment moment = things.moment(at, things.places());
-    Sight sight;
+    Views views;
     for (const auto& [name, camera] : mission_.rig.cameras) {
       const auto own = platform_.sensors.find(name);
       sim::CameraSensor sensor(
@@ -78,7 +78,7 @@ class Lookout::Impl {
             return renderer_.draw(view, of_view, moment);
           },
           [&](Duration) { return shot.T_scene_camera; }, 0, asked);
-      sight.shots.push_back(std::move(shot));
+      views.shots.push_back(std::move(shot));
     }
     std::vector<sim::Outline> outlines = around_.outlines;
     for (sim::Outline& outline : things.outlines_now()) {
@@ -86,16 +86,16 @@ class Lookout::Impl {
     }
     const sim::Obstacles obstacles(std::move(outlines));
     for (const sim::Outline& outline : obstacles.outlines()) {
-      sight.outlines_scene.push_back(outline.corners_scene);
+      views.outlines_scene.push_back(outline.corners_scene);
     }
     const sim::WorldBox box = sim::world_box(obstacles, around_.floor_surfaces);
-    sight.low_scene = box.low_scene;
-    sight.high_scene = box.high_scene;
-    sight.fault = fault_of(T_scene_body.position(), body.radius_m, obstacles, box);
+    views.low_scene = box.low_scene;
+    views.high_scene = box.high_scene;
+    views.fault = fault_of(T_scene_body.position(), body.radius_m, obstacles, box);
     if (const auto nearest = obstacles.nearest(T_scene_body.position())) {
-      sight.clearance_m = std::max(0.0, nearest->distance_m - body.radius_m);
+      views.clearance_m = std::max(0.0, nearest->distance_m - body.radius_m);
     }
-    return sight;
+    return views;
   }
 
   const std::vector<std::string>& things() const { return around_.object_names; }
@@ -108,15 +108,15 @@ class Lookout::Impl {
   sim::Renderer renderer_;
 };
 
-Lookout::Lookout(const ExploreMission& mission, const sim::SimulatedOptions& platform,
-                 const sim::RendererOptions& renderer)
+CameraPreview::CameraPreview(const ExploreMission& mission, const sim::SimulatedOptions& platform,
+                             const sim::RendererOptions& renderer)
     : impl_(std::make_unique<Impl>(mission, platform, renderer)) {}
-Lookout::~Lookout() = default;
+CameraPreview::~CameraPreview() = default;
 
-Lookout::Sight Lookout::look(const Pose2& T_scene_body, Time at, const sim::Ask& ask) {
+CameraPreview::Views CameraPreview::look(const Pose2& T_scene_body, Time at, const sim::Ask& ask) {
   return impl_->look(T_scene_body, at, ask);
 }
 
-const std::vector<std::string>& Lookout::things() const { return impl_->things(); }
+const std::vector<std::string>& CameraPreview::things() const { return impl_->things(); }
 
 }  // namespace panoptes
