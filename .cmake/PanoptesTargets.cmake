@@ -49,6 +49,9 @@ function(panoptes_table file macro)
   file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${file} CONTENT "${lines}" @ONLY)
 endfunction()
 
+# What a test spends its time in are the libraries; its own code compiles a third faster so.
+set(PANOPTES_TEST_FLAGS $<$<CONFIG:Release>:-O1>)
+
 # panoptes_test(name SOURCES ... LINK ... [LABEL unit|system] [TIMEOUT seconds]) makes one test program of this folder.
 function(panoptes_test name)
   cmake_parse_arguments(ARG "" "LABEL;TIMEOUT" "SOURCES;LINK" ${ARGN})
@@ -64,8 +67,10 @@ function(panoptes_test name)
   set(target ${name}_test)
   add_executable(${target} ${ARG_SOURCES})
   target_link_libraries(${target} PRIVATE panoptes_flags ${ARG_LINK} GTest::gmock GTest::gtest_main)
+  target_precompile_headers(${target} REUSE_FROM panoptes_test_headers)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
   target_compile_definitions(${target} PRIVATE PANOPTES_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  target_compile_options(${target} PRIVATE ${PANOPTES_TEST_FLAGS})
   gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 TEST_PREFIX ${name}/
     PROPERTIES LABELS ${ARG_LABEL} TIMEOUT ${ARG_TIMEOUT})
 endfunction()

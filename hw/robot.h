@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/base/time.h"
+#include "core/base/timing.h"
 #include "core/camera/observation.h"
 #include "core/eval/truth.h"
 #include "core/geometry/pose2.h"
@@ -44,6 +45,9 @@ class Robot {
   /// Somebody has seen why the robot is held (Health::held_by): it may move again.
   virtual void acknowledge() {}
   virtual Time now() const = 0;
+
+  /// What it states of its own time, before it is observed.
+  virtual Timing timing() const = 0;
 
   virtual DeviceFigures devices() const { return {}; }
 

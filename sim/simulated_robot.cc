@@ -566,6 +566,16 @@ Picture SimulatedRobot::look(const std::string& camera) {
               {poses_.back().stamp, static_cast<std::int64_t>(poses_.size()) - 1});
 }
 
+// What a set's exposures last beyond its delivery is driven before it can be answered, and a
+// command acts from the next step on.
+Timing SimulatedRobot::timing() const {
+  Duration latency = latency_;
+  for (const auto& [name, camera] : cameras_) {
+    latency = std::max(latency, camera.reach);
+  }
+  return {trigger_.period(), latency + (time_of_step(1) - time_of_step(0))};
+}
+
 Duration SimulatedRobot::reach(const FrameSet& set) const {
   Duration longest{};
   for (const auto& [name, camera] : cameras_) {

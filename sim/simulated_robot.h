@@ -122,6 +122,7 @@ class SimulatedRobot final : public hw::Robot {
   void brake_hard() override;
   void stop() override;
   Time now() const override { return now_; }
+  Timing timing() const override;
   std::optional<Truth> truth() const override;
   std::optional<Truth> truth_since(std::size_t poses, std::size_t contacts) const override;
 

@@ -11,14 +11,16 @@ namespace {
 
 class NavigatorPilot : public Pilot {
  public:
-  NavigatorPilot(const ExploreMission& mission, Slam& slam, const Rng& rng, StageListener listener)
-      : navigator_(mission.navigator, mission.robot, slam, rng, std::move(listener)) {}
+  NavigatorPilot(const ExploreMission& mission, const Timing& timing, Slam& slam, const Rng& rng,
+                 StageListener listener)
+      : navigator_(mission.navigator, mission.robot, timing, slam, rng, std::move(listener)) {}
 
   PilotStep step(const Observation& seen, const SlamStep& at) override {
     return navigator_.step(seen, at);
   }
   bool done() const override { return navigator_.done(); }
   bool explored() const override { return navigator_.done(); }
+  std::vector<std::string> remarks() const override { return navigator_.remarks(); }
 
   // A robot that cannot see where it goes stands as soon as it can, and does not wait for ever.
   void heed(const Health& health, const PilotStep& step, hw::Robot& robot, Until& until) override {
@@ -38,8 +40,8 @@ class NavigatorPilot : public Pilot {
 }  // namespace
 
 std::unique_ptr<Pilot> make_navigator_pilot(PilotParts& parts) {
-  return std::make_unique<NavigatorPilot>(parts.mission, *parts.slam, parts.rng,
-                                          std::move(parts.listener));
+  return std::make_unique<NavigatorPilot>(parts.mission, parts.open.robot->timing(), *parts.slam,
+                                          parts.rng, std::move(parts.listener));
 }
 
 }  // namespace panoptes

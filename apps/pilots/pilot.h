@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "apps/mission/mission.h"
 #include "apps/mission/open_robot.h"
@@ -31,6 +32,9 @@ class Pilot {
 
   /// Sees to what holds the robot, or ends the run.
   virtual void heed(const Health& health, const PilotStep& step, hw::Robot& robot, Until& until);
+
+  /// What the user ought to know before it drives, in words.
+  virtual std::vector<std::string> remarks() const { return {}; }
 
   /// The longest that it waits for pictures, and that a command of its may hold.
   virtual Duration longest_wait() const { return Duration::max(); }

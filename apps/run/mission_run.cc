@@ -110,8 +110,10 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   for (const std::unique_ptr<StepListener>& other : others) {
     listeners.push_back(other.get());
   }
-  for (const std::string& remark : open.remarks) {
-    std::fprintf(stderr, "%s\n", remark.c_str());
+  for (const std::vector<std::string>& remarks : {open.remarks, pilot->remarks()}) {
+    for (const std::string& remark : remarks) {
+      std::fprintf(stderr, "%s\n", remark.c_str());
+    }
   }
 
   const Duration deadline = std::min(from_seconds(mission.frame_deadline_s), pilot->longest_wait());

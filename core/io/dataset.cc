@@ -458,6 +458,38 @@ std::string fault_of(const PictureEnds& ends) {
 
 }  // namespace
 
+void bind(Fields& f, Timing& o) {
+  const auto seconds = [&f](const char* key, Duration& value) {
+    double s = to_seconds(value);
+    f.needed(key, s, not_negative);
+    value = from_seconds(s);
+  };
+  seconds("period_s", o.period);
+  seconds("worst_latency_s", o.worst_latency);
+}
+
+Timing recorded_timing(const Dataset& dataset) {
+  if (dataset.believed.info && dataset.believed.info->timing) {
+    return *dataset.believed.info->timing;
+  }
+  Timing timing;
+  std::vector<Duration> cycles;
+  for (std::size_t i = 0; i < dataset.observations.size(); ++i) {
+    const RecordedObservation& seen = dataset.observations[i];
+    timing.worst_latency = std::max(timing.worst_latency, seen.now - seen.stamp);
+    if (i > 0) {
+      cycles.push_back(seen.stamp - dataset.observations[i - 1].stamp);
+    }
+  }
+  if (!cycles.empty()) {
+    const auto middle = cycles.begin() + static_cast<std::ptrdiff_t>(cycles.size() / 2);
+    std::nth_element(cycles.begin(), middle, cycles.end());
+    timing.period = *middle;
+  }
+  timing.worst_latency += timing.period;
+  return timing;
+}
+
 void bind(Fields& f, RecordingInfo& o) {
   f.needed("schema", o.schema);
   f.require(o.schema == kDatasetSchema, "schema",
@@ -465,6 +497,7 @@ void bind(Fields& f, RecordingInfo& o) {
   f("version", o.version);
   f("mission", o.mission);
   f("seed", o.seed);
+  f("timing", o.timing);
 }
 
 std::optional<std::string> read_part(const fs::path& file) {

@@ -13,6 +13,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "core/base/time.h"
+#include "core/base/timing.h"
 #include "core/camera/observation.h"
 #include "core/camera/rig.h"
 #include "core/config/fields.h"
@@ -36,7 +37,9 @@ struct RecordingInfo {
   std::string version;
   std::string mission;  ///< the mission's name
   std::uint64_t seed = 1;
+  std::optional<Timing> timing = std::nullopt;  ///< of the platform; older recordings do not say
 };
+void bind(Fields& f, Timing& o);
 void bind(Fields& f, RecordingInfo& o);
 
 /// A velocity that was asked for.
@@ -81,6 +84,10 @@ struct Dataset {
   bool ours = true;  ///< it says of itself what was perceived together; else that was gathered
   std::vector<Time> odometry_rows = {};  ///< of others: when the wheels were read
 };
+
+/// What the platform that was recorded stated of its time; where the dataset does not say, the
+/// median between two observations, and its longest delivery with a period to decide in.
+Timing recorded_timing(const Dataset& dataset);
 
 /// The wall instant of time 0, since 1970, where the stamps of the files are of that clock.
 std::optional<std::int64_t> start_unix_ns(const Dataset& dataset);

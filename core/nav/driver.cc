@@ -189,7 +189,17 @@ OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
   return window;
 }
 
-Driver::Driver(const DriverOptions& options, const Body& body) : options_(options), body_(body) {}
+Driver::Driver(const DriverOptions& options, const Body& body, const Timing& timing,
+               double floor_ahead_m)
+    : options_(options),
+      body_(body),
+      reaction_(timing),
+      floor_ahead_m_(std::min(floor_ahead_m, options.dwa.distance_cap_m)) {}
+
+double Driver::speed_limit_mps() const {
+  return std::min(body_.max_speed_mps, speed_that_stops_mps(floor_ahead_m_, reaction_.reaction_s(),
+                                                            body_.max_accel_mps2));
+}
 
 void Driver::plan(const DriveTask& task) {
   planned_ = task.stamp;
@@ -231,22 +241,62 @@ void Driver::remember_track(const DriveTask& task) {
   }
 }
 
-Twist2 Driver::turn_by(double angle_rad, double speed_radps, const Twist2& twist_body) const {
+Twist2 Driver::turn_by(double angle_rad, double speed_radps) const {
   // The speed from which it can just stop in time at half the limit, less what a cycle covers.
   const double left = std::max(0.0, std::abs(angle_rad) - 0.02);
   const double speed = std::min(speed_radps, std::sqrt(body_.max_turn_accel_radps2 * left));
   const double wanted = angle_rad < 0 ? -speed : speed;
-  const double dw = body_.max_turn_accel_radps2 * options_.dwa.cycle_s;
-  return {0, std::clamp(wanted, twist_body.w_radps - dw, twist_body.w_radps + dw)};
+  const double dw = body_.max_turn_accel_radps2 * reaction_.cycle_s();
+  const double now = ahead_.twist_body.w_radps;
+  return {0, std::clamp(wanted, now - dw, now + dw)};
 }
 
-Twist2 Driver::brake(const Twist2& twist_body) const {
+Twist2 Driver::brake() const {
   // On the same arc, which was chosen so that one can stop on it.
-  const double dv = body_.max_accel_mps2 * options_.dwa.cycle_s;
-  const double v = twist_body.v_mps > 0 ? std::max(0.0, twist_body.v_mps - dv)
-                                        : std::min(0.0, twist_body.v_mps + dv);
-  const double share = std::abs(twist_body.v_mps) > 1e-6 ? v / twist_body.v_mps : 0.0;
-  return {v, share * twist_body.w_radps};
+  const Twist2& now = ahead_.twist_body;
+  const double dv = body_.max_accel_mps2 * reaction_.longest_cycle_s();
+  const double v = now.v_mps > 0 ? std::max(0.0, now.v_mps - dv) : std::min(0.0, now.v_mps + dv);
+  const double share = std::abs(now.v_mps) > 1e-6 ? v / now.v_mps : 0.0;
+  return {v, share * now.w_radps};
+}
+
+// A robot that obeys goes at a speed between that of the command that acts now and that of the
+// latest one, but for what it gains or loses in a cycle or two.
+Driver::Ahead Driver::look_ahead(const DriveTask& task) const {
+  const Duration lag = from_seconds(reaction_.lag_s());
+  const double tolerance_mps = 2 * body_.max_accel_mps2 * reaction_.longest_cycle_s();
+  double low_mps = 0;
+  double high_mps = 0;
+  if (!commands_.empty()) {
+    const auto [low, high] = std::minmax_element(
+        commands_.begin(), commands_.end(),
+        [](const auto& a, const auto& b) { return a.twist_body.v_mps < b.twist_body.v_mps; });
+    low_mps = low->twist_body.v_mps;
+    high_mps = high->twist_body.v_mps;
+  }
+  if (task.twist_body.v_mps < low_mps - tolerance_mps ||
+      task.twist_body.v_mps > high_mps + tolerance_mps) {
+    return {task.T_odom_body * exp_twist(task.twist_body, to_seconds(lag)), task.twist_body};
+  }
+  Ahead ahead{task.T_odom_body, commands_.empty() ? Twist2{} : commands_.back().twist_body};
+  for (std::size_t i = 0; i < commands_.size(); ++i) {
+    const Time begin = std::max(task.stamp, commands_[i].stamp + lag);
+    const Time end = i + 1 < commands_.size() ? commands_[i + 1].stamp + lag : task.stamp + lag;
+    if (end > begin) {
+      ahead.T_odom_body =
+          ahead.T_odom_body * exp_twist(commands_[i].twist_body, to_seconds(end - begin));
+    }
+  }
+  return ahead;
+}
+
+// The commands that act between this observation and the command that answers it.
+void Driver::remember_command(Time now, const Twist2& command_body) {
+  commands_.push_back({now, command_body});
+  const Duration lag = from_seconds(reaction_.lag_s());
+  while (commands_.size() > 1 && commands_[1].stamp + lag <= now) {
+    commands_.pop_front();
+  }
 }
 
 void Driver::start_retreat(const DriveTask& task, const std::string& why) {
@@ -261,7 +311,7 @@ void Driver::recover(const DriveTask& task, const std::string& why, DriveStep& o
   turning_ = false;
   count_as_getting_on(task);
   out.state = PilotState::kRecovering;
-  out.command_body = brake(task.twist_body);
+  out.command_body = brake();
   ++recoveries_;
   if (recoveries_ == 1) {
     mode_ = Mode::kLook;
@@ -298,7 +348,7 @@ bool Driver::getting_on(const DriveTask& task) {
 }
 
 void Driver::touch(const DriveTask& task) {
-  const double side = last_command_.v_mps < 0 ? -1.0 : 1.0;
+  const double side = ahead_.twist_body.v_mps < 0 ? -1.0 : 1.0;
   const Vec2 p_body(side * (body_.radius_m + kTouched_m), 0);
   const Vec2 p_map = task.T_map_odom * task.T_odom_body * p_body;
   const auto again = std::find_if(touched_.begin(), touched_.end(), [&](const Touched& t) {
@@ -332,7 +382,7 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
     out.replanned = true;
   }
   if (!path_) {
-    out.command_body = brake(task.twist_body);
+    out.command_body = brake();
     out.state = PilotState::kStopped;
     out.reason = no_path_;
     constexpr int kFailures = 3;  // a speck in the local map lasts for a picture or two
@@ -351,7 +401,8 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
     return;
   }
 
-  const Carrot carrot = carrot_on(*grid_, *path_, T_map_body.position(), options_.carrot_m, along_);
+  const Vec2 from_map = (task.T_map_odom * ahead_.T_odom_body).position();
+  const Carrot carrot = carrot_on(*grid_, *path_, from_map, options_.carrot_m, along_);
   const Vec2 carrot_odom = task.T_map_odom.inverse() * carrot.point;
   out.carrot_odom = carrot_odom;
   const double end_m = (path_->points.back() - T_map_body.position()).norm();
@@ -362,7 +413,7 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
       out.goal_reached = true;
       out.reason = "goal reached";
       out.state = PilotState::kDriving;
-      out.command_body = brake(task.twist_body);
+      out.command_body = brake();
       goal_.reset();
       path_.reset();
       count_as_getting_on(task);
@@ -370,42 +421,42 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
     }
     out.state = PilotState::kDriving;
     if (std::abs(task.twist_body.v_mps) > kStanding_mps) {
-      out.command_body = brake(task.twist_body);
+      out.command_body = brake();
       out.reason = "stopping at the goal";
     } else {
-      out.command_body = turn_by(turn, body_.max_turn_radps, task.twist_body);
+      out.command_body = turn_by(turn, body_.max_turn_radps);
       out.reason = "turning to the goal's heading";
     }
     return;
   }
 
-  const Vec2 carrot_body = task.T_odom_body.inverse() * carrot_odom;
+  const Vec2 carrot_body = ahead_.T_odom_body.inverse() * carrot_odom;
   const double aside = std::atan2(carrot_body.y(), carrot_body.x());
   constexpr double kTurned_rad = 0.26;  // 15 degrees: the dynamic window takes it from there
   turning_ = std::abs(aside) > (turning_ ? kTurned_rad : options_.turn_first_rad);
   if (turning_) {
     out.state = PilotState::kDriving;
     if (std::abs(task.twist_body.v_mps) > kStanding_mps) {
-      out.command_body = brake(task.twist_body);
+      out.command_body = brake();
       out.reason = "stopping to turn to the path";
     } else {
-      out.command_body = turn_by(aside, body_.max_turn_radps, task.twist_body);
+      out.command_body = turn_by(aside, body_.max_turn_radps);
       out.reason = "turning to the path";
     }
     return;
   }
 
   DwaRequest request;
-  // Where it will be, and how fast, when this command acts: the last one acts until then.
-  const double lag_s = std::max(0.0, options_.dwa.reaction_s - options_.dwa.cycle_s);
-  const bool obeyed = std::abs(task.twist_body.v_mps - last_command_.v_mps) <=
-                      2 * body_.max_accel_mps2 * options_.dwa.cycle_s;
-  request.twist_body = obeyed ? last_command_ : task.twist_body;
-  request.T_odom_body = task.T_odom_body * exp_twist(request.twist_body, lag_s);
+  request.T_odom_body = ahead_.T_odom_body;
+  request.twist_body = ahead_.twist_body;
+  request.cycle_s = reaction_.cycle_s();
+  request.longest_cycle_s = reaction_.longest_cycle_s();
   request.carrot_odom = carrot_odom;
   request.keep_window = task.keep_window;
   const double left = std::max(0.0, carrot.to_go_m - 0.5 * options_.reached_m);
-  request.speed_limit_mps = std::max(kStanding_mps, std::sqrt(body_.max_accel_mps2 * left));
+  const double limit_mps = speed_limit_mps();
+  request.speed_limit_mps =
+      std::min(limit_mps, std::max(kStanding_mps, std::sqrt(body_.max_accel_mps2 * left)));
   constexpr double kCap_m = 1.0;
   std::vector<Vec2> touched_odom = touched_map(task.stamp);
   const Pose2 T_odom_map = task.T_map_odom.inverse();
@@ -417,11 +468,14 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
   out.window = std::move(result.window);
   out.state = PilotState::kDriving;
   if (!result.choice) {
-    out.command_body = brake(task.twist_body);
+    out.command_body = brake();
     out.reason = "no arc is clear";
   } else {
     out.command_body = result.choice->command_body;
-    out.reason = "following the path";
+    const bool slowed = result.choice->slowed || (limit_mps < body_.max_speed_mps &&
+                                                  out.command_body.v_mps > limit_mps - 1e-6);
+    out.reason = slowed ? "following the path, as fast as it can stop in the floor it knows"
+                        : "following the path";
   }
   if (!result.choice || out.command_body.v_mps < 1e-3) {
     blocked_since_ = blocked_since.value_or(task.stamp);
@@ -440,7 +494,7 @@ void Driver::look(const DriveTask& task, DriveStep& out) {
   out.state = PilotState::kRecovering;
   out.reason = why_ + ": turning on the spot to look";
   if (std::abs(task.twist_body.v_mps) > kStanding_mps) {
-    out.command_body = brake(task.twist_body);
+    out.command_body = brake();
     return;
   }
   if (last_odom_) {
@@ -453,14 +507,14 @@ void Driver::look(const DriveTask& task, DriveStep& out) {
     planned_.reset();
     count_as_getting_on(task);
   }
-  out.command_body = turn_by(std::max(look_left_rad_, 0.0), kLook_radps, task.twist_body);
+  out.command_body = turn_by(std::max(look_left_rad_, 0.0), kLook_radps);
 }
 
 void Driver::retreat(const DriveTask& task, DriveStep& out) {
   out.state = PilotState::kRecovering;
   out.reason = why_ + ": retreating along the own track";
   if (task.twist_body.v_mps > kStanding_mps) {
-    out.command_body = brake(task.twist_body);
+    out.command_body = brake();
     return;
   }
   const Vec2 here = task.T_odom_body.position();
@@ -476,7 +530,7 @@ void Driver::retreat(const DriveTask& task, DriveStep& out) {
     path_.reset();
     planned_.reset();
     count_as_getting_on(task);
-    out.command_body = brake(task.twist_body);
+    out.command_body = brake();
     return;
   }
   const Vec2 target = task.T_odom_body.inverse() * track_odom_.back().position();
@@ -484,20 +538,22 @@ void Driver::retreat(const DriveTask& task, DriveStep& out) {
   constexpr double kTurnFirst_rad = 0.35;
   if (std::abs(back_rad) > kTurnFirst_rad) {
     out.command_body = std::abs(task.twist_body.v_mps) > kStanding_mps
-                           ? brake(task.twist_body)
-                           : turn_by(back_rad, body_.max_turn_radps, task.twist_body);
+                           ? brake()
+                           : turn_by(back_rad, body_.max_turn_radps);
     return;
   }
   // The circle through the target, backwards (pure pursuit).
   const double curvature = 2 * target.y() / target.squaredNorm();
   const double v = std::max(-options_.retreat_mps,
-                            task.twist_body.v_mps - body_.max_accel_mps2 * options_.dwa.cycle_s);
+                            ahead_.twist_body.v_mps - body_.max_accel_mps2 * reaction_.cycle_s());
   out.command_body = {v, v * curvature};
 }
 
 DriveStep Driver::step(const DriveTask& task) {
   PANOPTES_CHECK(task.local_odom != nullptr && task.map != nullptr, "the driver needs both maps");
   DriveStep out;
+  reaction_.decide(task.stamp);
+  ahead_ = look_ahead(task);
   remember_track(task);
   const bool hit = task.bumper_pressed && !bumper_was_;
   bumper_was_ = task.bumper_pressed;
@@ -516,7 +572,7 @@ DriveStep Driver::step(const DriveTask& task) {
     recoveries_ = 0;
     turning_ = false;
     count_as_getting_on(task);
-    out.command_body = brake(task.twist_body);
+    out.command_body = brake();
     out.reason = "no goal";
   } else {
     const bool moved = !goal_ || !(goal_->pose_map == task.goal->pose_map);
@@ -561,7 +617,7 @@ DriveStep Driver::step(const DriveTask& task) {
     out.path_map = path_->points;
   }
   last_odom_ = task.T_odom_body;
-  last_command_ = out.command_body;
+  remember_command(task.stamp, out.command_body);
   return out;
 }
 

@@ -14,6 +14,7 @@
 #include "core/nav/pilot_step.h"
 #include "core/plan/dwa.h"
 #include "core/plan/path_search.h"
+#include "core/plan/reaction.h"
 
 namespace panoptes {
 
@@ -77,7 +78,15 @@ OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
 /// disc), retreat slowly along its own track (its only way of reversing), give the goal up.
 class Driver {
  public:
-  Driver(const DriverOptions& options, const Body& body);
+  /// `floor_ahead_m` is how far ahead of the body the floor is seen, at most. It drives no faster
+  /// than it can stop in that.
+  Driver(const DriverOptions& options, const Body& body, const Timing& timing,
+         double floor_ahead_m = 1e9);
+
+  /// The highest speed that it drives at, with the reaction time as it is now.
+  double speed_limit_mps() const;
+  double reaction_s() const { return reaction_.reaction_s(); }
+  double floor_ahead_m() const { return floor_ahead_m_; }
 
   DriveStep step(const DriveTask& task);
 
@@ -105,11 +114,25 @@ class Driver {
   bool took_too_long(const DriveTask& task) const;  // this recovery
   void count_as_getting_on(const DriveTask& task);
   bool getting_on(const DriveTask& task);
-  Twist2 turn_by(double angle_rad, double speed_radps, const Twist2& twist_body) const;
-  Twist2 brake(const Twist2& twist_body) const;
+  /// Where it is, and how fast, when what is decided now begins to act.
+  struct Ahead {
+    Pose2 T_odom_body;
+    Twist2 twist_body;
+  };
+  struct Command {
+    Time stamp;  // of the observation that it answers
+    Twist2 twist_body;
+  };
+
+  Ahead look_ahead(const DriveTask& task) const;
+  void remember_command(Time now, const Twist2& command_body);
+  Twist2 turn_by(double angle_rad, double speed_radps) const;
+  Twist2 brake() const;
 
   DriverOptions options_;
   Body body_;
+  Reaction reaction_;
+  double floor_ahead_m_;
   Mode mode_ = Mode::kDrive;
   Time mode_since_;
   std::string why_;  // the recovery was begun
@@ -127,7 +150,8 @@ class Driver {
   double retreat_left_m_ = 0;
   double look_left_rad_ = 0;
   std::optional<Pose2> last_odom_;
-  Twist2 last_command_;
+  std::deque<Command> commands_;  // that are still to act, and the one that acts
+  Ahead ahead_;
   Vec2 got_on_odom_ = Vec2::Zero();  // last place that counted as progress
   Time got_on_;
   double turned_rad_ = 0;              // on the spot since then

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace panoptes {
 namespace {
 
@@ -37,8 +39,8 @@ void bind(Fields& f, NavigatorOptions& o) {
   f("keep_pictures", o.keep_pictures);
 }
 
-Navigator::Navigator(const NavigatorOptions& options, const Body& body, Slam& slam, const Rng& rng,
-                     StageListener listener)
+Navigator::Navigator(const NavigatorOptions& options, const Body& body, const Timing& timing,
+                     Slam& slam, const Rng& rng, StageListener listener)
     : options_(options),
       body_(body),
       slam_(slam),
@@ -46,7 +48,20 @@ Navigator::Navigator(const NavigatorOptions& options, const Body& body, Slam& sl
       steers_by_(floor_cameras(slam.rig())),
       explorer_(options.explore, body, wedge_of(slam.floor_projection(), slam.rig(), body),
                 rng.fork("explorer")),
-      driver_(options.driver, body) {}
+      driver_(options.driver, body, timing,
+              wedge_of(slam.floor_projection(), slam.rig(), body).far_m - body.radius_m) {}
+
+std::vector<std::string> Navigator::remarks() const {
+  const double limit_mps = driver_.speed_limit_mps();
+  if (limit_mps >= body_.max_speed_mps) {
+    return {};
+  }
+  return {
+      fmt::format("robot.max_speed_mps: it drives at {:.2f} m/s at most and not at {:.2f}: it "
+                  "takes {:.2f} s to "
+                  "react, and has to stop within the {:.2f} m ahead that are looked at",
+                  limit_mps, body_.max_speed_mps, driver_.reaction_s(), driver_.floor_ahead_m())};
+}
 
 void Navigator::choose_goal(const SlamStep& at) {
   const bool waited = !chosen_ || to_seconds(at.stamp - *chosen_) >= options_.choose_s;

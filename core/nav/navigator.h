@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/rng.h"
+#include "core/base/timing.h"
 #include "core/camera/observation.h"
 #include "core/config/fields.h"
 #include "core/explore/explorer.h"
@@ -38,8 +39,11 @@ void bind(Fields& f, NavigatorOptions& o);
 class Navigator {
  public:
   /// `slam` outlives it, and has stepped before each of its steps.
-  Navigator(const NavigatorOptions& options, const Body& body, Slam& slam, const Rng& rng,
-            StageListener listener = {});
+  Navigator(const NavigatorOptions& options, const Body& body, const Timing& timing, Slam& slam,
+            const Rng& rng, StageListener listener = {});
+
+  /// What the user ought to know before it drives, in words: a top speed that it will not drive at.
+  std::vector<std::string> remarks() const;
 
   PilotStep step(const Observation& seen, const SlamStep& at);
 

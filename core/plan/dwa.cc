@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/plan/reaction.h"
+
 namespace panoptes {
 namespace {
 
@@ -41,8 +43,10 @@ void bind(Fields& f, DwaOptions& o) {
   f("turn_samples", o.turn_samples, at_least(3));
   f.require(o.turn_samples % 2 == 1, "turn_samples",
             "must be odd so that keeping straight on is tried");
-  f("cycle_s", o.cycle_s, positive);
-  f("reaction_s", o.reaction_s, not_negative);
+  for (const char* stated : {"cycle_s", "reaction_s"}) {
+    f.require(!f.present(stated), stated,
+              "is not set any more: the platform states its timing, and the cycle is measured");
+  }
   f("distance_cap_m", o.distance_cap_m, positive);
   f("margin_m", o.margin_m, not_negative);
   f("margin_s", o.margin_s, not_negative);
@@ -54,12 +58,12 @@ void bind(Fields& f, DwaOptions& o) {
 DwaResult choose_arc(const DwaOptions& options, const Body& body, const ClearanceMap& local_odom,
                      const DwaRequest& request) {
   // What can be reached within a cycle, from the speeds as they are.
-  const double dv = body.max_accel_mps2 * options.cycle_s;
-  const double dw = body.max_turn_accel_radps2 * options.cycle_s;
+  const double dv = body.max_accel_mps2 * request.cycle_s;
+  const double dw = body.max_turn_accel_radps2 * request.cycle_s;
   const double v_now = std::clamp(request.twist_body.v_mps, 0.0, body.max_speed_mps);
   const double w_now =
       std::clamp(request.twist_body.w_radps, -body.max_turn_radps, body.max_turn_radps);
-  const double v_low = std::max(0.0, v_now - dv);
+  const double v_low = std::max(0.0, v_now - body.max_accel_mps2 * request.longest_cycle_s);
   const double v_high = std::max(
       v_low, std::min({v_now + dv, body.max_speed_mps, std::max(0.0, request.speed_limit_mps)}));
   const double w_low = std::max(-body.max_turn_radps, w_now - dw);
@@ -96,12 +100,11 @@ DwaResult choose_arc(const DwaOptions& options, const Body& body, const Clearanc
         c.clearance_m = std::min(c.clearance_m, gap);
       }
       c.free_way_m = std::min(way, options.distance_cap_m);
-      const double brake_m =
-          twist.v_mps * options.reaction_s + twist.v_mps * twist.v_mps / (2 * body.max_accel_mps2);
-      c.admissible = brake_m <= c.free_way_m;
+      c.admissible = stopping_distance_m(twist.v_mps, request.longest_cycle_s,
+                                         body.max_accel_mps2) <= c.free_way_m;
     }
     // The heading once it has stopped: braking keeps the arc and takes half the way of driving on.
-    const Pose2 T_end = request.T_odom_body * exp_twist(twist, options.cycle_s + 0.5 * stop_s);
+    const Pose2 T_end = request.T_odom_body * exp_twist(twist, request.cycle_s + 0.5 * stop_s);
     const Vec2 to_carrot = request.carrot_odom - T_end.position();
     const double aside = wrap_angle(std::atan2(to_carrot.y(), to_carrot.x()) - T_end.theta_rad);
     c.heading = 1.0 - std::abs(aside) / std::numbers::pi;
@@ -157,7 +160,12 @@ DwaResult choose_arc(const DwaOptions& options, const Body& body, const Clearanc
     }
   }
   if (best != nullptr && (best->twist.v_mps > 0 || std::abs(best->twist.w_radps) > 0)) {
-    out.choice = DwaChoice{best->twist, best->clearance_m, best->free_way_m, rejected};
+    bool slowed = false;
+    for (std::size_t i = static_cast<std::size_t>(best - window.data()) + options.turn_samples;
+         i < window.size(); i += options.turn_samples) {
+      slowed = slowed || !window[i].admissible;  // the same turn, faster
+    }
+    out.choice = DwaChoice{best->twist, best->clearance_m, best->free_way_m, rejected, slowed};
   }
   return out;
 }

@@ -15,10 +15,7 @@ struct DwaOptions {
   double cell_m = 0.02;   ///< of the window's map
   double window_m = 2.8;  ///< side of the square around the robot that is looked at
   int speed_samples = 7;
-  int turn_samples = 21;   ///< odd, so that keeping straight on is always tried
-  double cycle_s = 0.067;  ///< between two decisions
-  double reaction_s =
-      0.134;  ///< from a picture's instant until its command acts, and one more cycle
+  int turn_samples = 21;        ///< odd, so that keeping straight on is always tried
   double distance_cap_m = 1.0;  ///< free way beyond this is worth no more
   double margin_m = 0.04;       ///< kept from everything when creeping
   double margin_s = 0.15;       ///< and this much more per m/s: 13 cm in all at 0.6 m/s
@@ -36,8 +33,10 @@ struct WindowScore {
 };
 
 struct DwaRequest {
-  Pose2 T_odom_body;
-  Twist2 twist_body;
+  Pose2 T_odom_body;           ///< when the command begins to act
+  Twist2 twist_body;           ///< then
+  double cycle_s = 0;          ///< between two decisions
+  double longest_cycle_s = 0;  ///< of late: so long may it be before it can brake
   Vec2 carrot_odom = Vec2::Zero();
   double speed_limit_mps = 1e9;  ///< below the body's own, e.g. close to the goal
   bool keep_window = false;      ///< hand back every candidate
@@ -48,6 +47,7 @@ struct DwaChoice {
   double clearance_m = 0;  ///< closest approach of the outline to an obstacle along the chosen arc
   double free_way_m = 0;   ///< along the chosen arc, capped
   int arcs_rejected = 0;
+  bool slowed = false;  ///< faster on the same turn it could not stop in the floor it knows
 };
 
 struct DwaResult {

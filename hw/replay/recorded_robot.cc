@@ -139,7 +139,7 @@ class RecordedRobot::Pictures {
 };
 
 RecordedRobot::RecordedRobot(Dataset dataset, const Rig& rig, std::optional<RecordedTruth> truth)
-    : dataset_(std::move(dataset)), truth_(std::move(truth)) {
+    : dataset_(std::move(dataset)), truth_(std::move(truth)), timing_(recorded_timing(dataset_)) {
   if (truth_) {
     truth_->cut_to_fit(dataset_);
   }

@@ -49,6 +49,7 @@ class RecordedRobot final : public Robot {
   void drive(const Twist2& command_body, Duration valid_for) override;
   void stop() override {}
   Time now() const override { return now_; }
+  Timing timing() const override { return timing_; }
   std::optional<Truth> truth() const override;
   /// Whether the truth, if there is one, would tell of contacts.
   bool touches_known() const { return !truth_ || truth_->touches_known(); }
@@ -76,6 +77,7 @@ class RecordedRobot final : public Robot {
 
   Dataset dataset_;
   std::optional<RecordedTruth> truth_;
+  Timing timing_;
   std::size_t next_ = 0;
   std::size_t next_command_ = 0;
   Time now_{};

@@ -32,6 +32,11 @@ struct Seen {
 };
 using Job = std::variant<Seen, RecordedCommand>;
 
+RecordingInfo with_timing(RecordingInfo info, const Timing& timing) {
+  info.timing = timing;
+  return info;
+}
+
 }  // namespace
 
 /// Writes what it is given, in order, on a thread of its own.
@@ -186,7 +191,7 @@ RecordingRobot::RecordingRobot(std::unique_ptr<Robot> robot, fs::path folder,
                                TruePictures true_pictures, bool keep_truth)
     : robot_(std::move(robot)),
       true_pictures_(std::move(true_pictures)),
-      writer_(std::make_unique<Writer>(folder, info, rig, body,
+      writer_(std::make_unique<Writer>(folder, with_timing(info, robot_->timing()), rig, body,
                                        keep_truth ? robot_->truth() : std::nullopt,
                                        true_pictures_.things)) {}
 

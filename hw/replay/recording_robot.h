@@ -52,6 +52,7 @@ class RecordingRobot final : public Robot {
   DeviceFigures devices() const override { return robot_->devices(); }
   std::optional<std::int64_t> start_unix_ns() const override { return robot_->start_unix_ns(); }
   Time now() const override;
+  Timing timing() const override { return robot_->timing(); }
   std::optional<Truth> truth() const override;
 
   /// Waits until all is written. Throws as observe() does.

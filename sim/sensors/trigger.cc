@@ -140,6 +140,8 @@ FrameSet Trigger::gather() {
   return set;
 }
 
+Duration Trigger::period() const { return beat(clocks_[lead_], 1) - beat(clocks_[lead_], 0); }
+
 void Trigger::advance() { next_ = gather(); }
 
 }  // namespace panoptes::sim

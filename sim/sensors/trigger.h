@@ -65,6 +65,9 @@ class Trigger {
   Trigger(const TriggerOptions& options, const Rig& rig, const Rng& rng);
 
   const FrameSet& next() const { return next_; }
+
+  /// Between two sets, but for jitter.
+  Duration period() const;
   void advance();
 
  private:

@@ -43,6 +43,8 @@ void choose_a_goal(benchmark::State& state) {
 }
 BENCHMARK(choose_a_goal)->Unit(benchmark::kMillisecond);
 
+constexpr std::chrono::milliseconds kFrame(67);
+
 void dynamic_window(benchmark::State& state) {
   const OccupancyMap map = office(true);
   const DwaOptions options;
@@ -53,6 +55,8 @@ void dynamic_window(benchmark::State& state) {
   DwaRequest request;
   request.T_odom_body = task.T_odom_body;
   request.twist_body = {0.4, 0.1};
+  request.cycle_s = to_seconds(kFrame);
+  request.longest_cycle_s = request.cycle_s;
   request.carrot_odom = {6.1, 3.7};
   for (auto _ : state) {
     const ClearanceMap window = clearance_map(window_map(options, task, {}), 1.0);
@@ -64,7 +68,7 @@ BENCHMARK(dynamic_window)->Unit(benchmark::kMillisecond);
 void driver_step_with_a_plan(benchmark::State& state) {
   const OccupancyMap map = office(true);
   for (auto _ : state) {
-    Driver driver({}, Body());
+    Driver driver({}, Body(), {kFrame, kFrame});
     DriveTask task;
     task.local_odom = &map;
     task.map = &map;

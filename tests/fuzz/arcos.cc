@@ -31,6 +31,9 @@ class Runner final : public hw::Robot {
   }
   void stop() override { command_ = {}; }
   Time now() const override { return now_; }
+  Timing timing() const override {
+    return {std::chrono::milliseconds(67), std::chrono::milliseconds(8)};
+  }
   std::optional<Truth> truth() const override { return std::nullopt; }
 
  private:

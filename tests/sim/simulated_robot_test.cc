@@ -220,6 +220,32 @@ bool same(const Observation& a, const Observation& b, const std::string& camera)
   return cv::norm(a.pictures.at(camera).bgr, b.pictures.at(camera).bgr, cv::NORM_INF) == 0;
 }
 
+TEST(SimulatedRobot, StatesItsTimingAsItIs) {
+  for (const double latency_s : {0.0, 0.02, 0.1}) {
+    for (const double exposure_s : {0.001, 0.03}) {
+      SCOPED_TRACE(testing::Message() << latency_s << " s, exposed " << exposure_s << " s");
+      SimulatedOptions options = starting_at(1, 1);
+      options.trigger.latency_s = latency_s;
+      options.sensor.exposure = FixedExposure{.exposure_ms = 1e3 * exposure_s};
+      SimulatedRobot robot = robot_with(options);
+      const Timing timing = robot.timing();
+      const Time first = robot.observe(robot.now() + std::chrono::seconds(1)).stamp;
+      const Time second = robot.observe(robot.now() + std::chrono::seconds(1)).stamp;
+      EXPECT_LE(std::abs(to_seconds(second - first - timing.period)), 2e-9);
+      robot.drive({0.5, 0}, std::chrono::seconds(1));
+      double way_m = 0;  // gathering speed evenly
+      while (way_m == 0 && to_seconds(robot.now()) < 2) {
+        robot.observe(robot.now() + std::chrono::seconds(1));
+        way_m = robot.truth()->poses.back().T_scene_body.x_m - 1;
+      }
+      const double acts_s = to_seconds(robot.truth()->poses.back().stamp - second) -
+                            std::sqrt(2 * way_m / Body{}.max_accel_mps2);
+      EXPECT_LE(acts_s, to_seconds(timing.worst_latency) + 1e-3);
+      EXPECT_GE(acts_s, to_seconds(timing.worst_latency) - 3.0 / 120);
+    }
+  }
+}
+
 TEST(SimulatedRobot, CamerasFailAsTheyAreTold) {
   SimulatedOptions options = starting_at(1, 1);
   SimulatedRobot sound = robot_with(options);

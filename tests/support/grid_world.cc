@@ -310,7 +310,8 @@ GridRun explore_world(const GridWorld& world, const Pose2& start, const ExploreO
   const FloorWedge wedge;
   GridRobot robot(world, body, wedge, noise, start, rng.fork("robot"));
   Explorer explorer(explore, body, wedge, rng.fork("explorer"));
-  Driver driver(drive, body);
+  constexpr std::chrono::milliseconds kFrame(67);
+  Driver driver(drive, body, {kFrame, kFrame});
   GridRun run;
   std::optional<DriveGoal> goal;
   std::string said;

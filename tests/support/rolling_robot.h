@@ -42,6 +42,9 @@ class RollingRobot final : public Robot {
   }
   void stop() override { command_ = {}; }
   Time now() const override { return now_; }
+  Timing timing() const override {
+    return {std::chrono::milliseconds(67), std::chrono::milliseconds(8)};
+  }
   std::optional<Truth> truth() const override { return std::nullopt; }
 
   Pose2 pose;

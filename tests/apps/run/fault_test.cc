@@ -111,6 +111,7 @@ class FaultyRobot final : public hw::Robot {
     throw_at("stop");
   }
   Time now() const override { return robot_->now(); }
+  Timing timing() const override { return robot_->timing(); }
   hw::DeviceFigures devices() const override {
     throw_at("devices");
     return robot_->devices();

@@ -2,7 +2,9 @@
 #include "core/nav/driver.h"
 
 #include <cmath>
+#include <deque>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -17,6 +19,7 @@ using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
 constexpr double kFrame_s = 1.0 / 15;
+const Timing kTiming{from_seconds(kFrame_s), from_seconds(kFrame_s)};
 
 /// A disc that does as it is told a frame later, within its limits; odom is map unless set apart.
 struct Ride {
@@ -28,10 +31,14 @@ struct Ride {
   Twist2 pending;
   Time now;
   Body body;
-  Driver driver{DriverOptions(), Body()};
+  Driver driver{DriverOptions(), Body(), kTiming};
   bool bumper = false;
   bool held = false;  // something holds the robot: the wheels stand
+  double frame_s = kFrame_s;
+  double latency_s = kFrame_s;                     // from an observation until a command acts
+  std::deque<std::pair<double, Twist2>> commands;  // when they act, latest last
   double least_v_mps = 0;
+  double most_v_mps = 0;
   double least_gap_m = 1e9;
 
   DriveStep step(const std::optional<DriveGoal>& goal) {
@@ -45,8 +52,14 @@ struct Ride {
     task.bumper_pressed = bumper;
     task.goal = goal;
     DriveStep out = driver.step(task);
-    for (int i = 0; i < 8; ++i) {
-      const double dt = kFrame_s / 8;
+    commands.emplace_back(to_seconds(now) + latency_s, out.command_body);
+    const int parts = static_cast<int>(std::lround(8 * frame_s / kFrame_s));
+    for (int i = 0; i < parts; ++i) {
+      const double dt = frame_s / parts;
+      while (!commands.empty() && commands.front().first <= to_seconds(now) + i * dt + 1e-6) {
+        pending = commands.front().second;
+        commands.pop_front();
+      }
       const auto towards = [](double from, double to, double most) {
         return from + std::clamp(to - from, -most, most);
       };
@@ -57,8 +70,8 @@ struct Ride {
       }
       T_map_body = T_map_body * exp_twist(twist, dt);
     }
-    pending = out.command_body;
-    now = now + from_seconds(kFrame_s);
+    now = now + from_seconds(frame_s);
+    most_v_mps = std::max(most_v_mps, twist.v_mps);
     least_v_mps = std::min(least_v_mps, twist.v_mps);
     return out;
   }
@@ -133,6 +146,63 @@ TEST(Driver, PassesTheNarrowestGapOfTheOfficeWithoutTouching) {
   });
   EXPECT_TRUE(last.goal_reached) << last.reason;
   EXPECT_GE(r.least_gap_m, 0.05);
+}
+
+// A wall comes into view no nearer than the robot can stop by what its platform states.
+TEST(Driver, StopsBeforeAWallThatComesIntoViewWhateverThePlatformsTiming) {
+  for (const auto& [period_s, latency_s] : std::vector<std::pair<double, double>>{
+           {1 / 30.0, 0.01}, {1 / 15.0, 1 / 15.0}, {1 / 15.0, 0.4}, {0.2, 0.3}, {0.5, 0.5}}) {
+    SCOPED_TRACE(testing::Message() << period_s << " s, " << latency_s << " s");
+    Ride r = ride();
+    r.frame_s = period_s;
+    r.latency_s = latency_s;
+    r.driver = Driver(DriverOptions(), Body(), {from_seconds(period_s), from_seconds(latency_s)});
+    r.local = r.map;
+    double wall_m = 0;
+    r.drive(DriveGoal{{5.7, 2, 0}, false}, 20, [&](const DriveStep&) {
+      if (wall_m == 0 && r.T_map_body.position().x() > 2.5) {
+        const double gap_m =
+            stopping_distance_m(r.twist.v_mps, period_s + latency_s, r.body.max_accel_mps2);
+        wall_m = r.T_map_body.position().x() + r.body.radius_m + gap_m + 2 * r.map.cell_m;
+        test::fill(r.map, wall_m, 0, wall_m + 0.2, 4, Cell::kOccupied);
+        r.local = r.map;
+      }
+      return false;
+    });
+    EXPECT_GT(wall_m, 0);
+    EXPECT_LE(r.T_map_body.position().x() + r.body.radius_m, wall_m + 0.5 * r.map.cell_m);
+    const double limit_mps = std::min(
+        r.body.max_speed_mps, speed_that_stops_mps(1, period_s + latency_s, r.body.max_accel_mps2));
+    EXPECT_LE(r.most_v_mps, limit_mps + 1e-9);
+    EXPECT_GE(r.most_v_mps, 0.5 * limit_mps);
+  }
+}
+
+TEST(Driver, LowersItsSpeedWhereTheCycleIsLongerThanThePlatformStates) {
+  Ride r = ride();
+  const DriveGoal goal{{5.5, 2, 0}, false};
+  r.drive(goal, 3, finished);
+  EXPECT_EQ(r.driver.speed_limit_mps(), r.body.max_speed_mps);
+  r.frame_s = 0.8;
+  bool said = false;
+  r.drive(goal, 2.4, [&](const DriveStep& out) {
+    said =
+        said || out.reason.find("as fast as it can stop in the floor it knows") != out.reason.npos;
+    return false;
+  });
+  EXPECT_TRUE(said);
+  EXPECT_LT(r.twist.v_mps, 0.5);
+  const double lag_s = kFrame_s + (r.frame_s - kFrame_s);
+  EXPECT_NEAR(r.driver.speed_limit_mps(),
+              speed_that_stops_mps(1, lag_s + r.frame_s, r.body.max_accel_mps2), 1e-6);
+}
+
+TEST(Driver, DrivesNoFasterThanItCanStopInTheFloorThatIsSeen) {
+  Ride r = ride();
+  r.driver = Driver(DriverOptions(), Body(), kTiming, 0.2);
+  EXPECT_TRUE(r.drive(DriveGoal{{5, 2, 0}, false}, 60, finished).goal_reached);
+  EXPECT_LE(r.most_v_mps, speed_that_stops_mps(0.2, 2 * kFrame_s, r.body.max_accel_mps2) + 1e-9);
+  EXPECT_GT(r.most_v_mps, 0.3);
 }
 
 TEST(Driver, RefusesAnUnreachableGoalWithoutMoving) {
@@ -216,7 +286,7 @@ TEST(Driver, WaitsAfreshWhereItIsBlockedAfterATurnAndForAnotherGoal) {
   const double nearly_s = options.blocked_s - 0.3;
   const auto wait = [&](const DriveGoal& first, const DriveGoal& between, const DriveGoal& then) {
     Ride r = ride();
-    r.driver = Driver(options, Body());
+    r.driver = Driver(options, Body(), kTiming);
     r.T_map_body = {5, 2, 0};
     EXPECT_FALSE(recovers(r.drive(first, nearly_s, recovers)));
     EXPECT_FALSE(recovers(r.drive(between, 0.8, recovers)));

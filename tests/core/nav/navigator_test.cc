@@ -30,7 +30,8 @@ struct Explorer {
   explicit Explorer(const Rig& rig, const NavigatorOptions& options = {},
                     const StageListener& listener = {})
       : slam(options.slam, Body{}, rig, Rng(7), listener),
-        navigator(options, Body{}, slam, Rng(7), listener) {}
+        navigator(options, Body{}, {from_seconds(kFrame_s), from_seconds(kFrame_s)}, slam, Rng(7),
+                  listener) {}
 
   Step step(const Observation& seen) {
     SlamStep at = slam.step(seen);

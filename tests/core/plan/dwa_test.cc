@@ -13,6 +13,7 @@ namespace panoptes {
 namespace {
 
 const DwaOptions kOptions;
+constexpr double kCycle_s = 0.067;
 const Body kBody;
 
 ClearanceMap open_floor() { return clearance_map(test::empty_room(8, 8, 0.02), 1); }
@@ -21,6 +22,8 @@ DwaRequest request_at(const Pose2& T_odom_body, const Twist2& twist, const Vec2&
   DwaRequest request;
   request.T_odom_body = T_odom_body;
   request.twist_body = twist;
+  request.cycle_s = kCycle_s;
+  request.longest_cycle_s = kCycle_s;
   request.carrot_odom = carrot;
   return request;
 }
@@ -36,8 +39,7 @@ TEST(Dwa, DrivesStraightAndFasterTowardsACarrotAhead) {
   ASSERT_TRUE(result.choice);
   EXPECT_NEAR(result.choice->command_body.w_radps, 0,
               1e-9);  // keeping straight on is in the window
-  EXPECT_NEAR(result.choice->command_body.v_mps, 0.3 + kBody.max_accel_mps2 * kOptions.cycle_s,
-              1e-9);
+  EXPECT_NEAR(result.choice->command_body.v_mps, 0.3 + kBody.max_accel_mps2 * kCycle_s, 1e-9);
 }
 
 TEST(Dwa, MirroredCarrotsGiveMirroredCommands) {
@@ -67,10 +69,9 @@ TEST(Dwa, StaysWithinWhatTheBodyCanDo) {
     }
     const Twist2& command = result.choice->command_body;
     constexpr double kRoundoff = 1e-9;
-    EXPECT_LE(std::abs(command.v_mps - now.v_mps),
-              kBody.max_accel_mps2 * kOptions.cycle_s + kRoundoff);
+    EXPECT_LE(std::abs(command.v_mps - now.v_mps), kBody.max_accel_mps2 * kCycle_s + kRoundoff);
     EXPECT_LE(std::abs(command.w_radps - now.w_radps),
-              kBody.max_turn_accel_radps2 * kOptions.cycle_s + kRoundoff);
+              kBody.max_turn_accel_radps2 * kCycle_s + kRoundoff);
     EXPECT_GE(command.v_mps, 0);
     EXPECT_LE(command.v_mps, kBody.max_speed_mps);
     EXPECT_LE(std::abs(command.w_radps), kBody.max_turn_radps);
@@ -101,10 +102,10 @@ TEST(Dwa, CanAlwaysStopInTime) {
         if (result.choice) {
           twist = result.choice->command_body;
         } else {
-          const double v = std::max(0.0, twist.v_mps - kBody.max_accel_mps2 * kOptions.cycle_s);
+          const double v = std::max(0.0, twist.v_mps - kBody.max_accel_mps2 * kCycle_s);
           twist = {v, twist.v_mps > 0 ? twist.w_radps * v / twist.v_mps : 0};
         }
-        T = T * exp_twist(twist, kOptions.cycle_s);
+        T = T * exp_twist(twist, kCycle_s);
         // Distances are between the centres of cells: half a cell may be missing.
         ASSERT_GE(gap(clear, T.position()), -0.5 * clear.map.cell_m)
             << "world " << world << " drive " << drive << " step " << i;

@@ -160,6 +160,16 @@ TEST_F(RecordedRobotTest, MeetsAnEarlierDeadlineWithoutLosingASet) {
   expect_same(live.observe({}), robot->observe(Time(seconds(1))));
 }
 
+TEST_F(RecordedRobotTest, TakesItsTimingFromTheStampsWhereTheRecordingDoesNotSay) {
+  EXPECT_EQ(replay()->timing().period, ScriptedRobot(1).timing().period);
+  write_file(folder_ / "recording.yaml", "schema: panoptes.dataset/1\nversion: '1'\n");
+  const Dataset dataset = read_dataset(folder_);
+  const Timing timing = recorded_timing(dataset);
+  EXPECT_EQ(timing.period, dataset.observations[2].stamp - dataset.observations[1].stamp);
+  EXPECT_EQ(timing.worst_latency,
+            timing.period + (dataset.observations[1].now - dataset.observations[1].stamp));
+}
+
 TEST_F(RecordedRobotTest, LeavesOutCamerasThatNobodyAsksFor) {
   Rig rig = small_rig();
   rig.cameras.erase("front");

@@ -49,6 +49,8 @@ TEST_F(RecordingRobotTest, KeepsAllThatWasPerceivedUntilTheRobotIsLost) {
   const Dataset dataset = read_dataset(folder_);
   EXPECT_EQ(dataset.observations.size(), 5U);
   EXPECT_EQ(dataset.commands.size(), 5U);
+  EXPECT_EQ(recorded_timing(dataset).period, ScriptedRobot(5).timing().period);
+  EXPECT_EQ(recorded_timing(dataset).worst_latency, ScriptedRobot(5).timing().worst_latency);
   EXPECT_THAT(dataset.remarks, testing::IsEmpty());
 }
 

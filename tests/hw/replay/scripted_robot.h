@@ -25,6 +25,9 @@ class ScriptedRobot final : public Robot {
   void drive(const Twist2& /*command_body*/, Duration /*valid_for*/) override {}
   void stop() override {}
   Time now() const override { return now_; }
+  Timing timing() const override {
+    return {std::chrono::milliseconds(100), std::chrono::milliseconds(8)};
+  }
   std::optional<Truth> truth() const override { return truth_; }
 
  private:

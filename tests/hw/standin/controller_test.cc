@@ -52,6 +52,9 @@ class FloorRobot final : public Robot {
   }
   void stop() override { command_ = {}; }
   Time now() const override { return now_; }
+  Timing timing() const override {
+    return {std::chrono::milliseconds(67), std::chrono::milliseconds(8)};
+  }
   std::optional<Truth> truth() const override { return std::nullopt; }
 
   const Twist2& twist() const { return twist_; }

@@ -30,6 +30,9 @@ class StillRobot final : public Robot {
   void drive(const Twist2& /*command_body*/, Duration /*valid_for*/) override {}
   void stop() override {}
   Time now() const override { return now_; }
+  Timing timing() const override {
+    return {std::chrono::milliseconds(67), std::chrono::milliseconds(8)};
+  }
   std::optional<Truth> truth() const override { return std::nullopt; }
 
  private:
