@@ -37,8 +37,8 @@ void PhysicalRobot::take_reports() {
       track_.add(pose);
     }
     holds_up_ = client.holds_up();
-    for (const ToldTwist& told : client.take_told()) {
-      track_.told(told);
+    for (const CommandedTwist& command : client.take_commanded()) {
+      track_.commanded(command);
     }
     if (client.state() == PioneerClient::State::kRefused) {
       throw DeviceError(client.fault());

@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 #include "core/base/error.h"
-#include "hw/pioneer/last_words.h"
+#include "hw/pioneer/emergency_stop.h"
 #include "hw/pioneer/line.h"
 
 namespace panoptes::hw {
@@ -148,7 +148,7 @@ class PioneerBase::Worker {
   }
 
   Line line_;
-  LastWords last_words_{line_.fd(), line_.serial()};
+  EmergencyStopRegistration emergency_stop_{line_.fd(), line_.serial()};
   PioneerClient client_;
   Clock::time_point begun_;
   std::int64_t start_unix_ns_ =
