@@ -7,7 +7,7 @@
 
 #include "core/base/time.h"
 #include "core/camera/observation.h"
-#include "hw/pioneer/client.h"
+#include "hw/base.h"
 
 namespace panoptes::hw {
 

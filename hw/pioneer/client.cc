@@ -365,8 +365,7 @@ void PioneerClient::on_report(Time now, Time arrival, const Sip& sip) {
     return;
   }
   clock_.take(arrival, left);
-  // Commands are held up as reports are.
-  command_monitor_.allow(round_trip_ + clock_.longest_hold());
+  command_monitor_.allow(latency());
   ++counts_.reports;
   counts_.longest_silence_s = std::max(counts_.longest_silence_s, to_seconds(now - last_report_));
   last_report_ = now;

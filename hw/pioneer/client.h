@@ -12,6 +12,7 @@
 #include "core/base/time.h"
 #include "core/geometry/body.h"
 #include "core/geometry/pose2.h"
+#include "hw/base.h"
 #include "hw/pioneer/command_monitor.h"
 #include "hw/pioneer/model.h"
 #include "hw/pioneer/odometer.h"
@@ -20,14 +21,6 @@
 #include "hw/pioneer/report_clock.h"
 
 namespace panoptes::hw {
-
-/// The wheels' pose at the instant when one report left.
-struct WheelPose {
-  Time stamp;
-  Pose2 T_odom_body;
-  Twist2 twist_body;
-  int epoch = 0;  ///< grows when it is not known how the robot came here
-};
 
 /// What one of the ring's sonars has heard last.
 struct SonarRange {
@@ -93,6 +86,12 @@ class PioneerClient {
   /// Whether reports are held up on this link now and then.
   bool holds_up() const { return clock_.holds_up(); }
 
+  /// The nominal time from one report to the next.
+  Duration cycle() const { return clock_.cycle(); }
+
+  /// From a command to the report of its effect: commands are held up as reports are.
+  Duration latency() const { return round_trip_ + clock_.longest_hold(); }
+
   const std::string& fault() const { return fault_; }  ///< names the device and the cure
 
   /// Commands. A velocity is rounded to whole mm/s and deg/s, held within the body's limits, and
@@ -116,6 +115,7 @@ class PioneerClient {
 
   // What the robot says
   const std::optional<WheelPose>& pose() const { return pose_; }  ///< of the last believed report
+  bool has_poses() const { return !poses_.empty(); }              ///< that nobody has taken
   std::vector<WheelPose> take_poses();                            ///< since it was asked last
   std::vector<CommandedTwist> take_commanded();                   ///< since it was asked last
   const std::map<int, SonarRange>& sonar() const { return sonar_; }  ///< by the sonar's number

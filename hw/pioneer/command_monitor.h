@@ -7,15 +7,9 @@
 #include "core/base/time.h"
 #include "core/geometry/body.h"
 #include "core/geometry/pose2.h"
+#include "hw/base.h"
 
 namespace panoptes::hw {
-
-/// A velocity that was sent to the controller, and when it is in force. The base goes there at the
-/// body's accelerations.
-struct CommandedTwist {
-  Time at;
-  Twist2 twist_body;
-};
 
 /// Whether a robot that is commanded to stop, to slow down or to turn otherwise does so. It may go
 /// at any velocity between rest and what was commanded within the link's latency; beyond that it

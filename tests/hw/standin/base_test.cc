@@ -93,8 +93,7 @@ class Bases : public testing::TestWithParam<bool> {
 TEST_P(Bases, DriveAndStopWhenTheCommanderHangsAndTellOfAPulledCable) {
   Served served(endpoint());
   auto base = std::make_unique<PioneerBase>(served.name, Body());
-  BaseLink& link = *base;
-  connect(link);
+  connect(*base);
   PhysicalRobot robot(std::move(base), {});
   EXPECT_TRUE(robot.start_unix_ns());
   const auto drive_for = [&](double seconds) {
