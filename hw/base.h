@@ -43,11 +43,12 @@ struct BaseTiming {
 };
 
 /// A base with wheels as a robot needs it (hw/physical), whoever makes its controller. It is
-/// connected, and has reported once. One thread calls it, but for now().
+/// connected, and has reported once. One thread calls it, but for now() and wake().
 class Base {
  public:
   virtual ~Base() = default;
 
+  /// The robot's clock, which its cameras share (hw/camera_source.h).
   virtual Time now() const = 0;
 
   /// The wall-clock instant of time 0, since 1970; empty where time is not the world's.
@@ -57,6 +58,9 @@ class Base {
 
   /// Waits until there are poses to be taken or the base is lost, until `done`, or `deadline`.
   virtual void wait(Time deadline, const std::function<bool()>& done) = 0;
+
+  /// Makes wait() ask `done` again.
+  virtual void wake() = 0;
 
   virtual BaseReports take_reports() = 0;
 

@@ -112,6 +112,10 @@ OdometryTrack::MotionIncrement OdometryTrack::by_commands(Time from, Time to,
   return increment;
 }
 
+std::optional<Time> OdometryTrack::first() const {
+  return poses_.empty() ? std::nullopt : std::optional(poses_.front().stamp);
+}
+
 std::optional<Time> OdometryTrack::last() const {
   return poses_.empty() ? std::nullopt : std::optional(poses_.back().stamp);
 }

@@ -29,7 +29,8 @@ class OdometryTrack {
   /// In order of time; what is older than a few seconds is forgotten.
   void add(const WheelPose& pose);
 
-  std::optional<Time> last() const;  ///< the last report's instant
+  std::optional<Time> first() const;  ///< the instant of the oldest report that is kept
+  std::optional<Time> last() const;   ///< the last report's
 
   /// In order of time: what the base goes towards from then on.
   void commanded(const CommandedTwist& command);

@@ -11,15 +11,22 @@
 
 namespace panoptes::hw {
 
-PhysicalRobot::PhysicalRobot(std::unique_ptr<Base> base, NextCameraSet next_set,
+PhysicalRobot::PhysicalRobot(std::unique_ptr<Base> base, std::unique_ptr<CameraSource> cameras,
                              const BaseRamp& ramp, const Robot* behind)
-    : base_(std::move(base)), next_set_(std::move(next_set)), behind_(behind), track_(ramp) {
+    : base_(std::move(base)), cameras_(std::move(cameras)), behind_(behind), track_(ramp) {
   const BaseReports before = base_->take_reports();  // there was nobody to see all but the last
   PANOPTES_CHECK(!before.poses.empty(), "a robot's base has reported");
   track_.add(before.poses.back());
   epoch_ = before.poses.back().epoch;
   for (const CommandedTwist& command : before.commanded) {
     track_.commanded(command);
+  }
+  if (cameras_) {
+    cameras_->start([this] { return base_->now(); },
+                    [this] {
+                      arrived_ = true;
+                      base_->wake();
+                    });
   }
 }
 
@@ -53,8 +60,13 @@ Observation PhysicalRobot::observe(Time deadline) {
   std::optional<Odometry> odometry;
   while (true) {
     take_reports();
-    if (!waiting_ && next_set_) {
-      waiting_ = next_set_();
+    if (!waiting_ && cameras_) {
+      arrived_ = false;  // one that arrives meanwhile is asked for again
+      waiting_ = cameras_->next();
+    }
+    if (waiting_ && waiting_->stamp < track_.first()) {
+      waiting_.reset();  // so late that its odometry will not be known any more
+      continue;
     }
     if (waiting_) {
       odometry = track_.at(waiting_->stamp, held_up_);
@@ -67,7 +79,7 @@ Observation PhysicalRobot::observe(Time deadline) {
         break;
       }
     }
-    if (!next_set_ && track_.last() > last_stamp_) {
+    if (!cameras_ && track_.last() > last_stamp_) {
       seen.stamp = *track_.last();
       odometry = track_.at(seen.stamp);
       break;
@@ -78,7 +90,7 @@ Observation PhysicalRobot::observe(Time deadline) {
       odometry = track_.at(seen.stamp, held_up_);
       break;
     }
-    base_->wait(deadline, [&] { return !waiting_ && next_set_ && (waiting_ = next_set_()); });
+    base_->wait(deadline, [&] { return !waiting_ && arrived_; });
   }
   last_stamp_ = std::max(last_stamp_, seen.stamp);
   if (!T_first_odom_) {
@@ -112,7 +124,7 @@ DeviceFigures PhysicalRobot::devices() const {
   DeviceFigures figures;
   figures["base"] = base_->figures();
   figures["base"]["epoch"] = static_cast<double>(epoch_);
-  if (next_set_) {
+  if (cameras_) {
     figures["cameras"] = {{"sets", static_cast<double>(sets_)},
                           {"odometry_extrapolated", static_cast<double>(extrapolated_)}};
   }

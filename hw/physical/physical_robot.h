@@ -1,40 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <atomic>
 #include <cstdint>
-#include <functional>
-#include <map>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "core/base/time.h"
 #include "core/camera/observation.h"
 #include "hw/base.h"
+#include "hw/camera_source.h"
 #include "hw/physical/odometry_track.h"
 #include "hw/robot.h"
 
 namespace panoptes::hw {
 
-/// Pictures of one instant, as cameras deliver them.
-struct CameraSet {
-  Time stamp;
-  std::map<std::string, Picture> pictures;
-};
-
-/// The next set that has arrived; empty when none has. Never waits.
-using NextCameraSet = std::function<std::optional<CameraSet>()>;
-
 /// A base and cameras as one robot: every set of pictures with the odometry of its instant, the
 /// base's reports being interpolated (extrapolated by one at most, which is marked; where the link
-/// holds reports up the next one is waited for). Without
+/// holds reports up the next one is waited for). A set that arrives wakes who observes. Without
 /// cameras there is an observation a report.
 class PhysicalRobot final : public Robot {
  public:
-  /// `ramp` is how the base goes to a commanded velocity. `behind` is the simulated robot that a
-  /// base in the same process stands for: it alone knows the truth; null where nobody does.
-  PhysicalRobot(std::unique_ptr<Base> base, NextCameraSet next_set, const BaseRamp& ramp = {},
-                const Robot* behind = nullptr);
+  /// `cameras` are started by the base's clock; null where there are none. `ramp` is how the base
+  /// goes to a commanded velocity. `behind` is the simulated robot that a base in the same process
+  /// stands for: it alone knows the truth; null where nobody does.
+  PhysicalRobot(std::unique_ptr<Base> base, std::unique_ptr<CameraSource> cameras,
+                const BaseRamp& ramp = {}, const Robot* behind = nullptr);
   ~PhysicalRobot() override;
 
   /// Throws DeviceError when the base is lost, or when it is not known any more how it came to
@@ -54,7 +45,8 @@ class PhysicalRobot final : public Robot {
   void take_reports();
 
   std::unique_ptr<Base> base_;
-  NextCameraSet next_set_;
+  std::atomic<bool> arrived_ = false;      // a set, since one was asked for
+  std::unique_ptr<CameraSource> cameras_;  // ends before what its threads call
   const Robot* behind_;
   OdometryTrack track_;
   std::optional<CameraSet> waiting_;  // for the odometry of its instant

@@ -64,6 +64,12 @@ class PioneerBase::Worker {
     throw_what_was_thrown();
   }
 
+  // Whoever waits has either not asked yet, or sleeps.
+  void wake_waiting() {
+    { const std::lock_guard lock(mutex_); }
+    changed_.notify_all();
+  }
+
   void with(const std::function<void(PioneerClient&)>& act) {
     {
       const std::lock_guard lock(mutex_);
@@ -154,6 +160,8 @@ PioneerBase::~PioneerBase() = default;
 Time PioneerBase::now() const { return worker_->now(); }
 
 std::optional<std::int64_t> PioneerBase::start_unix_ns() const { return worker_->start_unix_ns(); }
+
+void PioneerBase::wake() { worker_->wake_waiting(); }
 
 void PioneerBase::work(Time deadline, const std::function<bool(const PioneerClient&)>& done) {
   worker_->work(deadline, done);

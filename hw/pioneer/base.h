@@ -24,6 +24,7 @@ class PioneerBase final : public PioneerSession {
 
   Time now() const override;
   std::optional<std::int64_t> start_unix_ns() const override;
+  void wake() override;
   void work(Time deadline, const std::function<bool(const PioneerClient&)>& done) override;
   void with(const std::function<void(PioneerClient&)>& act) override;
 

@@ -35,6 +35,7 @@ class StandInLink final : public PioneerSession {
   ~StandInLink() override;
 
   Time now() const override { return now_; }
+  void wake() override {}  ///< work() asks after every step, in which alone anything comes to be
   void work(Time deadline, const std::function<bool(const PioneerClient&)>& done) override;
   void with(const std::function<void(PioneerClient&)>& act) override;
 

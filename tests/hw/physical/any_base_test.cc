@@ -23,7 +23,7 @@ struct OnAnyBase {
   OnAnyBase() {
     auto made = std::make_unique<FakeBase>();
     base = made.get();
-    base->report({time_at(0.01), {1, 2, 0.5}, {}, 7});
+    base->report({{time_at(0.01), {1, 2, 0.5}, {}, 7}});
     robot = std::make_unique<PhysicalRobot>(std::move(made), nullptr);
   }
 
@@ -46,7 +46,7 @@ TEST(AnyBase, TellsARobotItsOdometryAndHealthByEveryReport) {
   EXPECT_EQ(first.stamp, time_at(0.01));
   EXPECT_NEAR(first.odometry.T_odom_body.position().norm(), 0, kRoundoff);
   const Twist2 twist{0.5, 0.4};
-  on.base->report({time_at(0.05), Pose2{1, 2, 0.5} * exp_twist(twist, 0.04), twist, 7});
+  on.base->report({{time_at(0.05), Pose2{1, 2, 0.5} * exp_twist(twist, 0.04), twist, 7}});
   on.base->held_by = "a hand";
   const Observation seen = on.robot->observe(on.robot->now() + kLong);
   EXPECT_EQ(seen.stamp, time_at(0.05));
@@ -76,7 +76,7 @@ TEST(AnyBase, EndsARobotThatItIsLostTo) {
 
 TEST(AnyBase, IsStoppedWhereItIsNotKnownHowItCameToWhereItIs) {
   OnAnyBase on;
-  on.base->report({time_at(0.05), {}, {}, 8});
+  on.base->report({{time_at(0.05), {}, {}, 8}});
   EXPECT_THAT(error_of(*on.robot), HasSubstr("lost count of its way"));
   EXPECT_THAT(on.base->asked, ElementsAre("stop"));
 }

@@ -25,9 +25,22 @@ class FakeBase final : public Base {
 
   void wait(Time deadline, const std::function<bool()>& done) override {
     std::unique_lock lock(mutex_);
+    waited_for_ = true;
+    changed_.notify_all();
     changed_.wait_until(lock, begun_ + deadline.time_since_epoch(), [&] {
       return !reports_.poses.empty() || !reports_.error.empty() || done();
     });
+  }
+
+  void wake() override {
+    { const std::lock_guard lock(mutex_); }
+    changed_.notify_all();
+  }
+
+  /// On another thread: until somebody sleeps in wait().
+  void until_waited_for() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return waited_for_; });
   }
 
   BaseReports take_reports() override {
@@ -49,10 +62,11 @@ class FakeBase final : public Base {
   void acknowledge() override { asked.emplace_back("acknowledge"); }
   std::map<std::string, double> figures() override { return {{"drops", 3}}; }
 
-  void report(const WheelPose& pose) {
+  /// On any thread: these have come, together.
+  void report(const std::vector<WheelPose>& poses) {
     {
       const std::lock_guard lock(mutex_);
-      reports_.poses.push_back(pose);
+      reports_.poses.insert(reports_.poses.end(), poses.begin(), poses.end());
     }
     changed_.notify_all();
   }
@@ -73,6 +87,7 @@ class FakeBase final : public Base {
   std::mutex mutex_;
   std::condition_variable changed_;
   BaseReports reports_;
+  bool waited_for_ = false;
 };
 
 }  // namespace panoptes::hw

@@ -128,6 +128,27 @@ TEST_P(Bases, DriveAndStopWhenTheCommanderHangsAndTellOfAPulledCable) {
   EXPECT_NO_THROW(robot.stop());
 }
 
+// As cameras do. A line whose robot reports lets whoever waits ask some dozens of times a second.
+TEST_P(Bases, AskAgainWheneverSomebodyWakesThem) {
+  constexpr int kAsked = 1000;
+  Served served(endpoint());
+  PioneerBase base(served.name, Body());
+  connect(base);
+  std::atomic<bool> done = false;
+  std::thread waker([&] {
+    while (!done) {
+      base.wake();
+      std::this_thread::sleep_for(std::chrono::microseconds(100));
+    }
+  });
+  int asked = 0;
+  base.work(base.now() + std::chrono::seconds(10),
+            [&](const PioneerClient&) { return ++asked == kAsked; });
+  done = true;
+  waker.join();
+  EXPECT_EQ(asked, kAsked);
+}
+
 INSTANTIATE_TEST_SUITE_P(PtyAndTcp, Bases, testing::Bool());
 
 TEST(Probe, TellsWhoAnswers) {
