@@ -21,6 +21,7 @@ constexpr std::array<std::string_view, 5> kFloors = {"core", "hw", "sim", "apps"
 constexpr std::array<std::string_view, 15> kRooms = {
     "base",  "geometry", "config",  "camera", "vision", "odometry", "map", "graph",
     "loops", "plan",     "explore", "calib",  "nav",    "io",       "eval"};
+constexpr std::array<std::string_view, 4> kHwRooms = {"physical", "replay", "pioneer", "standin"};
 constexpr std::array<std::string_view, 17> kAppRooms = {
     "process", "command", "step",     "draw",    "relax",  "recognition",
     "report",  "teleop",  "mission",  "doctor",  "pilots", "listeners",
@@ -74,6 +75,10 @@ std::string fault_of(const std::string& file, const std::string& included, bool 
     }
     if (here[0] == "core" && there[0] == "core") {
       return room_fault(kRooms, here, there);
+    }
+    if (here[0] == "hw" && there[0] == "hw" && there.size() > 2) {
+      return here.size() > 2 ? room_fault(kHwRooms, here, there)
+                             : "a contract must not know who fulfils it";
     }
     if (here[0] == "apps" && there[0] == "apps" && here.size() > 2) {
       return room_fault(kAppRooms, here, there);
@@ -135,6 +140,8 @@ TEST(Includes, ThatAreFineAreLeftAlone) {
            {"core/nav/a.h", "#include <vector>"},
            {"core/graph/a.cc", "#include <ceres/ceres.h>"},
            {"hw/robot.h", "#include \"core/eval/truth.h\""},
+           {"hw/physical/a.h", "#include \"hw/base.h\""},
+           {"hw/standin/a.h", "#include \"hw/pioneer/b.h\""},
            {"sim/physics/a.cc", "#include <box2d/box2d.h>"},
            {"apps/run/a.h", "#include \"sim/world/world.h\""},
            {"apps/run/a.h", "#include \"apps/mission/b.h\""},
@@ -159,6 +166,10 @@ TEST(Includes, AgainstTheArrowsAreFound) {
             "core/map/a.cc:2: hw/robot.h: core must not include hw");
   EXPECT_EQ(fault("hw/a.cc", "#include \"sim/a.h\""),
             "hw/a.cc:2: sim/a.h: hw must not include sim");
+  EXPECT_EQ(fault("hw/physical/a.cc", "#include \"hw/pioneer/b.h\""),
+            "hw/physical/a.cc:2: hw/pioneer/b.h: hw/physical must not include hw/pioneer");
+  EXPECT_EQ(fault("hw/base.h", "#include \"hw/pioneer/b.h\""),
+            "hw/base.h:2: hw/pioneer/b.h: a contract must not know who fulfils it");
   EXPECT_EQ(fault("sim/a.cc", "#include \"apps/a.h\""),
             "sim/a.cc:2: apps/a.h: sim must not include apps");
   EXPECT_EQ(fault("apps/mission/a.cc", "#include \"apps/run/b.h\""),

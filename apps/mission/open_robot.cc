@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/mission/open_robot.h"
 
-#include <deque>
 #include <memory>
 #include <utility>
 #include <variant>
@@ -11,6 +10,7 @@
 #include "hw/physical/physical_robot.h"
 #include "hw/pioneer/base.h"
 #include "hw/replay/tracked_truth.h"
+#include "hw/standin/cameras.h"
 #include "hw/standin/link.h"
 #include "sim/world/load.h"
 
@@ -81,24 +81,6 @@ hw::BaseRamp ramp_of(const Body& body) {
   return {body.max_accel_mps2, body.max_turn_accel_radps2, body.max_speed_mps, body.max_turn_radps};
 }
 
-/// Pictures that travel in memory, in order.
-class PicturesInMemory {
- public:
-  void add(const Observation& seen) { sets_.push_back({seen.stamp, seen.pictures}); }
-  void clear() { sets_.clear(); }
-  std::optional<hw::CameraSet> next() {
-    if (sets_.empty()) {
-      return std::nullopt;
-    }
-    hw::CameraSet set = std::move(sets_.front());
-    sets_.pop_front();
-    return set;
-  }
-
- private:
-  std::deque<hw::CameraSet> sets_;
-};
-
 OpenRobot open_standin(const PioneerOptions& options, const ExploreMission& mission, const Rng& rng,
                        const sim::RendererOptions& renderer) {
   const ExploreMission& served = *options.standin;
@@ -110,17 +92,18 @@ OpenRobot open_standin(const PioneerOptions& options, const ExploreMission& miss
   out.route_done = [] { return false; };
   out.rig = sees ? believed_of(mission.rig, robot->rig()) : Rig();
   const hw::Robot* behind = robot.get();
-  const auto pictures = std::make_shared<PicturesInMemory>();
+  auto cameras = sees ? std::make_unique<hw::StandInCameras>() : nullptr;
   auto link = std::make_unique<hw::StandInLink>(
       std::move(robot), served.robot, options.controller, mission.robot,
       options.base == kStandInTcp ? hw::StandInLink::Wire::kTcp : hw::StandInLink::Wire::kPty,
-      [pictures](const Observation& seen) { pictures->add(seen); });
+      [to = cameras.get()](const Observation& seen) {
+        if (to != nullptr) {
+          to->add(seen);
+        }
+      });
   hw::connect(*link);
-  pictures->clear();  // of the time before anybody could see them
-  out.robot = std::make_unique<hw::PhysicalRobot>(
-      std::move(link),
-      sees ? hw::NextCameraSet([pictures] { return pictures->next(); }) : hw::NextCameraSet(),
-      ramp_of(mission.robot), behind);
+  out.robot = std::make_unique<hw::PhysicalRobot>(std::move(link), std::move(cameras),
+                                                  ramp_of(mission.robot), behind);
   return out;
 }
 
@@ -134,8 +117,7 @@ OpenRobot open(const PioneerOptions& options, const ExploreMission& mission, con
   auto base = std::make_unique<hw::PioneerBase>(options.base, mission.robot);
   hw::connect(*base);
   base->with([&](hw::PioneerClient& client) { out.remarks = client.take_remarks(); });
-  out.robot = std::make_unique<hw::PhysicalRobot>(std::move(base), hw::NextCameraSet(),
-                                                  ramp_of(mission.robot));
+  out.robot = std::make_unique<hw::PhysicalRobot>(std::move(base), nullptr, ramp_of(mission.robot));
   return out;
 }
 

@@ -5,7 +5,7 @@
 #include <csignal>
 #include <cstddef>
 
-#include "hw/pioneer/last_words.h"
+#include "hw/pioneer/emergency_stop.h"
 
 namespace panoptes {
 namespace {
@@ -21,7 +21,7 @@ extern "C" void on_signal(int signal) {
   }
   g_signals = g_signals + 1;
   if (g_signals >= kNow) {
-    hw::say_last_words();
+    hw::stop_registered_robots();
     std::signal(signal, SIG_DFL);
     std::raise(signal);
   }

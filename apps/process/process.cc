@@ -13,7 +13,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include "apps/process/fault.h"
-#include "hw/pioneer/last_words.h"
+#include "hw/pioneer/emergency_stop.h"
 #include "sim/render/renderer.h"
 
 namespace panoptes {
@@ -22,7 +22,7 @@ namespace {
 // What was thrown where nothing may be, as in a destructor of a library, ends the program with the
 // status that it has elsewhere.
 [[noreturn]] void end_at_once() {
-  hw::say_last_words();
+  hw::stop_registered_robots();
   Fault fault{4, "a bug of panoptes, please report it: it was ended"};
   if (const std::exception_ptr thrown = std::current_exception()) {
     try {
@@ -40,7 +40,7 @@ constexpr std::array kDeadly = {SIGQUIT, SIGABRT, SIGSEGV, SIGBUS, SIGFPE, SIGIL
 std::array<struct sigaction, kDeadly.size()> g_before{};
 
 extern "C" void say_and_end(int signal, siginfo_t* info, void* /*context*/) {
-  hw::say_last_words();
+  hw::stop_registered_robots();
   for (std::size_t i = 0; i < kDeadly.size(); ++i) {
     if (kDeadly[i] == signal) {
       ::sigaction(signal, &g_before[i], nullptr);

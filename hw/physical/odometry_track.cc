@@ -43,14 +43,15 @@ void OdometryTrack::add(const WheelPose& pose) {
     const WheelPose& before = poses_.back();
     // Reports leave a period apart; stamps that are nearer to each other tell no velocity.
     const double dt_s = to_seconds(std::max(pose.stamp - before.stamp, period_ / 2));
-    const Way way = by_commands(before.stamp, pose.stamp, commanded_, {});
+    const MotionIncrement increment = by_commands(before.stamp, pose.stamp, commanded_, {});
     const Pose2 moved = before.T_odom_body.inverse() * pose.T_odom_body;
     const auto learn = [](double& value, double seen) { value += kLearn * (seen - value); };
-    const Twist2 seen = held_within({(moved.x_m - way.T_from_to.x_m) / dt_s,
-                                     wrap_angle(moved.theta_rad - way.T_from_to.theta_rad) / dt_s});
+    const Twist2 seen =
+        held_within({(moved.x_m - increment.T_from_to.x_m) / dt_s,
+                     wrap_angle(moved.theta_rad - increment.T_from_to.theta_rad) / dt_s});
     learn(besides_.v_mps, seen.v_mps);
     learn(besides_.w_radps, seen.w_radps);
-    commanded_ = way.twist_body;
+    commanded_ = increment.twist_body;
   }
   poses_.push_back(pose);
   while (poses_.front().stamp < pose.stamp - kKept) {
@@ -68,10 +69,10 @@ void OdometryTrack::add(const WheelPose& pose) {
   }
 }
 
-void OdometryTrack::told(const ToldTwist& told) {
-  told_.push_back(told);
-  while (told_.size() > 1 && told_[1].at < told.at - kKept) {
-    told_.pop_front();
+void OdometryTrack::commanded(const CommandedTwist& command) {
+  commands_.push_back(command);
+  while (commands_.size() > 1 && commands_[1].at < command.at - kKept) {
+    commands_.pop_front();
   }
 }
 
@@ -81,31 +82,38 @@ Twist2 OdometryTrack::held_within(const Twist2& twist_body) const {
 }
 
 // The last report is up to a period old, in which a turn that begins or ends comes to a degree.
-OdometryTrack::Way OdometryTrack::by_commands(Time from, Time to, const Twist2& twist_body,
-                                              const Twist2& besides) const {
-  Way way{{}, twist_body};
-  auto told = told_.begin();
+OdometryTrack::MotionIncrement OdometryTrack::by_commands(Time from, Time to,
+                                                          const Twist2& twist_body,
+                                                          const Twist2& besides) const {
+  MotionIncrement increment{{}, twist_body};
+  auto command = commands_.begin();
   for (Time now = from; now < to;) {
-    while (told != told_.end() && told + 1 != told_.end() && (told + 1)->at <= now) {
-      ++told;
+    while (command != commands_.end() && command + 1 != commands_.end() &&
+           (command + 1)->at <= now) {
+      ++command;
     }
     const Time next = std::min(to, now + kStep);
     const double dt_s = to_seconds(next - now);
-    const Twist2 before = way.twist_body;
-    if (told != told_.end() && told->at <= now) {
+    const Twist2 before = increment.twist_body;
+    if (command != commands_.end() && command->at <= now) {
       const auto towards = [dt_s](double is, double wanted, double accel) {
         return is + std::clamp(wanted - is, -accel * dt_s, accel * dt_s);
       };
-      way.twist_body = {towards(before.v_mps, told->twist_body.v_mps, ramp_.accel_mps2),
-                        towards(before.w_radps, told->twist_body.w_radps, ramp_.turn_accel_radps2)};
+      increment.twist_body = {
+          towards(before.v_mps, command->twist_body.v_mps, ramp_.accel_mps2),
+          towards(before.w_radps, command->twist_body.w_radps, ramp_.turn_accel_radps2)};
     }
     const Twist2 mean =
-        held_within({(before.v_mps + way.twist_body.v_mps) / 2 + besides.v_mps,
-                     (before.w_radps + way.twist_body.w_radps) / 2 + besides.w_radps});
-    way.T_from_to = way.T_from_to * exp_twist(mean, dt_s);
+        held_within({(before.v_mps + increment.twist_body.v_mps) / 2 + besides.v_mps,
+                     (before.w_radps + increment.twist_body.w_radps) / 2 + besides.w_radps});
+    increment.T_from_to = increment.T_from_to * exp_twist(mean, dt_s);
     now = next;
   }
-  return way;
+  return increment;
+}
+
+std::optional<Time> OdometryTrack::first() const {
+  return poses_.empty() ? std::nullopt : std::optional(poses_.front().stamp);
 }
 
 std::optional<Time> OdometryTrack::last() const {
@@ -126,10 +134,10 @@ std::optional<Odometry> OdometryTrack::at(Time t, bool late) const {
       return Odometry{last.T_odom_body * exp_twist(twist_body, to_seconds(t - last.stamp)),
                       twist_body, true};
     }
-    const Way way = by_commands(last.stamp, t, commanded_, besides_);
-    return Odometry{last.T_odom_body * way.T_from_to,
-                    held_within({way.twist_body.v_mps + besides_.v_mps,
-                                 way.twist_body.w_radps + besides_.w_radps}),
+    const MotionIncrement increment = by_commands(last.stamp, t, commanded_, besides_);
+    return Odometry{last.T_odom_body * increment.T_from_to,
+                    held_within({increment.twist_body.v_mps + besides_.v_mps,
+                                 increment.twist_body.w_radps + besides_.w_radps}),
                     true};
   }
   if (after->stamp == t) {

@@ -7,11 +7,11 @@
 
 #include "core/base/time.h"
 #include "core/camera/observation.h"
-#include "hw/pioneer/client.h"
+#include "hw/base.h"
 
 namespace panoptes::hw {
 
-/// How fast a base goes to a velocity that it is told, and how fast it can be.
+/// How fast a base goes to a commanded velocity, and how fast it can be.
 struct BaseRamp {
   double accel_mps2 = 0;
   double turn_accel_radps2 = 0;
@@ -29,16 +29,17 @@ class OdometryTrack {
   /// In order of time; what is older than a few seconds is forgotten.
   void add(const WheelPose& pose);
 
-  std::optional<Time> last() const;  ///< the last report's instant
+  std::optional<Time> first() const;  ///< the instant of the oldest report that is kept
+  std::optional<Time> last() const;   ///< the last report's
 
   /// In order of time: what the base goes towards from then on.
-  void told(const ToldTwist& told);
+  void commanded(const CommandedTwist& command);
 
   /// How long a report is good for beyond its instant: the usual time to the next.
   Duration period() const { return period_; }
 
   /// At an instant between two reports, or up to one period after the last (then it is marked as
-  /// extrapolated): by what the base was told, and by how its counters have followed that so far.
+  /// extrapolated): by the commands, and by how the base's counters have followed them so far.
   /// The velocity that a controller reports is not used for it, for it is a mean of the time
   /// before. Where commands are heard late (`late`) they tell nothing of it, and the base is taken
   /// to go on as it reports that it goes. Empty before the first report, and later
@@ -46,17 +47,18 @@ class OdometryTrack {
   std::optional<Odometry> at(Time t, bool late = false) const;
 
  private:
-  /// A way by the commands alone.
-  struct Way {
+  /// The motion between two instants by the commands alone.
+  struct MotionIncrement {
     Pose2 T_from_to;
     Twist2 twist_body;  // at its end
   };
   Twist2 held_within(const Twist2& twist_body) const;  // of what the base can do
-  Way by_commands(Time from, Time to, const Twist2& twist_body, const Twist2& besides) const;
+  MotionIncrement by_commands(Time from, Time to, const Twist2& twist_body,
+                              const Twist2& besides) const;
 
   BaseRamp ramp_;
   std::deque<WheelPose> poses_;
-  std::deque<ToldTwist> told_;
+  std::deque<CommandedTwist> commands_;
   Twist2 commanded_;  // how fast the base goes at the last report, by the commands alone,
   Twist2 besides_;    // and how much faster it is by its counters
   Duration period_ = std::chrono::milliseconds(100);

@@ -6,44 +6,53 @@
 
 #include <fmt/format.h>
 
+#include "core/base/check.h"
 #include "core/base/error.h"
 
 namespace panoptes::hw {
 
-PhysicalRobot::PhysicalRobot(std::unique_ptr<BaseLink> link, NextCameraSet next_set,
+PhysicalRobot::PhysicalRobot(std::unique_ptr<Base> base, std::unique_ptr<CameraSource> cameras,
                              const BaseRamp& ramp, const Robot* behind)
-    : link_(std::move(link)), next_set_(std::move(next_set)), behind_(behind), track_(ramp) {
-  link_->with([&](PioneerClient& client) {
-    client.take_poses();  // from before there was anybody to see them
-    track_.add(*client.pose());
-    epoch_ = client.pose()->epoch;
-  });
+    : base_(std::move(base)), cameras_(std::move(cameras)), behind_(behind), track_(ramp) {
+  const BaseReports before = base_->take_reports();  // there was nobody to see all but the last
+  PANOPTES_CHECK(!before.poses.empty(), "a robot's base has reported");
+  track_.add(before.poses.back());
+  epoch_ = before.poses.back().epoch;
+  for (const CommandedTwist& command : before.commanded) {
+    track_.commanded(command);
+  }
+  if (cameras_) {
+    cameras_->start([this] { return base_->now(); },
+                    [this] {
+                      arrived_ = true;
+                      base_->wake();
+                    });
+  }
 }
 
 PhysicalRobot::~PhysicalRobot() = default;
 
-Time PhysicalRobot::now() const { return link_->now(); }
+Time PhysicalRobot::now() const { return base_->now(); }
 
 void PhysicalRobot::take_reports() {
-  link_->with([&](PioneerClient& client) {
-    for (const WheelPose& pose : client.take_poses()) {
-      if (pose.epoch != epoch_) {
-        client.stop(link_->now());
-        throw DeviceError(fmt::format(
-            "the base has lost count of its way at {:.1f} s: its reports were missing for too long "
-            "or it was reset; the map is good until then, begin another run from here",
-            to_seconds(pose.stamp)));
-      }
-      track_.add(pose);
+  const BaseReports reports = base_->take_reports();
+  for (const WheelPose& pose : reports.poses) {
+    if (pose.epoch != epoch_) {
+      base_->stop();
+      throw DeviceError(fmt::format(
+          "the base has lost count of its way at {:.1f} s: its reports were missing for too long "
+          "or it was reset; the map is good until then, begin another run from here",
+          to_seconds(pose.stamp)));
     }
-    holds_up_ = client.holds_up();
-    for (const ToldTwist& told : client.take_told()) {
-      track_.told(told);
-    }
-    if (client.state() == PioneerClient::State::kRefused) {
-      throw DeviceError(client.fault());
-    }
-  });
+    track_.add(pose);
+  }
+  held_up_ = reports.held_up;
+  for (const CommandedTwist& command : reports.commanded) {
+    track_.commanded(command);
+  }
+  if (!reports.error.empty()) {
+    throw DeviceError(reports.error);
+  }
 }
 
 Observation PhysicalRobot::observe(Time deadline) {
@@ -51,12 +60,17 @@ Observation PhysicalRobot::observe(Time deadline) {
   std::optional<Odometry> odometry;
   while (true) {
     take_reports();
-    if (!waiting_ && next_set_) {
-      waiting_ = next_set_();
+    if (!waiting_ && cameras_) {
+      arrived_ = false;  // one that arrives meanwhile is asked for again
+      waiting_ = cameras_->next();
+    }
+    if (waiting_ && waiting_->stamp < track_.first()) {
+      waiting_.reset();  // so late that its odometry will not be known any more
+      continue;
     }
     if (waiting_) {
-      odometry = track_.at(waiting_->stamp, holds_up_);
-      if (odometry && (!odometry->extrapolated || !holds_up_ || link_->now() >= deadline)) {
+      odometry = track_.at(waiting_->stamp, held_up_);
+      if (odometry && (!odometry->extrapolated || !held_up_ || base_->now() >= deadline)) {
         seen.stamp = waiting_->stamp;
         seen.pictures = std::move(waiting_->pictures);
         waiting_.reset();
@@ -65,23 +79,18 @@ Observation PhysicalRobot::observe(Time deadline) {
         break;
       }
     }
-    if (!next_set_ && track_.last() > last_stamp_) {
+    if (!cameras_ && track_.last() > last_stamp_) {
       seen.stamp = *track_.last();
       odometry = track_.at(seen.stamp);
       break;
     }
-    if (link_->now() >= deadline) {
+    if (base_->now() >= deadline) {
       const Time latest = *track_.last() + track_.period();
-      seen.stamp = std::min(std::max(link_->now(), last_stamp_), latest);
-      odometry = track_.at(seen.stamp, holds_up_);
+      seen.stamp = std::min(std::max(base_->now(), last_stamp_), latest);
+      odometry = track_.at(seen.stamp, held_up_);
       break;
     }
-    const std::optional<Time> known = track_.last();
-    link_->wait(deadline, [&](const PioneerClient& client) {
-      return client.state() == PioneerClient::State::kRefused ||
-             (client.pose() && client.pose()->stamp != known) ||
-             (!waiting_ && next_set_ && (waiting_ = next_set_()));
-    });
+    base_->wait(deadline, [&] { return !waiting_ && arrived_; });
   }
   last_stamp_ = std::max(last_stamp_, seen.stamp);
   if (!T_first_odom_) {
@@ -89,46 +98,19 @@ Observation PhysicalRobot::observe(Time deadline) {
   }
   seen.odometry = *odometry;
   seen.odometry.T_odom_body = *T_first_odom_ * odometry->T_odom_body;
-  link_->with([&](PioneerClient& client) {
-    const Sip& report = *client.report();
-    seen.health.bumper_pressed = report.front_bumpers != 0 || report.rear_bumpers != 0;
-    seen.health.motors_enabled = (report.flags & kFlagMotorsOn) != 0;
-    seen.health.held_by = client.held_by();
-  });
+  seen.health = base_->health();
   return seen;
 }
 
 void PhysicalRobot::drive(const Twist2& command_body, Duration valid_for) {
-  link_->with([&](PioneerClient& client) {
-    const bool stands = command_body.v_mps == 0 && command_body.w_radps == 0;
-    if (!enabled_ && stands && client.state() == PioneerClient::State::kReady) {
-      return;  // whoever only watches does not switch the motors on
-    }
-    if (!enabled_) {
-      client.enable(link_->now());
-      enabled_ = true;
-    }
-    client.drive(link_->now(), command_body, valid_for);
-  });
+  base_->drive(command_body, valid_for);
 }
 
-void PhysicalRobot::stop() {
-  link_->with([&](PioneerClient& client) { client.stop(link_->now()); });
-}
+void PhysicalRobot::stop() { base_->stop(); }
 
-void PhysicalRobot::emergency_stop() {
-  link_->with([&](PioneerClient& client) { client.emergency_stop(link_->now()); });
-}
+void PhysicalRobot::emergency_stop() { base_->emergency_stop(); }
 
-void PhysicalRobot::acknowledge() {
-  link_->with([&](PioneerClient& client) {
-    if (client.enabled()) {
-      client.acknowledge();
-    } else if (enabled_) {
-      client.enable(link_->now());
-    }
-  });
-}
+void PhysicalRobot::acknowledge() { base_->acknowledge(); }
 
 std::optional<Truth> PhysicalRobot::truth() const {
   return behind_ == nullptr ? std::nullopt : behind_->truth();
@@ -140,22 +122,9 @@ std::optional<Truth> PhysicalRobot::truth_since(std::size_t poses, std::size_t c
 
 DeviceFigures PhysicalRobot::devices() const {
   DeviceFigures figures;
-  link_->with([&](const PioneerClient& client) {
-    const LinkCounts counts = client.counts();
-    figures["base"] = {{"reports", static_cast<double>(counts.reports)},
-                       {"rejected_checksum", static_cast<double>(counts.rejected_checksum)},
-                       {"rejected_implausible", static_cast<double>(counts.rejected_implausible)},
-                       {"rejected_malformed", static_cast<double>(counts.rejected_malformed)},
-                       {"skipped_bytes", static_cast<double>(counts.skipped_bytes)},
-                       {"resyncs", static_cast<double>(counts.resyncs)},
-                       {"commands", static_cast<double>(counts.commands)},
-                       {"expired", static_cast<double>(counts.expired)},
-                       {"longest_silence_s", counts.longest_silence_s},
-                       {"round_trip_s", counts.round_trip_s},
-                       {"battery_v", client.report() ? client.report()->battery_v() : 0},
-                       {"epoch", static_cast<double>(epoch_)}};
-  });
-  if (next_set_) {
+  figures["base"] = base_->figures();
+  figures["base"]["epoch"] = static_cast<double>(epoch_);
+  if (cameras_) {
     figures["cameras"] = {{"sets", static_cast<double>(sets_)},
                           {"odometry_extrapolated", static_cast<double>(extrapolated_)}};
   }

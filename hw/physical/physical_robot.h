@@ -1,42 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <atomic>
 #include <cstdint>
-#include <functional>
-#include <map>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "core/base/time.h"
 #include "core/camera/observation.h"
+#include "hw/base.h"
+#include "hw/camera_source.h"
 #include "hw/physical/odometry_track.h"
-#include "hw/pioneer/base.h"
 #include "hw/robot.h"
 
 namespace panoptes::hw {
 
-/// Pictures of one instant, as cameras deliver them.
-struct CameraSet {
-  Time stamp;
-  std::map<std::string, Picture> pictures;
-};
-
-/// The next set that has arrived; empty when none has. Never waits.
-using NextCameraSet = std::function<std::optional<CameraSet>()>;
-
 /// A base and cameras as one robot: every set of pictures with the odometry of its instant, the
 /// base's reports being interpolated (extrapolated by one at most, which is marked; where the link
-/// holds reports up the next one is waited for). Without
-/// cameras there is an observation a report. Motors are enabled by the first command
-/// to move.
+/// holds reports up the next one is waited for). A set that arrives wakes who observes. Without
+/// cameras there is an observation a report.
 class PhysicalRobot final : public Robot {
  public:
-  /// `link` is connected; `ramp` is how the base goes to what it is told. `behind` is the simulated
-  /// robot that a link in its own process ends at: it alone knows the truth; null where nobody
-  /// does.
-  PhysicalRobot(std::unique_ptr<BaseLink> link, NextCameraSet next_set, const BaseRamp& ramp = {},
-                const Robot* behind = nullptr);
+  /// `cameras` are started by the base's clock; null where there are none. `ramp` is how the base
+  /// goes to a commanded velocity. `behind` is the simulated robot that a base in the same process
+  /// stands for: it alone knows the truth; null where nobody does.
+  PhysicalRobot(std::unique_ptr<Base> base, std::unique_ptr<CameraSource> cameras,
+                const BaseRamp& ramp = {}, const Robot* behind = nullptr);
   ~PhysicalRobot() override;
 
   /// Throws DeviceError when the base is lost, or when it is not known any more how it came to
@@ -50,21 +39,21 @@ class PhysicalRobot final : public Robot {
   std::optional<Truth> truth() const override;
   std::optional<Truth> truth_since(std::size_t poses, std::size_t contacts) const override;
   DeviceFigures devices() const override;
-  std::optional<std::int64_t> start_unix_ns() const override { return link_->start_unix_ns(); }
+  std::optional<std::int64_t> start_unix_ns() const override { return base_->start_unix_ns(); }
 
  private:
   void take_reports();
 
-  std::unique_ptr<BaseLink> link_;
-  NextCameraSet next_set_;
+  std::unique_ptr<Base> base_;
+  std::atomic<bool> arrived_ = false;      // a set, since one was asked for
+  std::unique_ptr<CameraSource> cameras_;  // ends before what its threads call
   const Robot* behind_;
   OdometryTrack track_;
   std::optional<CameraSet> waiting_;  // for the odometry of its instant
   std::optional<Pose2> T_first_odom_;
   Time last_stamp_ = Time::min();
-  bool holds_up_ = false;  // reports, and so what the base hears: what it was told says little
+  bool held_up_ = false;  // reports, and so commands: these tell little of the motion
   int epoch_ = 0;
-  bool enabled_ = false;
   std::size_t sets_ = 0;
   std::size_t extrapolated_ = 0;
 };

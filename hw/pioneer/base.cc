@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 #include "core/base/error.h"
-#include "hw/pioneer/last_words.h"
+#include "hw/pioneer/emergency_stop.h"
 #include "hw/pioneer/line.h"
 
 namespace panoptes::hw {
@@ -22,28 +22,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr Duration kConnectWithin = std::chrono::seconds(15);
-constexpr Duration kSettlesWithin = std::chrono::seconds(5);
 constexpr Duration kTcpWithin = std::chrono::seconds(3);
 constexpr Duration kAtLeastEvery = std::chrono::milliseconds(100);
 constexpr Duration kFarewell = std::chrono::milliseconds(200);  // four frames, and another baud
 
 }  // namespace
-
-void connect(BaseLink& link) {
-  link.with([&](PioneerClient& client) { client.connect(link.now()); });
-  link.wait(link.now() + kConnectWithin, [](const PioneerClient& client) {
-    return client.state() != PioneerClient::State::kConnecting;
-  });
-  link.wait(link.now() + kSettlesWithin, [](const PioneerClient& client) {
-    return client.state() != PioneerClient::State::kReady || client.settled();
-  });
-  link.with([](PioneerClient& client) {
-    if (client.state() != PioneerClient::State::kReady) {
-      throw DeviceError(client.fault());
-    }
-  });
-}
 
 class PioneerBase::Worker {
  public:
@@ -52,7 +35,7 @@ class PioneerBase::Worker {
     if (pipe2(wake_, O_NONBLOCK | O_CLOEXEC) != 0) {
       throw DeviceError(address + ": no pipe can be made; too many files are open");
     }
-    thread_ = std::thread([this] { work(); });
+    thread_ = std::thread([this] { serve(); });
   }
 
   ~Worker() {
@@ -74,11 +57,17 @@ class PioneerBase::Worker {
   Time now() const { return Time(Clock::now() - begun_); }
   std::int64_t start_unix_ns() const { return start_unix_ns_; }
 
-  void wait(Time deadline, const std::function<bool(const PioneerClient&)>& done) {
+  void work(Time deadline, const std::function<bool(const PioneerClient&)>& done) {
     std::unique_lock lock(mutex_);
     const auto until = begun_ + deadline.time_since_epoch();
     changed_.wait_until(lock, until, [&] { return thrown_ || done(client_); });
     throw_what_was_thrown();
+  }
+
+  // Whoever waits has either not asked yet, or sleeps.
+  void wake_waiting() {
+    { const std::lock_guard lock(mutex_); }
+    changed_.notify_all();
   }
 
   void with(const std::function<void(PioneerClient&)>& act) {
@@ -117,7 +106,7 @@ class PioneerBase::Worker {
     }
   }
 
-  void work() {
+  void serve() {
     std::unique_lock lock(mutex_);
     bool whole = true;  // the line
     while (!done_) {
@@ -148,7 +137,7 @@ class PioneerBase::Worker {
   }
 
   Line line_;
-  LastWords last_words_{line_.fd(), line_.serial()};
+  EmergencyStopRegistration emergency_stop_{line_.fd(), line_.serial()};
   PioneerClient client_;
   Clock::time_point begun_;
   std::int64_t start_unix_ns_ =
@@ -172,8 +161,10 @@ Time PioneerBase::now() const { return worker_->now(); }
 
 std::optional<std::int64_t> PioneerBase::start_unix_ns() const { return worker_->start_unix_ns(); }
 
-void PioneerBase::wait(Time deadline, const std::function<bool(const PioneerClient&)>& done) {
-  worker_->wait(deadline, done);
+void PioneerBase::wake() { worker_->wake_waiting(); }
+
+void PioneerBase::work(Time deadline, const std::function<bool(const PioneerClient&)>& done) {
+  worker_->work(deadline, done);
 }
 
 void PioneerBase::with(const std::function<void(PioneerClient&)>& act) { worker_->with(act); }

@@ -62,7 +62,7 @@ int whole(double value, double most) {
 }  // namespace
 
 PioneerClient::PioneerClient(std::string device, bool serial, const Body& body)
-    : device_(std::move(device)), serial_(serial), body_(body), obedience_(body) {}
+    : device_(std::move(device)), serial_(serial), body_(body), command_monitor_(body) {}
 
 void PioneerClient::go(Step step, Time now, Duration lasts) {
   step_ = step;
@@ -85,7 +85,7 @@ void PioneerClient::connect(Time now) {
   bytes_heard_ = 0;
   right_heard_ = false;
   supervised_ = doubted_ = stops_ = false;
-  obedience_ = Obedience(body_);
+  command_monitor_ = CommandMonitor(body_);
   names_ = {};
   config_.reset();
   report_.reset();
@@ -93,7 +93,7 @@ void PioneerClient::connect(Time now) {
   enabled_ = false;
   held_by_.clear();
   wanted_ = {};
-  said_.reset();
+  commanded_.reset();
   expires_.reset();
   most_ = {};
   asked_ = now;
@@ -365,13 +365,12 @@ void PioneerClient::on_report(Time now, Time arrival, const Sip& sip) {
     return;
   }
   clock_.take(arrival, left);
-  // Commands are held up as reports are.
-  obedience_.allow(round_trip_ + clock_.longest_hold());
+  command_monitor_.allow(latency());
   ++counts_.reports;
   counts_.longest_silence_s = std::max(counts_.longest_silence_s, to_seconds(now - last_report_));
   last_report_ = now;
-  const Velocity told = said_.value_or(Velocity{});
-  most_ = {1e-3 * std::abs(told.v_mmps), deg_to_rad(std::abs(told.w_degps))};
+  const Velocity commanded = commanded_.value_or(Velocity{});
+  most_ = {1e-3 * std::abs(commanded.v_mmps), deg_to_rad(std::abs(commanded.w_degps))};
   pose_ = {stamp, odometer_->T_odom_body(), odometer_->twist_body(), odometer_->epoch()};
   poses_.push_back(*pose_);
   for (const SonarReading& reading : sip.sonar) {
@@ -426,51 +425,52 @@ void PioneerClient::on_report(Time now, Time arrival, const Sip& sip) {
 // The velocity that it reports against the command in force.
 void PioneerClient::watch(Time now, const WheelPose& pose, const Sip& sip) {
   if (!supervised_ || state_ != State::kReady || (sip.flags & kFlagMotorsOn) == 0) {
-    obedience_.forget();
+    command_monitor_.forget();
     return;
   }
-  const bool disobeys = obedience_.disobeys(pose.stamp, pose.twist_body);
-  doubted_ = obedience_.doubtful();
+  const bool disobeys = command_monitor_.disobeys(pose.stamp, pose.twist_body);
+  doubted_ = command_monitor_.doubtful();
   if (!disobeys) {
     return;
   }
-  const Velocity told = said_.value_or(Velocity{});
-  say_zero(now);
+  const Velocity commanded = commanded_.value_or(Velocity{});
+  command_zero(now);
   refuse(fmt::format(
       "{}: the robot does not do what it is told: it goes {:.2f} m/s and {:.0f} deg/s where it was "
       "told {:.2f} and {:.0f}; it does not hear, or its controller fails; it is told to stop again "
       "and again: press its STOP button",
-      device_, pose.twist_body.v_mps, rad_to_deg(pose.twist_body.w_radps), 1e-3 * told.v_mmps,
-      static_cast<double>(told.w_degps)));
+      device_, pose.twist_body.v_mps, rad_to_deg(pose.twist_body.w_radps), 1e-3 * commanded.v_mmps,
+      static_cast<double>(commanded.w_degps)));
 }
 
 void PioneerClient::hold(Time now, const std::string& by) {
   held_by_ += (held_by_.empty() ? "" : ", ") + by;
-  say_zero(now);
+  command_zero(now);
 }
 
 void PioneerClient::acknowledge() { held_by_.clear(); }
 
-void PioneerClient::say_zero(Time now) {
+void PioneerClient::command_zero(Time now) {
   wanted_ = {};
   expires_.reset();
   refresh_ = false;
-  obedience_.told(now, {});
+  command_monitor_.commanded(now, {});
   if (state_ != State::kRefused) {
     send(command_frame(Command::kStop));
-    said_ = Velocity{};
+    commanded_ = Velocity{};
   }
 }
 
-void PioneerClient::say_wanted(Time now) {
+void PioneerClient::command_wanted(Time now) {
   send(command_frame(Command::kVelocity, wanted_.v_mmps));
   send(command_frame(Command::kTurnVelocity, wanted_.w_degps));
-  said_ = wanted_;
-  said_at_ = now;
-  obedience_.told(now, {1e-3 * wanted_.v_mmps, deg_to_rad(wanted_.w_degps)});
+  commanded_ = wanted_;
+  commanded_at_ = now;
+  command_monitor_.commanded(now, {1e-3 * wanted_.v_mmps, deg_to_rad(wanted_.w_degps)});
   // It goes there when the second of the two frames is there.
   const Duration under_way = kPace + on_line(kVelocities_bytes);
-  told_.push_back({now + under_way, {1e-3 * wanted_.v_mmps, deg_to_rad(wanted_.w_degps)}});
+  commanded_twists_.push_back(
+      {now + under_way, {1e-3 * wanted_.v_mmps, deg_to_rad(wanted_.w_degps)}});
   most_.v_mps = std::max(most_.v_mps, 1e-3 * std::abs(wanted_.v_mmps));
   most_.w_radps = std::max(most_.w_radps, deg_to_rad(std::abs(wanted_.w_degps)));
 }
@@ -480,7 +480,7 @@ void PioneerClient::enable(Time now) {
     throw DeviceError(fault_.empty() ? device_ + ": not connected yet" : fault_);
   }
   held_by_.clear();
-  say_zero(now);
+  command_zero(now);
   supervised_ = true;
   send(command_frame(Command::kEnable, 1));
   const int v_mmps = whole(1e3 * body_.max_speed_mps, 0x7FFF);
@@ -498,7 +498,7 @@ void PioneerClient::enable(Time now) {
 }
 
 void PioneerClient::disable(Time now) {
-  say_zero(now);
+  command_zero(now);
   if (state_ != State::kRefused) {
     send(command_frame(Command::kEnable, 0));
   }
@@ -551,11 +551,11 @@ void PioneerClient::switch_sonar(bool on) {
   sonar_.clear();
 }
 
-void PioneerClient::stop(Time now) { say_zero(now); }
+void PioneerClient::stop(Time now) { command_zero(now); }
 
 void PioneerClient::emergency_stop(Time now) {
   outbox_.clear();
-  say_zero(now);
+  command_zero(now);
   outbox_.push_front({std::nullopt, command_frame(Command::kEmergencyStop)});
   next_send_ = std::min(next_send_, now);
   enabled_ = false;
@@ -594,12 +594,12 @@ std::vector<PioneerClient::Transmission> PioneerClient::poll(Time now) {
                     "its own watchdog stops it",
                     device_, to_seconds(unheard)));
   } else if (in_session && unheard >= kZeroAfter && (wanted_.v_mmps != 0 || wanted_.w_degps != 0)) {
-    say_zero(now);
+    command_zero(now);
   }
   if (in_session && last_sent_ && now - *last_sent_ >= kOwnSilence) {
     // Nobody let us speak for so long that the robot may have stopped and would start again.
     outbox_.clear();
-    say_zero(now);
+    command_zero(now);
   }
   if (expires_ && now >= *expires_) {
     expires_.reset();
@@ -613,10 +613,11 @@ std::vector<PioneerClient::Transmission> PioneerClient::poll(Time now) {
     // One frame may be lost: zero is said until the wheels stand.
     const bool stands = wanted_.v_mmps == 0 && wanted_.w_degps == 0;
     refresh_ = refresh_ || (stands && moves());
-    const bool news =
-        !said_ || said_->v_mmps != wanted_.v_mmps || said_->w_degps != wanted_.w_degps;
-    if (news || (doubted_ && (stands || refresh_)) || (refresh_ && now - said_at_ >= kRefresh)) {
-      say_wanted(now);
+    const bool news = !commanded_ || commanded_->v_mmps != wanted_.v_mmps ||
+                      commanded_->w_degps != wanted_.w_degps;
+    if (news || (doubted_ && (stands || refresh_)) ||
+        (refresh_ && now - commanded_at_ >= kRefresh)) {
+      command_wanted(now);
     }
     refresh_ = doubted_ = false;
   }
@@ -663,7 +664,7 @@ Time PioneerClient::next_poll() const {
   next = std::min(next, std::max(last_bytes_, last_report_) + kLostAfter);
   next = std::min(next, last_report_ + kUselessAfter);
   if (enabled_ && moves() && wanted_.v_mmps == 0 && wanted_.w_degps == 0) {
-    next = std::min(next, said_at_ + kRefresh);
+    next = std::min(next, commanded_at_ + kRefresh);
   }
   if (wanted_.v_mmps != 0 || wanted_.w_degps != 0) {
     next = std::min(next, last_report_ + kZeroAfter);
@@ -682,7 +683,9 @@ bool PioneerClient::moves() const {
   return report_ && (std::abs(report_->left) > kRest_mmps || std::abs(report_->right) > kRest_mmps);
 }
 
-std::vector<ToldTwist> PioneerClient::take_told() { return std::exchange(told_, {}); }
+std::vector<CommandedTwist> PioneerClient::take_commanded() {
+  return std::exchange(commanded_twists_, {});
+}
 
 std::vector<WheelPose> PioneerClient::take_poses() {
   seen_ = poses_.empty() ? seen_ : poses_.back().stamp;

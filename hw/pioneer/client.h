@@ -12,28 +12,15 @@
 #include "core/base/time.h"
 #include "core/geometry/body.h"
 #include "core/geometry/pose2.h"
+#include "hw/base.h"
+#include "hw/pioneer/command_monitor.h"
 #include "hw/pioneer/model.h"
-#include "hw/pioneer/obedience.h"
 #include "hw/pioneer/odometer.h"
 #include "hw/pioneer/packet.h"
 #include "hw/pioneer/report.h"
 #include "hw/pioneer/report_clock.h"
 
 namespace panoptes::hw {
-
-/// The wheels' pose at the instant when one report left.
-struct WheelPose {
-  Time stamp;
-  Pose2 T_odom_body;
-  Twist2 twist_body;
-  int epoch = 0;  ///< grows when it is not known how the robot came here
-};
-
-/// A velocity that the controller was told, and when. It goes there at the body's accelerations.
-struct ToldTwist {
-  Time at;
-  Twist2 twist_body;
-};
 
 /// What one of the ring's sonars has heard last.
 struct SonarRange {
@@ -99,6 +86,12 @@ class PioneerClient {
   /// Whether reports are held up on this link now and then.
   bool holds_up() const { return clock_.holds_up(); }
 
+  /// The nominal time from one report to the next.
+  Duration cycle() const { return clock_.cycle(); }
+
+  /// From a command to the report of its effect: commands are held up as reports are.
+  Duration latency() const { return round_trip_ + clock_.longest_hold(); }
+
   const std::string& fault() const { return fault_; }  ///< names the device and the cure
 
   /// Commands. A velocity is rounded to whole mm/s and deg/s, held within the body's limits, and
@@ -122,8 +115,9 @@ class PioneerClient {
 
   // What the robot says
   const std::optional<WheelPose>& pose() const { return pose_; }  ///< of the last believed report
+  bool has_poses() const { return !poses_.empty(); }              ///< that nobody has taken
   std::vector<WheelPose> take_poses();                            ///< since it was asked last
-  std::vector<ToldTwist> take_told();                             ///< since it was asked last
+  std::vector<CommandedTwist> take_commanded();                   ///< since it was asked last
   const std::map<int, SonarRange>& sonar() const { return sonar_; }  ///< by the sonar's number
   const std::optional<Sip>& report() const { return report_; }
   const ControllerNames& names() const { return names_; }
@@ -161,8 +155,8 @@ class PioneerClient {
   void hold(Time now, const std::string& by);
   void watch(Time now, const WheelPose& pose, const Sip& sip);
   void send(Bytes frame);
-  void say_zero(Time now);
-  void say_wanted(Time now);
+  void command_zero(Time now);
+  void command_wanted(Time now);
   bool moves() const;                         // by the last report
   Duration on_line(std::size_t bytes) const;  ///< none where the line has no baud
 
@@ -208,7 +202,7 @@ class PioneerClient {
   bool enabled_ = false;
   Time enabled_at_;
   bool supervised_ = false;  // the motors were switched on by us
-  Obedience obedience_;
+  CommandMonitor command_monitor_;
   bool doubted_ = false;  // by a report that nothing was said to yet
   bool stops_ = false;    // refused, with a robot that may still move: STOP is said again and again
   std::string held_by_;
@@ -217,12 +211,12 @@ class PioneerClient {
     int w_degps = 0;
   };
   Velocity wanted_;
-  std::optional<Velocity> said_;  // what the controller was told last
+  std::optional<Velocity> commanded_;  // the velocity that was sent last
   std::optional<Time> expires_;
   bool refresh_ = false;  // the command is fresh, and may be said again
-  Time said_at_;
-  std::vector<ToldTwist> told_;
-  Twist2 most_;  // told since the last believed report
+  Time commanded_at_;
+  std::vector<CommandedTwist> commanded_twists_;
+  Twist2 most_;  // commanded since the last believed report
 };
 
 }  // namespace panoptes::hw

@@ -156,7 +156,7 @@ void StandInLink::step(Time until) {
   send_to_robot();
 }
 
-void StandInLink::wait(Time deadline, const std::function<bool(const PioneerClient&)>& done) {
+void StandInLink::work(Time deadline, const std::function<bool(const PioneerClient&)>& done) {
   while (!done(client_) && now_ < deadline) {
     step(deadline);
   }

@@ -8,8 +8,8 @@
 
 #include "core/base/time.h"
 #include "core/geometry/body.h"
-#include "hw/pioneer/base.h"
 #include "hw/pioneer/line.h"
+#include "hw/pioneer/session.h"
 #include "hw/robot.h"
 #include "hw/standin/controller.h"
 #include "hw/standin/endpoint.h"
@@ -19,7 +19,7 @@ namespace panoptes::hw {
 /// A client and a stand-in's controller in one process, joined by a wire, in the simulated robot's
 /// time: it takes as long as the computer needs, and comes out the same every time. Bytes take as
 /// long as their baud says, and are misread where the two ends' differ.
-class StandInLink final : public BaseLink {
+class StandInLink final : public PioneerSession {
  public:
   enum class Wire {
     kMemory,
@@ -35,7 +35,8 @@ class StandInLink final : public BaseLink {
   ~StandInLink() override;
 
   Time now() const override { return now_; }
-  void wait(Time deadline, const std::function<bool(const PioneerClient&)>& done) override;
+  void wake() override {}  ///< work() asks after every step, in which alone anything comes to be
+  void work(Time deadline, const std::function<bool(const PioneerClient&)>& done) override;
   void with(const std::function<void(PioneerClient&)>& act) override;
 
   const Robot& robot() const { return *robot_; }

@@ -50,11 +50,11 @@ TEST(OdometryTrack, GoesOnePeriodBeyondTheLastReportAndSaysSo) {
   EXPECT_FALSE(track.at(time_at(-0.01)));
 }
 
-TEST(OdometryTrack, GoesOnTowardsWhatTheBaseWasTold) {
+TEST(OdometryTrack, GoesOnTowardsTheCommandedVelocity) {
   OdometryTrack track({0.6, 3.0});
   track.add({time_at(1), {}, {0.1, 0}, 0});
-  track.told({time_at(0.5), {0.1, 0}});
-  track.told({time_at(1.02), {0.5, -0.3}});  // reached in turning after 0.1 s
+  track.commanded({time_at(0.5), {0.1, 0}});
+  track.commanded({time_at(1.02), {0.5, -0.3}});  // reached in turning after 0.1 s
   const auto beyond = track.at(time_at(1.1));
   ASSERT_TRUE(beyond);
   EXPECT_NEAR(beyond->twist_body.v_mps, 0.1 + 0.6 * 0.08, kRoundoff);

@@ -2,7 +2,6 @@
 #include "hw/physical/physical_robot.h"
 
 #include <cstdlib>
-#include <deque>
 #include <iterator>
 #include <map>
 #include <memory>
@@ -12,6 +11,7 @@
 
 #include "core/base/error.h"
 #include "core/base/rng.h"
+#include "hw/standin/cameras.h"
 #include "hw/standin/link.h"
 #include "tests/support/rolling_robot.h"
 
@@ -30,27 +30,22 @@ struct Wired {
                  StandInLink::Delay delay = {}, bool has_cameras = true) {
     auto rolling = std::make_unique<RollingRobot>(body);
     behind = rolling.get();
-    auto made = std::make_unique<StandInLink>(std::move(rolling), body, StandInOptions(), body,
-                                              wire, [this](const Observation& seen) {
-                                                own[seen.stamp] = seen.odometry;
-                                                sets.push_back({seen.stamp, seen.pictures});
-                                              });
+    auto cameras = has_cameras ? std::make_unique<StandInCameras>() : nullptr;
+    auto made =
+        std::make_unique<StandInLink>(std::move(rolling), body, StandInOptions(), body, wire,
+                                      [this, to = cameras.get()](const Observation& seen) {
+                                        own[seen.stamp] = seen.odometry;
+                                        if (to != nullptr) {
+                                          to->add(seen);
+                                        }
+                                      });
     link = made.get();
     link->delay(std::move(delay));
     connect(*link);
-    sets.clear();
-    const auto next = [this]() -> std::optional<CameraSet> {
-      if (sets.empty()) {
-        return std::nullopt;
-      }
-      CameraSet set = sets.front();
-      sets.pop_front();
-      return set;
-    };
-    robot = std::make_unique<PhysicalRobot>(
-        std::move(made), has_cameras ? NextCameraSet(next) : nullptr,
-        BaseRamp{body.max_accel_mps2, body.max_turn_accel_radps2, body.max_speed_mps,
-                 body.max_turn_radps});
+    robot =
+        std::make_unique<PhysicalRobot>(std::move(made), std::move(cameras),
+                                        BaseRamp{body.max_accel_mps2, body.max_turn_accel_radps2,
+                                                 body.max_speed_mps, body.max_turn_radps});
   }
 
   /// By the stand-in's own wheels; empty where no two sets are around.
@@ -70,7 +65,6 @@ struct Wired {
   RollingRobot* behind = nullptr;
   StandInLink* link = nullptr;
   std::map<Time, Odometry> own;
-  std::deque<CameraSet> sets;
   std::unique_ptr<PhysicalRobot> robot;
 };
 

@@ -93,8 +93,7 @@ class Bases : public testing::TestWithParam<bool> {
 TEST_P(Bases, DriveAndStopWhenTheCommanderHangsAndTellOfAPulledCable) {
   Served served(endpoint());
   auto base = std::make_unique<PioneerBase>(served.name, Body());
-  BaseLink& link = *base;
-  connect(link);
+  connect(*base);
   PhysicalRobot robot(std::move(base), {});
   EXPECT_TRUE(robot.start_unix_ns());
   const auto drive_for = [&](double seconds) {
@@ -127,6 +126,27 @@ TEST_P(Bases, DriveAndStopWhenTheCommanderHangsAndTellOfAPulledCable) {
   EXPECT_LT(std::chrono::duration<double>(Clock::now() - pulled).count(), 1.0);
   EXPECT_THROW(robot.drive({0.1, 0}, milliseconds(400)), DeviceError);
   EXPECT_NO_THROW(robot.stop());
+}
+
+// As cameras do. A line whose robot reports lets whoever waits ask some dozens of times a second.
+TEST_P(Bases, AskAgainWheneverSomebodyWakesThem) {
+  constexpr int kAsked = 1000;
+  Served served(endpoint());
+  PioneerBase base(served.name, Body());
+  connect(base);
+  std::atomic<bool> done = false;
+  std::thread waker([&] {
+    while (!done) {
+      base.wake();
+      std::this_thread::sleep_for(std::chrono::microseconds(100));
+    }
+  });
+  int asked = 0;
+  base.work(base.now() + std::chrono::seconds(10),
+            [&](const PioneerClient&) { return ++asked == kAsked; });
+  done = true;
+  waker.join();
+  EXPECT_EQ(asked, kAsked);
 }
 
 INSTANTIATE_TEST_SUITE_P(PtyAndTcp, Bases, testing::Bool());

@@ -57,7 +57,7 @@ struct Ends {
     return ask([](const PioneerClient& client) { return client.counts(); });
   }
   void pass(Duration during) {
-    link->wait(link->now() + during, [](const PioneerClient&) { return false; });
+    link->work(link->now() + during, [](const PioneerClient&) { return false; });
   }
   void enable() {
     link->with([&](PioneerClient& client) { client.enable(link->now()); });
@@ -354,7 +354,7 @@ TEST(Corruption, NeverMovesThePoseFurtherThanTheGateAndIsMendedByTheNextReport) 
       const Time until = ends.link->now() + kNavigator;
       while (ends.link->now() < until) {
         const std::size_t before = reports_sent;
-        ends.link->wait(until, [&](const PioneerClient& client) {
+        ends.link->work(until, [&](const PioneerClient& client) {
           return reports_sent != before || client.pose()->stamp != seen;
         });
         const WheelPose pose = *ends.ask([](const PioneerClient& client) { return client.pose(); });
@@ -538,7 +538,7 @@ TEST(Commander, SaysWithinASecondThatTheRobotDoesNotObeyAndGoesOnSayingStop) {
     } else {
       ends.drive({});
     }
-    ends.link->wait(told + std::chrono::seconds(5),
+    ends.link->work(told + std::chrono::seconds(5),
                     [](const PioneerClient& client) { return client.state() == State::kRefused; });
     EXPECT_LE(to_seconds(ends.link->now() - told), 1.0);
     EXPECT_THAT(ends.fault(), HasSubstr("does not do what it is told: it goes 0.30 m/s"));
@@ -575,6 +575,22 @@ TEST(Handshake, ConnectsOverSlowLinks) {
       EXPECT_EQ(ends.robot->twist.v_mps, 0);
     }
   }
+}
+
+TEST(Timing, IsTheControllersCycleAndTheDelayThatTheLinkHasShown) {
+  Ends ends;
+  connect(*ends.link);
+  const BaseTiming prompt = ends.link->timing();
+  EXPECT_EQ(prompt.period, milliseconds(100));
+  EXPECT_LT(prompt.worst_latency, milliseconds(100));
+  int reports = 0;
+  ends.link->delay([&](Time, bool to_robot) {
+    return !to_robot && ++reports % 10 == 0 ? milliseconds(250) : milliseconds(0);
+  });
+  ends.pass(std::chrono::seconds(5));
+  EXPECT_EQ(ends.link->timing().period, milliseconds(100));
+  EXPECT_GT(ends.link->timing().worst_latency, milliseconds(240));
+  EXPECT_LT(ends.link->timing().worst_latency, milliseconds(350));
 }
 
 TEST(Holds, BumpersStopTheRobotUntilSomebodyHasSeenIt) {
@@ -644,7 +660,7 @@ TEST(Limits, AreTheBodysAndTheControllersWhicheverIsLower) {
   link.with([&](PioneerClient& client) { client.enable(link.now()); });
   for (int i = 0; i < 60; ++i) {
     link.with([&](PioneerClient& client) { client.drive(link.now(), {1.5, 0}, kValid); });
-    link.wait(link.now() + kNavigator, [](const PioneerClient&) { return false; });
+    link.work(link.now() + kNavigator, [](const PioneerClient&) { return false; });
   }
   EXPECT_NEAR(robot->twist.v_mps, 0.3, 1e-9);
 }

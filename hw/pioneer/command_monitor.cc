@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "hw/pioneer/obedience.h"
+#include "hw/pioneer/command_monitor.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,8 @@ constexpr double kOfBraking = 0.25;
 constexpr double kMatters_mps = 0.05;
 constexpr double kOvershoot = 0.25;  // of a controller's servo
 
-/// By how much a velocity is beyond all between rest and what was told: negative where it is below.
+/// By how much a velocity is beyond all between rest and what was commanded: negative where it is
+/// below.
 double beyond(double is, double least, double most, double matters) {
   const double low = std::min(least, 0.0);
   const double high = std::max(most, 0.0);
@@ -27,16 +28,16 @@ double beyond(double is, double least, double most, double matters) {
 
 }  // namespace
 
-void Obedience::told(Time at, const Twist2& twist_body) {
-  if (told_.empty() || told_.back().twist_body.v_mps != twist_body.v_mps ||
-      told_.back().twist_body.w_radps != twist_body.w_radps) {
-    told_.push_back({at, twist_body});
+void CommandMonitor::commanded(Time at, const Twist2& twist_body) {
+  if (commanded_.empty() || commanded_.back().twist_body.v_mps != twist_body.v_mps ||
+      commanded_.back().twist_body.w_radps != twist_body.w_radps) {
+    commanded_.push_back({at, twist_body});
   }
 }
 
-void Obedience::forget() { speed_ = turn_ = {}; }
+void CommandMonitor::forget() { speed_ = turn_ = {}; }
 
-bool Obedience::persists(Doubt& doubt, Time at, double is, double beyond, double accel) {
+bool CommandMonitor::persists(Doubt& doubt, Time at, double is, double beyond, double accel) {
   if (beyond == 0) {
     doubt.since.reset();
     return false;
@@ -49,7 +50,7 @@ bool Obedience::persists(Doubt& doubt, Time at, double is, double beyond, double
   const auto comes_back = [&](double was, Duration during) {
     return (above ? was - is : is - was) >= kOfBraking * accel * to_seconds(during);
   };
-  // What it was told and did meanwhile is not known.
+  // What it was commanded and did meanwhile is not known.
   *doubt.since += std::max(Duration::zero(), at - doubt.last - kUnseenAtMost);
   const Duration during = at - *doubt.since;
   const bool now = comes_back(doubt.is_last, std::max(at - doubt.last, kSeenAfter));
@@ -65,13 +66,13 @@ bool Obedience::persists(Doubt& doubt, Time at, double is, double beyond, double
   return !comes;
 }
 
-bool Obedience::disobeys(Time at, const Twist2& twist_body) {
-  while (told_.size() > 1 && told_[1].at + latency_ + kSeenAfter <= at) {
-    told_.pop_front();
+bool CommandMonitor::disobeys(Time at, const Twist2& twist_body) {
+  while (commanded_.size() > 1 && commanded_[1].at + latency_ + kSeenAfter <= at) {
+    commanded_.pop_front();
   }
   Twist2 least;
   Twist2 most;
-  for (const Told& one : told_) {
+  for (const CommandedTwist& one : commanded_) {
     least = {std::min(least.v_mps, one.twist_body.v_mps),
              std::min(least.w_radps, one.twist_body.w_radps)};
     most = {std::max(most.v_mps, one.twist_body.v_mps),

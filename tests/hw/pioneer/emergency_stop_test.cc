@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "hw/pioneer/last_words.h"
+#include "hw/pioneer/emergency_stop.h"
 
 #include <array>
 #include <optional>
@@ -38,7 +38,7 @@ class Pipe {
   std::array<int, 2> ends_{};
 };
 
-TEST(LastWords, AreStopThriceForEveryRobotThatIsDriven) {
+TEST(EmergencyStop, SendsStopThriceToEveryRegisteredLine) {
   Bytes stops;
   for (int i = 0; i < 3; ++i) {
     const Bytes stop = command_frame(Command::kStop);
@@ -46,13 +46,13 @@ TEST(LastWords, AreStopThriceForEveryRobotThatIsDriven) {
   }
   Pipe serial;
   Pipe tcp;
-  std::optional<LastWords> of_serial(std::in_place, serial.into(), true);
-  const LastWords of_tcp(tcp.into(), false);
-  say_last_words();
+  std::optional<EmergencyStopRegistration> of_serial(std::in_place, serial.into(), true);
+  const EmergencyStopRegistration of_tcp(tcp.into(), false);
+  stop_registered_robots();
   EXPECT_EQ(serial.out(), stops);
   EXPECT_EQ(tcp.out(), stops);
   of_serial.reset();
-  say_last_words();
+  stop_registered_robots();
   EXPECT_THAT(serial.out(), testing::IsEmpty());
   EXPECT_EQ(tcp.out(), stops);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "hw/pioneer/last_words.h"
+#include "hw/pioneer/emergency_stop.h"
 
 #include <array>
 #include <atomic>
@@ -24,7 +24,7 @@ static_assert(std::atomic<int>::is_always_lock_free);
 
 }  // namespace
 
-LastWords::LastWords(int fd, bool serial) {
+EmergencyStopRegistration::EmergencyStopRegistration(int fd, bool serial) {
   for (std::size_t i = 0; i < g_lines.size() && slot_ < 0; ++i) {
     int free = kFree;
     if (g_lines[i].compare_exchange_strong(free, 2 * fd + (serial ? kSerial : kTcp))) {
@@ -33,13 +33,13 @@ LastWords::LastWords(int fd, bool serial) {
   }
 }
 
-LastWords::~LastWords() {
+EmergencyStopRegistration::~EmergencyStopRegistration() {
   if (slot_ >= 0) {
     g_lines[static_cast<std::size_t>(slot_)] = kFree;
   }
 }
 
-void say_last_words() noexcept {
+void stop_registered_robots() noexcept {
   for (const std::atomic<int>& line : g_lines) {
     const int held = line;
     if (held == kFree) {
