@@ -38,8 +38,8 @@ struct BaseReports {
 };
 
 struct BaseTiming {
-  Duration period{};         ///< from one report to the next
-  Duration worst_latency{};  ///< from a command to the report of its effect, as measured so far
+  Duration period{};            ///< from one report to the next
+  Duration worst_round_trip{};  ///< from a command to the report of its effect, as measured so far
 };
 
 /// A base with wheels as a robot needs it (hw/physical), whoever makes its controller. It is

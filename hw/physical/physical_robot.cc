@@ -32,6 +32,13 @@ PhysicalRobot::PhysicalRobot(std::unique_ptr<Base> base, std::unique_ptr<CameraS
 
 PhysicalRobot::~PhysicalRobot() = default;
 
+// What is observed has come with a report, a period after its instant at most; the command that
+// answers it goes back after as long again.
+Timing PhysicalRobot::timing() const {
+  const BaseTiming base = base_->timing();
+  return {base.period, base.worst_round_trip + 2 * base.period};
+}
+
 Time PhysicalRobot::now() const { return base_->now(); }
 
 void PhysicalRobot::take_reports() {

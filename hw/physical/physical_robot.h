@@ -36,6 +36,7 @@ class PhysicalRobot final : public Robot {
   void emergency_stop() override;
   void acknowledge() override;
   Time now() const override;
+  Timing timing() const override;
   std::optional<Truth> truth() const override;
   std::optional<Truth> truth_since(std::size_t poses, std::size_t contacts) const override;
   DeviceFigures devices() const override;

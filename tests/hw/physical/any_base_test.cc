@@ -57,6 +57,12 @@ TEST(AnyBase, TellsARobotItsOdometryAndHealthByEveryReport) {
   EXPECT_EQ(seen.health.held_by, "a hand");
 }
 
+TEST(AnyBase, StatesTheTimingOfTheRobot) {
+  const Timing timing = OnAnyBase().robot->timing();
+  EXPECT_EQ(timing.period, FakeBase::kPeriod);
+  EXPECT_EQ(timing.worst_latency, FakeBase::kRoundTrip + 2 * FakeBase::kPeriod);
+}
+
 TEST(AnyBase, HearsWhatTheRobotIsAskedFor) {
   OnAnyBase on;
   on.robot->drive({0.1, 0}, milliseconds(400));

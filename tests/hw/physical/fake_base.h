@@ -18,10 +18,11 @@ namespace panoptes::hw {
 class FakeBase final : public Base {
  public:
   static constexpr Duration kPeriod = std::chrono::milliseconds(40);
+  static constexpr Duration kRoundTrip = std::chrono::milliseconds(30);
 
   Time now() const override { return Time(std::chrono::steady_clock::now() - begun_); }
 
-  BaseTiming timing() override { return {kPeriod, Duration::zero()}; }
+  BaseTiming timing() override { return {kPeriod, kRoundTrip}; }
 
   void wait(Time deadline, const std::function<bool()>& done) override {
     std::unique_lock lock(mutex_);

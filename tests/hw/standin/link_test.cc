@@ -582,15 +582,15 @@ TEST(Timing, IsTheControllersCycleAndTheDelayThatTheLinkHasShown) {
   connect(*ends.link);
   const BaseTiming prompt = ends.link->timing();
   EXPECT_EQ(prompt.period, milliseconds(100));
-  EXPECT_LT(prompt.worst_latency, milliseconds(100));
+  EXPECT_LT(prompt.worst_round_trip, milliseconds(100));
   int reports = 0;
   ends.link->delay([&](Time, bool to_robot) {
     return !to_robot && ++reports % 10 == 0 ? milliseconds(250) : milliseconds(0);
   });
   ends.pass(std::chrono::seconds(5));
   EXPECT_EQ(ends.link->timing().period, milliseconds(100));
-  EXPECT_GT(ends.link->timing().worst_latency, milliseconds(240));
-  EXPECT_LT(ends.link->timing().worst_latency, milliseconds(350));
+  EXPECT_GT(ends.link->timing().worst_round_trip, milliseconds(240));
+  EXPECT_LT(ends.link->timing().worst_round_trip, milliseconds(350));
 }
 
 TEST(Holds, BumpersStopTheRobotUntilSomebodyHasSeenIt) {
