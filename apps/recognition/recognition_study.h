@@ -35,7 +35,7 @@ void bind(Fields& f, RecognitionStudyOptions& o);
 /// Why these cameras cannot take the pictures asked for; empty when they can.
 std::string pictures_fault(const RecognitionStudyOptions& options, const Rig& rig, bool recorded);
 
-/// One way to tell places apart, and what it found.
+/// One method to tell places apart, and what it found.
 struct RecognitionRow {
   std::string histogram;
   std::string distance;
@@ -54,18 +54,18 @@ void write_recognition_rows(const std::filesystem::path& path,
 std::vector<RecognitionRow> read_recognition_rows(const std::filesystem::path& path);
 
 /// A picture of the last frame set's instant by a camera that takes one only when it is asked to.
-using Look = std::function<Picture(const std::string& camera)>;
+using Capture = std::function<Picture(const std::string& camera)>;
 
 /// Takes the histograms of each keyframe's pictures, and compares them when the run is over.
 class RecognitionStudy : public StepListener {
  public:
-  /// `look` may be empty where no camera needs to be asked.
-  RecognitionStudy(const RecognitionStudyOptions& options, const Rig& rig, Look look);
+  /// `capture` may be empty where no camera needs to be asked.
+  RecognitionStudy(const RecognitionStudyOptions& options, const Rig& rig, Capture capture);
 
   /// Takes part in steps that make a keyframe of their frame set.
   void add(const Observation& seen, const SlamStep& at, const PilotStep& step) override;
 
-  /// A row for each combination. `path_m`: the true way up to each keyframe.
+  /// A row for each combination. `path_m`: the true path length up to each keyframe.
   std::vector<RecognitionRow> rows(const std::vector<Pose2>& true_T_scene_body,
                                    const std::vector<double>& path_m) const;
 
@@ -78,7 +78,7 @@ class RecognitionStudy : public StepListener {
 
   RecognitionStudyOptions options_;
   Rig rig_;
-  Look look_;
+  Capture capture_;
   std::vector<Series> series_;
 };
 

@@ -101,7 +101,7 @@ void overlay(const OccupancyMap& local_odom, const Pose2& T_map_odom, const Vec2
 void bind(Fields& f, DriverOptions& o) {
   f("search", o.search);
   f("dwa", o.dwa);
-  f("carrot_m", o.carrot_m, positive);
+  f("lookahead_m", o.lookahead_m, positive);
   f("replan_s", o.replan_s, positive);
   f.angle("turn_first", o.turn_first_rad, between(0.2, std::numbers::pi));
   f("reached_m", o.reached_m, positive);
@@ -110,6 +110,7 @@ void bind(Fields& f, DriverOptions& o) {
   f("blocked_s", o.blocked_s, positive);
   f("retreat_m", o.retreat_m, positive);
   f("retreat_mps", o.retreat_mps, positive);
+  f.renamed("carrot_m", "lookahead_m");
 }
 
 OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
@@ -358,7 +359,7 @@ void Driver::touch(const DriveTask& task) {
   if (again != touched_.end()) {
     touched_.erase(again);
   }
-  touched_.push_back({HeldPose({p_map.x(), p_map.y(), 0}, task.T_map_keyframes),
+  touched_.push_back({AnchoredPose({p_map.x(), p_map.y(), 0}, task.T_map_keyframes),
                       task.stamp + from_seconds(for_s), for_s});
 }
 
@@ -402,9 +403,10 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
   }
 
   const Vec2 from_map = (task.T_map_odom * ahead_.T_odom_body).position();
-  const Carrot carrot = carrot_on(*grid_, *path_, from_map, options_.carrot_m, along_);
-  const Vec2 carrot_odom = task.T_map_odom.inverse() * carrot.point;
-  out.carrot_odom = carrot_odom;
+  const Lookahead lookahead =
+      lookahead_point(*grid_, *path_, from_map, options_.lookahead_m, along_);
+  const Vec2 lookahead_odom = task.T_map_odom.inverse() * lookahead.point;
+  out.lookahead_odom = lookahead_odom;
   const double end_m = (path_->points.back() - T_map_body.position()).norm();
   if (end_m <= options_.reached_m) {
     const double turn =
@@ -430,8 +432,8 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
     return;
   }
 
-  const Vec2 carrot_body = ahead_.T_odom_body.inverse() * carrot_odom;
-  const double aside = std::atan2(carrot_body.y(), carrot_body.x());
+  const Vec2 lookahead_body = ahead_.T_odom_body.inverse() * lookahead_odom;
+  const double aside = std::atan2(lookahead_body.y(), lookahead_body.x());
   constexpr double kTurned_rad = 0.26;  // 15 degrees: the dynamic window takes it from there
   turning_ = std::abs(aside) > (turning_ ? kTurned_rad : options_.turn_first_rad);
   if (turning_) {
@@ -451,9 +453,9 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
   request.twist_body = ahead_.twist_body;
   request.cycle_s = reaction_.cycle_s();
   request.longest_cycle_s = reaction_.longest_cycle_s();
-  request.carrot_odom = carrot_odom;
+  request.lookahead_odom = lookahead_odom;
   request.keep_window = task.keep_window;
-  const double left = std::max(0.0, carrot.to_go_m - 0.5 * options_.reached_m);
+  const double left = std::max(0.0, lookahead.to_go_m - 0.5 * options_.reached_m);
   const double limit_mps = speed_limit_mps();
   request.speed_limit_mps =
       std::min(limit_mps, std::max(kStanding_mps, std::sqrt(body_.max_accel_mps2 * left)));

@@ -37,7 +37,7 @@ struct DwaRequest {
   Twist2 twist_body;           ///< then
   double cycle_s = 0;          ///< between two decisions
   double longest_cycle_s = 0;  ///< of late: so long may it be before it can brake
-  Vec2 carrot_odom = Vec2::Zero();
+  Vec2 lookahead_odom = Vec2::Zero();
   double speed_limit_mps = 1e9;  ///< below the body's own, e.g. close to the goal
   bool keep_window = false;      ///< hand back every candidate
 };

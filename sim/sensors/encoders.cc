@@ -31,9 +31,9 @@ void bind(Fields& f, Surface& o) {
   f("noise_factor", o.noise_factor, between(0, 100));
 }
 
-std::array<Grip, 2> grip_under_wheels(const std::vector<Surface>& surfaces, const Body& body,
-                                      const Pose2& T_scene_body) {
-  std::array<Grip, 2> grip;
+std::array<TractionFactors, 2> traction_under_wheels(const std::vector<Surface>& surfaces,
+                                                     const Body& body, const Pose2& T_scene_body) {
+  std::array<TractionFactors, 2> traction;
   const std::array<Vec2, 2> wheels_body{Vec2(0, body.wheel_base_m / 2),
                                         Vec2(0, -body.wheel_base_m / 2)};
   for (std::size_t i = 0; i < 2; ++i) {
@@ -41,12 +41,12 @@ std::array<Grip, 2> grip_under_wheels(const std::vector<Surface>& surfaces, cons
     for (const Surface& surface : surfaces) {
       const Vec2 off = surface.at.inverse() * wheel_scene;
       if ((off.array().abs() <= surface.size_m.array() / 2).all()) {
-        grip[i] = {surface.slip, surface.noise_factor};
+        traction[i] = {surface.slip, surface.noise_factor};
         break;
       }
     }
   }
-  return grip;
+  return traction;
 }
 
 WheelEncoders::WheelEncoders(const WheelError& options, const Body& believed, const Rng& rng)
@@ -63,19 +63,21 @@ WheelEncoders::WheelEncoders(const WheelError& options, const Body& believed, co
                   1 / (tick_m(believed) * (1 - left_larger))};
 }
 
-void WheelEncoders::roll(double forward_m, double turn_rad, const std::array<Grip, 2>& grip) {
+void WheelEncoders::roll(double forward_m, double turn_rad,
+                         const std::array<TractionFactors, 2>& traction) {
   const int turning = turn_rad > 0 ? 1 : turn_rad < 0 ? -1 : 0;
   if (turning != turning_ && turning != 0) {
     slip_ = slip_rng_.normal(0, turn_slip_);
   }
   turning_ = turning;
   for (std::size_t i = 0; i < 2; ++i) {
-    const double half_m = turn_rad * (1 + slip_ * grip[i].noise_factor) * base_m_ / 2;
-    const double way_m = (i == 0 ? forward_m - half_m : forward_m + half_m) * (1 + grip[i].slip);
-    if (way_m != 0) {
+    const double half_m = turn_rad * (1 + slip_ * traction[i].noise_factor) * base_m_ / 2;
+    const double distance_m =
+        (i == 0 ? forward_m - half_m : forward_m + half_m) * (1 + traction[i].slip);
+    if (distance_m != 0) {
       const double noise_m = noise_rng_.normal(
-          0, noise_m_per_sqrt_m_ * grip[i].noise_factor * std::sqrt(std::abs(way_m)));
-      rolled_ticks_[i] += (way_m + noise_m) * ticks_per_m_[i];
+          0, noise_m_per_sqrt_m_ * traction[i].noise_factor * std::sqrt(std::abs(distance_m)));
+      rolled_ticks_[i] += (distance_m + noise_m) * ticks_per_m_[i];
     }
   }
 }
@@ -92,8 +94,8 @@ void DeadReckoning::add(const Ticks& ticks, Duration step) {
   const double left_m = m_per_tick_ * static_cast<double>(ticks.left - last_.left);
   const double right_m = m_per_tick_ * static_cast<double>(ticks.right - last_.right);
   last_ = ticks;
-  const Twist2 way{(left_m + right_m) / 2, (right_m - left_m) / base_m_};
-  odometry_.T_odom_body = odometry_.T_odom_body * exp_twist(way, 1);
+  const Twist2 motion{(left_m + right_m) / 2, (right_m - left_m) / base_m_};
+  odometry_.T_odom_body = odometry_.T_odom_body * exp_twist(motion, 1);
 
   recent_[next_] = {left_m, right_m, step};
   next_ = (next_ + 1) % recent_.size();

@@ -19,7 +19,8 @@ namespace panoptes::sim {
 /// error. The defaults leave a raw odometry error of about a metre after ten minutes of exploring
 /// an office; see scenes/robots/pioneer3dx.yaml.
 struct WheelError {
-  /// Standard deviation of a wheel's way after one metre; it grows with the square root of the way.
+  /// Standard deviation of a wheel's travel after one metre; it grows with the square root of the
+  /// distance.
   double noise_m_per_sqrt_m = 0.003;
   double diameter_difference = 0.0006;  ///< of the two wheels, relative; the seed draws its sign
   double base_error = 0.003;            ///< of the wheel base, relative; the seed draws its sign
@@ -37,15 +38,15 @@ struct Surface {
 void bind(Fields& f, Surface& o);
 
 /// How a wheel holds on what is under it.
-struct Grip {
+struct TractionFactors {
   double slip = 0;
   double noise_factor = 1;
 };
 
 /// What is under each wheel, left and right, of a body that stands there: the first surface that
 /// has the wheel on it, else plain floor.
-std::array<Grip, 2> grip_under_wheels(const std::vector<Surface>& surfaces, const Body& body,
-                                      const Pose2& T_scene_body);
+std::array<TractionFactors, 2> traction_under_wheels(const std::vector<Surface>& surfaces,
+                                                     const Body& body, const Pose2& T_scene_body);
 
 /// Counts of the two wheels since the start.
 struct Ticks {
@@ -62,7 +63,7 @@ class WheelEncoders {
 
   /// The body moved `forward_m` and turned by `turn_rad` in one step, the wheels (left, right) on
   /// floor that holds them so.
-  void roll(double forward_m, double turn_rad, const std::array<Grip, 2>& grip = {});
+  void roll(double forward_m, double turn_rad, const std::array<TractionFactors, 2>& traction = {});
   Ticks ticks() const;
 
  private:

@@ -57,7 +57,7 @@ void dynamic_window(benchmark::State& state) {
   request.twist_body = {0.4, 0.1};
   request.cycle_s = to_seconds(kFrame);
   request.longest_cycle_s = request.cycle_s;
-  request.carrot_odom = {6.1, 3.7};
+  request.lookahead_odom = {6.1, 3.7};
   for (auto _ : state) {
     const ClearanceMap window = clearance_map(window_map(options, task, {}), 1.0);
     benchmark::DoNotOptimize(choose_arc(options, Body(), window, request));

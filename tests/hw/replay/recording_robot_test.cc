@@ -51,7 +51,7 @@ TEST_F(RecordingRobotTest, KeepsAllThatWasPerceivedUntilTheRobotIsLost) {
   EXPECT_EQ(dataset.commands.size(), 5U);
   EXPECT_EQ(recorded_timing(dataset).period, ScriptedRobot(5).timing().period);
   EXPECT_EQ(recorded_timing(dataset).worst_latency, ScriptedRobot(5).timing().worst_latency);
-  EXPECT_THAT(dataset.remarks, testing::IsEmpty());
+  EXPECT_THAT(dataset.warnings, testing::IsEmpty());
 }
 
 TEST_F(RecordingRobotTest, WritesForOtherProgramsToo) {

@@ -11,15 +11,15 @@ namespace panoptes::sim {
 
 /// The free floor of a place while it is being furnished, on a grid of 5 cm. What would cut the
 /// place in two for a robot, or leave a pocket that a robot fits into and cannot leave, is refused.
-class Passages {
+class PassabilityGrid {
  public:
   /// Nothing outside of `low` to `high` is free.
-  Passages(const Vec2& low, const Vec2& high);
+  PassabilityGrid(const Vec2& low, const Vec2& high);
 
   /// Walls: no questions asked.
   void block(const Rectangle& what);
 
-  /// From now on there is to be a way of 0.9 m width between all of these places.
+  /// From now on there is to be a passage of 0.9 m width between all of these places.
   void keep_open(const std::vector<Vec2>& places);
 
   /// Blocks it, unless the place would come apart; returns whether it did.
