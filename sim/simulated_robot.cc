@@ -107,7 +107,7 @@ Pose2 drawn_start(const Obstacles& obstacles, const FloorSurfaces& floor, const 
 
 Pose2 start_pose(const SimulatedOptions& options, std::vector<Outline> all,
                  const Surroundings& around, const Body& body, const Rig& rig, const Rng& rng) {
-  for (Outline& outline : around.things.outlines_now()) {
+  for (Outline& outline : around.dynamic_objects.outlines_now()) {
     all.push_back(std::move(outline));
   }
   const Obstacles at_start(std::move(all));
@@ -146,13 +146,13 @@ Duration reach_of(const SensorOptions& options, const Intrinsics& lens) {
   return from_seconds(1e-3 * (exposed_ms + readout_ms(options, lens)) / 2);
 }
 
-Before before_lens(const std::optional<Mishap>& mishap) {
-  return mishap == Mishap::kCover   ? Before::kHand
-         : mishap == Mishap::kBlack ? Before::kDarkness
-                                    : Before::kNothing;
+Before before_lens(const std::optional<CameraFaultKind>& fault) {
+  return fault == CameraFaultKind::kCover   ? Before::kHand
+         : fault == CameraFaultKind::kBlack ? Before::kDarkness
+                                            : Before::kNothing;
 }
 
-World without_things(World world) {
+World without_dynamic_objects(World world) {
   std::erase_if(world.objects,
                 [](const Object& object) { return object.kind != Object::Kind::kFixed; });
   return world;
@@ -298,13 +298,15 @@ void bind(Fields& f, SimulatedOptions& o) {
 
 Surroundings bare_surroundings(const World& world, const Body& body) {
   Surroundings around;
-  around.outlines = outlines(without_things(world), kFloorLayerTop_m, body.height_m);
-  around.things = Things(world, kFloorLayerTop_m, body.height_m);
+  around.outlines = outlines(without_dynamic_objects(world), kFloorLayerTop_m, body.height_m);
+  around.dynamic_objects = DynamicObjects(world, kFloorLayerTop_m, body.height_m);
   around.floor_surfaces = FloorSurfaces(world);
   for (const Object& object : world.objects) {
     around.object_names.push_back(object.name);
   }
-  around.draw = [](const View&, const Ask&, const Moment&) { return Drawn(); };
+  around.draw = [](const View&, const RenderOutputs&, const SceneState&) {
+    return RenderedImage();
+  };
   return around;
 }
 
@@ -320,8 +322,9 @@ void furnish(Surroundings& around, const World& world, const Body& body,
              const RendererOptions& options) {
   add_layers(around, world, body);
   const auto renderer = std::make_shared<Renderer>(world, options);
-  around.draw = [renderer](const View& view, const Ask& ask, const Moment& moment) {
-    return renderer->draw(view, ask, moment);
+  around.draw = [renderer](const View& view, const RenderOutputs& outputs,
+                           const SceneState& scene_state) {
+    return renderer->draw(view, outputs, scene_state);
   };
 }
 
@@ -342,7 +345,7 @@ SimulatedRobot::SimulatedRobot(const SimulatedOptions& options, Surroundings sur
       obstacles_(std::move(surroundings_.outlines)),
       drive_world_(body, obstacles_,
                    start_pose(options, obstacles_.outlines(), surroundings_, body, believed, rng),
-                   surroundings_.things),
+                   surroundings_.dynamic_objects),
       encoders_(options.wheel_error, body, rng.fork("wheels")),
       dead_reckoning_(body),
       surfaces_(options.surfaces),
@@ -446,10 +449,11 @@ void SimulatedRobot::step() {
   }
   const Time before = drive_world_.now();
   const double before_mps = drive_world_.twist_body().v_mps;
-  const std::array<Grip, 2> grip = grip_under_wheels(surfaces_, body_, drive_world_.T_scene_body());
+  const std::array<TractionFactors, 2> traction =
+      traction_under_wheels(surfaces_, body_, drive_world_.T_scene_body());
   drive_world_.step();
   const Motion rolled = drive_world_.last_motion();
-  encoders_.roll(rolled.forward_m, rolled.turn_rad, grip);
+  encoders_.roll(rolled.forward_m, rolled.turn_rad, traction);
   dead_reckoning_.add(encoders_.ticks(), drive_world_.now() - before);
   constexpr double kStep_s = 1.0 / DriveWorld::kStepsPerSecond;
   attitude_.step((drive_world_.twist_body().v_mps - before_mps) / kStep_s, kStep_s);
@@ -459,7 +463,7 @@ void SimulatedRobot::step() {
 void SimulatedRobot::record(const Motion& motion) {
   records_.push_back({drive_world_.now(), drive_world_.T_scene_body(), drive_world_.twist_body(),
                       motion, drive_world_.touching(), dead_reckoning_.odometry(),
-                      attitude_.lean_rad(), drive_world_.things().places()});
+                      attitude_.lean_rad(), drive_world_.dynamic_objects().places()});
 }
 
 // Of an instant before or after all that is recorded, the first or the last of it.
@@ -494,12 +498,12 @@ Pose3 SimulatedRobot::T_level_body(Time t, const Record& then) const {
 }
 
 void SimulatedRobot::keep_truth(const Camera& camera, Time stamp, const Pose3& T_scene_camera,
-                                const Taken& taken) {
-  TruePicture truth{stamp, T_scene_camera, taken.depth_m, taken.instance, taken.floor_label, {}};
+                                const SensorImage& image) {
+  TruePicture truth{stamp, T_scene_camera, image.depth_m, image.instance, image.floor_label, {}};
   std::vector<int> count(surroundings_.object_names.size() + 1);
-  for (int v = 0; v < taken.instance.rows; ++v) {
-    const auto* row = taken.instance.ptr<std::uint16_t>(v);
-    for (int u = 0; u < taken.instance.cols; ++u) {
+  for (int v = 0; v < image.instance.rows; ++v) {
+    const auto* row = image.instance.ptr<std::uint16_t>(v);
+    for (int u = 0; u < image.instance.cols; ++u) {
       ++count[row[u]];
     }
   }
@@ -522,37 +526,37 @@ Picture SimulatedRobot::take(Camera& camera, const DuePicture& due) {
     return Instant{attitude_.level()
                        ? T_scene_level * camera.rig.T_body_camera
                        : T_scene_level * T_level_body(t, state) * camera.rig.T_body_camera,
-                   drive_world_.things().moment(due.stamp, state.places)};
+                   drive_world_.dynamic_objects().scene_state(due.stamp, state.places)};
   };
   const bool maps_floor = camera.rig.floor.has_value();
-  const Before before = before_lens(mishap_at(faults_, camera.name, due.stamp));
-  const Taken taken = camera.sensor.take(surroundings_.draw, instant_at, due.number,
-                                         {.floor_label = maps_floor || truth_options_.labels,
-                                          .depth = truth_options_.depth,
-                                          .instance = truth_options_.labels},
-                                         before);
+  const Before before = before_lens(fault_at(faults_, camera.name, due.stamp));
+  const SensorImage image = camera.sensor.take(surroundings_.draw, instant_at, due.number,
+                                               {.floor_label = maps_floor || truth_options_.labels,
+                                                .depth = truth_options_.depth,
+                                                .instance = truth_options_.labels},
+                                               before);
   if (before != Before::kNothing) {
     // it has seen no floor
   } else if (camera.floor) {
-    camera.floor->mark(taken.floor_label, then.T_scene_body, seen_);
+    camera.floor->mark(image.floor_label, then.T_scene_body, seen_);
   } else if (maps_floor) {
     RigCamera tilted = camera.rig;
     tilted.T_body_camera = T_level * camera.rig.T_body_camera;
-    SeenFloor(tilted, body_).mark(taken.floor_label, then.T_scene_body, seen_);
+    SeenFloor(tilted, body_).mark(image.floor_label, then.T_scene_body, seen_);
   }
   if (truth_options_.depth || truth_options_.labels) {
-    keep_truth(camera, due.stamp, instant_at(Duration{}).T_scene_camera, taken);
+    keep_truth(camera, due.stamp, instant_at(Duration{}).T_scene_camera, image);
   }
-  return {due.stamp, taken.bgr};
+  return {due.stamp, image.bgr};
 }
 
 // What a camera hands over of a picture that is due; empty when nothing comes.
 std::optional<Picture> SimulatedRobot::deliver(Camera& camera, const DuePicture& due) {
-  const std::optional<Mishap> mishap = mishap_at(faults_, camera.name, due.stamp);
-  if (mishap == Mishap::kUnplug) {
+  const std::optional<CameraFaultKind> fault = fault_at(faults_, camera.name, due.stamp);
+  if (fault == CameraFaultKind::kUnplug) {
     return std::nullopt;
   }
-  if (mishap == Mishap::kFreeze && !camera.last_bgr.empty()) {
+  if (fault == CameraFaultKind::kFreeze && !camera.last_bgr.empty()) {
     return Picture{due.stamp, camera.last_bgr};
   }
   Picture picture = take(camera, due);
@@ -560,7 +564,7 @@ std::optional<Picture> SimulatedRobot::deliver(Camera& camera, const DuePicture&
   return picture;
 }
 
-Picture SimulatedRobot::look(const std::string& camera) {
+Picture SimulatedRobot::capture(const std::string& camera) {
   PANOPTES_CHECK(!poses_.empty(), "there has been a frame set");
   return take(cameras_.at(camera),
               {poses_.back().stamp, static_cast<std::int64_t>(poses_.size()) - 1});
@@ -579,7 +583,7 @@ Duration SimulatedRobot::reach(const FrameSet& set) const {
   return longest;
 }
 
-void SimulatedRobot::look(const FrameSet& set, Observation& seen) {
+void SimulatedRobot::capture(const FrameSet& set, Observation& seen) {
   true_pictures_.clear();
   for (const auto& [name, due] : set.pictures) {
     if (std::optional<Picture> picture = deliver(cameras_.at(name), due)) {
@@ -589,7 +593,7 @@ void SimulatedRobot::look(const FrameSet& set, Observation& seen) {
   const Record then = at(set.stamp);
   const Tilt tilt = attitude_.tilt(set.stamp, then.lean_rad);
   poses_.push_back({set.stamp, then.T_scene_body, then.twist_body,
-                    clearance_m(obstacles_, drive_world_.things(), then.places, body_,
+                    clearance_m(obstacles_, drive_world_.dynamic_objects(), then.places, body_,
                                 then.T_scene_body.position()),
                     tilt.pitch_rad, tilt.roll_rad, tilt.heave_m});
   seen.odometry = then.odometry;
@@ -612,7 +616,7 @@ Observation SimulatedRobot::observe(Time deadline) {
     }
     now_ = due;
     seen.stamp = set.stamp;
-    look(set, seen);
+    capture(set, seen);
     Duration longest_reach{};
     for (const auto& [name, camera] : cameras_) {
       longest_reach = std::max(longest_reach, camera.reach);

@@ -19,8 +19,8 @@
 #include "core/geometry/body.h"
 #include "hw/robot.h"
 #include "sim/physics/drive_world.h"
+#include "sim/physics/dynamic_objects.h"
 #include "sim/physics/obstacles.h"
-#include "sim/physics/things.h"
 #include "sim/render/renderer.h"
 #include "sim/route.h"
 #include "sim/sensors/attitude.h"
@@ -71,13 +71,13 @@ std::vector<KeyFault> rig_faults(const SimulatedOptions& options, const Rig& rig
 /// What stands around the robot, as its body, its cameras and the truth meet it.
 struct Surroundings {
   std::vector<Outline> outlines;  ///< of the body layer, without things that move
-  Things things;
+  DynamicObjects dynamic_objects;
   FloorSurfaces floor_surfaces;
   std::vector<std::string> object_names;  ///< in the world's order
   TruthLayer floor;                       ///< see Truth
   TruthLayer body;
   /// Every picture is a new one.
-  std::function<Drawn(const View&, const Ask&, const Moment&)> draw;
+  std::function<RenderedImage(const View&, const RenderOutputs&, const SceneState&)> draw;
 };
 
 Surroundings surroundings(const World& world, const Body& body,
@@ -131,7 +131,7 @@ class SimulatedRobot final : public hw::Robot {
 
   /// What a camera that takes pictures only when it is asked to (`rate_hz: 0`) sees at the instant
   /// of the last frame set. Asked once a set.
-  Picture look(const std::string& camera);
+  Picture capture(const std::string& camera);
 
   /// Of the world's objects, in its order: what TruePicture::instance counts.
   const std::vector<std::string>& object_names() const { return surroundings_.object_names; }
@@ -163,11 +163,11 @@ class SimulatedRobot final : public hw::Robot {
   Record at(Time t) const;
   Pose3 T_level_body(Time t, const Record& then) const;
   Duration reach(const FrameSet& set) const;
-  void look(const FrameSet& set, Observation& seen);
+  void capture(const FrameSet& set, Observation& seen);
   Picture take(Camera& camera, const DuePicture& due);
   std::optional<Picture> deliver(Camera& camera, const DuePicture& due);
   void keep_truth(const Camera& camera, Time stamp, const Pose3& T_scene_camera,
-                  const Taken& taken);
+                  const SensorImage& image);
   void forget(Time before);
 
   Surroundings surroundings_;

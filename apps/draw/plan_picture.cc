@@ -65,7 +65,7 @@ void draw_overview(Canvas& canvas, const PlanPicture& picture, const Window& sho
   };
   canvas.box(corner - Vec2(5, 5), corner + size_px + Vec2(5, 5), kPaper);
   canvas.frame(corner - Vec2(5, 5), corner + size_px + Vec2(5, 5), kFaint, 1);
-  for (const std::vector<Vec2>& thing : picture.things_scene) {
+  for (const std::vector<Vec2>& thing : picture.outlines_scene) {
     std::vector<Vec2> px;
     for (const Vec2& corner_scene : thing) {
       px.push_back(to_px(corner_scene));
@@ -132,7 +132,7 @@ cv::Mat draw_plan(const PlanPicture& picture, int size_px) {
     canvas.line({0, px}, {opposite.x(), px}, kGridColour, 1);
   });
 
-  for (const std::vector<Vec2>& thing : picture.things_scene) {
+  for (const std::vector<Vec2>& thing : picture.outlines_scene) {
     std::vector<Vec2> px;
     for (const Vec2& p_scene : thing) {
       px.push_back(to_px(p_scene));

@@ -27,7 +27,7 @@ struct PlanCamera {
 
 /// A world from above, y up, with a robot in it.
 struct PlanPicture {
-  std::vector<std::vector<Vec2>> things_scene;  ///< convex outlines; two corners: upright sheets
+  std::vector<std::vector<Vec2>> outlines_scene;  ///< convex outlines; two corners: upright sheets
   std::vector<PlanCamera> cameras;
   Pose2 T_scene_body;
   double radius_m = 0;

@@ -26,7 +26,7 @@ OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& missi
     out.true_pictures.of_last_set = [known = robot.get()] { return known->true_pictures(); };
     out.true_pictures.things = robot->object_names();
   }
-  out.look = [eye = robot.get()](const std::string& camera) { return eye->look(camera); };
+  out.capture = [eye = robot.get()](const std::string& camera) { return eye->capture(camera); };
   out.paced = false;
   out.rig = robot->rig();
   out.route_done = [] { return false; };

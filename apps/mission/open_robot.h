@@ -23,7 +23,7 @@ struct OpenRobot {
   std::function<void()> finish;       ///< waits until all that it writes is written; may be empty
   std::function<bool()> route_done;   ///< who drives in the navigator's place is done
   hw::TruePictures true_pictures;     ///< empty where nobody knows them
-  Look look;                          ///< empty where no camera can be asked
+  Capture capture;                    ///< empty where no camera can be asked
   Duration length = Duration::max();  ///< of a recording
   bool paced = true;  ///< its time goes by as fast as the wall's, not as fast as it is observed
   std::vector<std::string> remarks;             ///< what the user ought to know before it runs

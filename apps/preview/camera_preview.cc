@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "sim/physics/drive_world.h"
+#include "sim/physics/dynamic_objects.h"
 #include "sim/physics/obstacles.h"
-#include "sim/physics/things.h"
 #include "sim/simulated_robot.h"
 #include "sim/world/layers.h"
 #include "sim/world/load.h"
@@ -55,14 +55,14 @@ class CameraPreview::Impl {
         around_(sim::bare_surroundings(world_, mission.robot)),
         renderer_(world_, by(platform.renderer, renderer)) {}
 
-  Views look(const Pose2& T_scene_body, Time at, const sim::Ask& ask) {
+  Views render(const Pose2& T_scene_body, Time at, const sim::RenderOutputs& outputs) {
     const Body& body = mission_.robot;
-    sim::Things things = around_.things;
+    sim::DynamicObjects dynamic_objects = around_.dynamic_objects;
     for (std::int64_t step = 0; sim::time_of_step(step + 1) <= at; ++step) {
-      things.step(sim::time_of_step(step), sim::time_of_step(step + 1),
-                  {T_scene_body.position(), body.radius_m});
+      dynamic_objects.step(sim::time_of_step(step), sim::time_of_step(step + 1),
+                           {T_scene_body.position(), body.radius_m});
     }
-    const sim::Moment moment = things.moment(at, things.places());
+    const sim::SceneState scene_state = dynamic_objects.scene_state(at, dynamic_objects.places());
     Views views;
     for (const auto& [name, camera] : mission_.rig.cameras) {
       const auto own = platform_.sensors.find(name);
@@ -70,18 +70,18 @@ class CameraPreview::Impl {
           name, camera.intrinsics,
           quiet(own == platform_.sensors.end() ? platform_.sensor : own->second),
           Rng(mission_.seed).fork("robot").fork("pixels"));
-      Shot shot{name, camera, on_floor(T_scene_body) * camera.T_body_camera, {}};
-      sim::Ask asked = ask;
-      asked.floor_label = true;
-      shot.taken = sensor.take(
-          [&](const sim::View& view, const sim::Ask& of_view) {
-            return renderer_.draw(view, of_view, moment);
+      CameraView camera_view{name, camera, on_floor(T_scene_body) * camera.T_body_camera, {}};
+      sim::RenderOutputs with_floor = outputs;
+      with_floor.floor_label = true;
+      camera_view.image = sensor.take(
+          [&](const sim::View& view, const sim::RenderOutputs& of_view) {
+            return renderer_.draw(view, of_view, scene_state);
           },
-          [&](Duration) { return shot.T_scene_camera; }, 0, asked);
-      views.shots.push_back(std::move(shot));
+          [&](Duration) { return camera_view.T_scene_camera; }, 0, with_floor);
+      views.cameras.push_back(std::move(camera_view));
     }
     std::vector<sim::Outline> outlines = around_.outlines;
-    for (sim::Outline& outline : things.outlines_now()) {
+    for (sim::Outline& outline : dynamic_objects.outlines_now()) {
       outlines.push_back(std::move(outline));
     }
     const sim::Obstacles obstacles(std::move(outlines));
@@ -98,7 +98,7 @@ class CameraPreview::Impl {
     return views;
   }
 
-  const std::vector<std::string>& things() const { return around_.object_names; }
+  const std::vector<std::string>& instance_names() const { return around_.object_names; }
 
  private:
   const ExploreMission& mission_;
@@ -113,10 +113,13 @@ CameraPreview::CameraPreview(const ExploreMission& mission, const sim::Simulated
     : impl_(std::make_unique<Impl>(mission, platform, renderer)) {}
 CameraPreview::~CameraPreview() = default;
 
-CameraPreview::Views CameraPreview::look(const Pose2& T_scene_body, Time at, const sim::Ask& ask) {
-  return impl_->look(T_scene_body, at, ask);
+CameraPreview::Views CameraPreview::render(const Pose2& T_scene_body, Time at,
+                                           const sim::RenderOutputs& outputs) {
+  return impl_->render(T_scene_body, at, outputs);
 }
 
-const std::vector<std::string>& CameraPreview::things() const { return impl_->things(); }
+const std::vector<std::string>& CameraPreview::instance_names() const {
+  return impl_->instance_names();
+}
 
 }  // namespace panoptes

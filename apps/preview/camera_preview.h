@@ -14,11 +14,11 @@
 namespace panoptes {
 
 /// A camera of the rig, and what it sees from somewhere.
-struct Shot {
+struct CameraView {
   std::string name;
   RigCamera camera;
   Pose3 T_scene_camera;
-  sim::Taken taken;  ///< with the floor's label
+  sim::SensorImage image;  ///< with the floor's label
 };
 
 /// What the cameras of a mission's rig see of its world from anywhere: as believed to be mounted,
@@ -32,16 +32,17 @@ class CameraPreview {
 
   /// At an instant of the world, the robot having stood there all the time.
   struct Views {
-    std::vector<Shot> shots;                        ///< in the order of the cameras' names
+    std::vector<CameraView> cameras;                ///< in the order of the cameras' names
     std::vector<std::vector<Vec2>> outlines_scene;  ///< of what stands in the robot's way
     Vec2 low_scene = Vec2::Zero();                  ///< corners of the world
     Vec2 high_scene = Vec2::Zero();
     std::optional<double> clearance_m;  ///< from the body to the nearest thing; none outside
     std::string fault;  ///< why no robot can stand there, in words; empty when one can
   };
-  Views look(const Pose2& T_scene_body, Time at, const sim::Ask& ask);
+  Views render(const Pose2& T_scene_body, Time at, const sim::RenderOutputs& outputs);
 
-  const std::vector<std::string>& things() const;  ///< what Taken::instance counts, from 1
+  const std::vector<std::string>& instance_names()
+      const;  ///< what SensorImage::instance counts, from 1
 
  private:
   class Impl;

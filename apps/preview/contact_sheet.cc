@@ -67,18 +67,18 @@ std::string words_of(const RigCamera& camera) {
                      camera.T_body_camera.translation.z(), tilt);
 }
 
-PlanCamera plan_camera(const Shot& shot, const Colour& colour, const Body& body,
+PlanCamera plan_camera(const CameraView& camera_view, const Colour& colour, const Body& body,
                        const Pose2& T_scene_body) {
-  const Intrinsics& lens = shot.camera.intrinsics;
+  const Intrinsics& lens = camera_view.camera.intrinsics;
   PlanCamera out;
-  out.name = shot.name;
+  out.name = camera_view.name;
   out.colour = colour;
-  out.eye_scene = shot.T_scene_camera.translation.head<2>();
+  out.eye_scene = camera_view.T_scene_camera.translation.head<2>();
   const auto heading = [&](double u) {
-    const Vec3 way = shot.T_scene_camera.rotation * edge_direction(lens, {u, lens.cy_px});
+    const Vec3 way = camera_view.T_scene_camera.rotation * edge_direction(lens, {u, lens.cy_px});
     return std::atan2(way.y(), way.x());
   };
-  const Vec3 axis = shot.T_scene_camera.rotation * Vec3::UnitZ();
+  const Vec3 axis = camera_view.T_scene_camera.rotation * Vec3::UnitZ();
   const double middle = std::atan2(axis.y(), axis.x());
   const auto off = [&](double of_side, bool left) {  // wide lenses look back past the side
     const double angle = wrap_angle(of_side - middle);
@@ -86,13 +86,13 @@ PlanCamera plan_camera(const Shot& shot, const Colour& colour, const Body& body,
   };
   out.from_rad = middle + off(heading(lens.width_px - 0.5), false);
   out.to_rad = middle + off(heading(-0.5), true);
-  if (!shot.camera.floor) {
+  if (!camera_view.camera.floor) {
     return out;
   }
-  const Pose3 T_camera_scene = shot.T_scene_camera.inverse();
+  const Pose3 T_camera_scene = camera_view.T_scene_camera.inverse();
   const Pose2 T_body_scene = T_scene_body.inverse();
-  out.floor = [&shot, &body, T_camera_scene, T_body_scene](const Vec2& p_scene) {
-    const Intrinsics& through = shot.camera.intrinsics;
+  out.floor = [&camera_view, &body, T_camera_scene, T_body_scene](const Vec2& p_scene) {
+    const Intrinsics& through = camera_view.camera.intrinsics;
     const Vec3 p_camera = T_camera_scene * Vec3(p_scene.x(), p_scene.y(), 0);
     if (!through.sees(p_camera)) {
       return FloorVisibility::kNone;
@@ -100,13 +100,13 @@ PlanCamera plan_camera(const Shot& shot, const Colour& colour, const Body& body,
     const Vec2 px = through.project(p_camera);
     const cv::Point at(static_cast<int>(std::lround(px.x())),
                        static_cast<int>(std::lround(px.y())));
-    const cv::Mat& label = shot.taken.floor_label;
+    const cv::Mat& label = camera_view.image.floor_label;
     // A pixel that shows floor shows this very point of it: its ray meets the floor once.
     if (!cv::Rect({}, label.size()).contains(at) || label.at<std::uint8_t>(at) == 0) {
       return FloorVisibility::kNone;
     }
-    return at.y >= sim::first_mapped_row(shot.camera) &&
-                   sim::in_mapped_range(shot.camera, body, T_body_scene * p_scene)
+    return at.y >= sim::first_mapped_row(camera_view.camera) &&
+                   sim::in_mapped_range(camera_view.camera, body, T_body_scene * p_scene)
                ? FloorVisibility::kMapped
                : FloorVisibility::kSeen;
   };
@@ -114,16 +114,16 @@ PlanCamera plan_camera(const Shot& shot, const Colour& colour, const Body& body,
 }
 
 // The pixels where the mapped part ends, in the camera's colour.
-cv::Mat with_mapped_edge(const Shot& shot, const Body& body, const Colour& colour) {
-  cv::Mat bgr = shot.taken.bgr.clone();
-  if (!shot.camera.floor) {
+cv::Mat with_mapped_edge(const CameraView& camera_view, const Body& body, const Colour& colour) {
+  cv::Mat bgr = camera_view.image.bgr.clone();
+  if (!camera_view.camera.floor) {
     return bgr;
   }
   cv::Mat_<std::uint8_t> mapped(bgr.size(), std::uint8_t{0});
-  for (int v = sim::first_mapped_row(shot.camera); v < bgr.rows; ++v) {
+  for (int v = sim::first_mapped_row(camera_view.camera); v < bgr.rows; ++v) {
     for (int u = 0; u < bgr.cols; ++u) {
-      const auto p_body = sim::floor_under(shot.camera, Vec2(u, v));
-      mapped(v, u) = p_body && sim::in_mapped_range(shot.camera, body, *p_body) ? 255 : 0;
+      const auto p_body = sim::floor_under(camera_view.camera, Vec2(u, v));
+      mapped(v, u) = p_body && sim::in_mapped_range(camera_view.camera, body, *p_body) ? 255 : 0;
     }
   }
   cv::Mat inside;
@@ -223,19 +223,20 @@ cv::Mat fitting(const cv::Mat& bgr) {
   return small;
 }
 
-Row row_of(const Shot& shot, const Body& body, const Colour& colour) {
-  Row row{shot.name, joined(shot.camera.roles), words_of(shot.camera), colour, {}};
-  const bool alone = shot.taken.depth_m.empty() && shot.taken.instance.empty();
-  row.pictures.push_back(
-      {fitting(with_mapped_edge(shot, body, colour)), alone               ? ""
-                                                      : shot.camera.floor ? "the mapped part framed"
-                                                                          : ""});
-  if (!shot.taken.depth_m.empty()) {
-    const Shown depth = shown_depth(shot.taken.depth_m);
+Row row_of(const CameraView& camera_view, const Body& body, const Colour& colour) {
+  Row row{
+      camera_view.name, joined(camera_view.camera.roles), words_of(camera_view.camera), colour, {}};
+  const bool alone = camera_view.image.depth_m.empty() && camera_view.image.instance.empty();
+  row.pictures.push_back({fitting(with_mapped_edge(camera_view, body, colour)),
+                          alone                      ? ""
+                          : camera_view.camera.floor ? "the mapped part framed"
+                                                     : ""});
+  if (!camera_view.image.depth_m.empty()) {
+    const Shown depth = shown_depth(camera_view.image.depth_m);
     row.pictures.push_back({fitting(depth.bgr), depth.caption});
   }
-  if (!shot.taken.instance.empty()) {
-    const Shown labels = shown_labels(shot.taken.instance, shot.taken.floor_label);
+  if (!camera_view.image.instance.empty()) {
+    const Shown labels = shown_labels(camera_view.image.instance, camera_view.image.floor_label);
     row.pictures.push_back({fitting(labels.bgr), labels.caption});
   }
   return row;
@@ -261,16 +262,16 @@ void draw_row(Canvas& canvas, const Row& row, int left, int top) {
 cv::Mat contact_sheet(const ExploreMission& mission, const Pose2& T_scene_body, double at_s,
                       const CameraPreview::Views& sight) {
   PlanPicture plan;
-  plan.things_scene = sight.outlines_scene;
+  plan.outlines_scene = sight.outlines_scene;
   plan.T_scene_body = T_scene_body;
   plan.radius_m = mission.robot.radius_m;
   plan.low_scene = sight.low_scene;
   plan.high_scene = sight.high_scene;
   std::vector<Row> rows;
-  for (const Shot& shot : sight.shots) {
+  for (const CameraView& camera_view : sight.cameras) {
     const Colour colour = nth_colour(rows.size());
-    rows.push_back(row_of(shot, mission.robot, colour));
-    plan.cameras.push_back(plan_camera(shot, colour, mission.robot, T_scene_body));
+    rows.push_back(row_of(camera_view, mission.robot, colour));
+    plan.cameras.push_back(plan_camera(camera_view, colour, mission.robot, T_scene_body));
   }
   const cv::Mat plan_bgr = draw_plan(plan, kPlan_px);
 

@@ -96,20 +96,21 @@ std::vector<AskedPose> parse_poses(const std::vector<std::string>& words) {
 }
 
 void write_pictures(const std::filesystem::path& folder, const CameraPreview::Views& views,
-                    const std::vector<std::string>& things, const cv::Mat& sheet) {
+                    const std::vector<std::string>& instance_names, const cv::Mat& sheet) {
   std::filesystem::create_directories(folder);
-  for (const Shot& shot : views.shots) {
-    write_file(folder / (shot.name + ".png"), png(shot.taken.bgr));
-    if (!shot.taken.depth_m.empty()) {
-      write_file(folder / (shot.name + "_depth.png"), png(millimetres(shot.taken.depth_m)));
+  for (const CameraView& camera_view : views.cameras) {
+    write_file(folder / (camera_view.name + ".png"), png(camera_view.image.bgr));
+    if (!camera_view.image.depth_m.empty()) {
+      write_file(folder / (camera_view.name + "_depth.png"),
+                 png(millimetres(camera_view.image.depth_m)));
     }
-    if (!shot.taken.instance.empty()) {
-      write_file(folder / (shot.name + "_labels.png"), png(shot.taken.instance));
-      write_file(folder / (shot.name + "_floor.png"), png(shot.taken.floor_label));
+    if (!camera_view.image.instance.empty()) {
+      write_file(folder / (camera_view.name + "_labels.png"), png(camera_view.image.instance));
+      write_file(folder / (camera_view.name + "_floor.png"), png(camera_view.image.floor_label));
     }
   }
-  if (!things.empty()) {
-    write_file(folder / "things.csv", things_csv(things));
+  if (!instance_names.empty()) {
+    write_file(folder / "things.csv", things_csv(instance_names));
   }
   write_file(folder / "render.png", png(sheet));
   std::printf("%s\n", (folder / "render.png").c_str());
@@ -171,7 +172,7 @@ int render(const RenderArguments& args) {
         outcome = "interrupted";
         break;
       }
-      const CameraPreview::Views views = preview.look(
+      const CameraPreview::Views views = preview.render(
           pose.T_scene_body, time_at(args.at_s), {.depth = args.depth, .instance = args.labels});
       if (!views.fault.empty()) {
         std::fprintf(stderr, "--pose %s: the robot %s; drawn all the same\n", pose.text.c_str(),
@@ -181,7 +182,8 @@ int render(const RenderArguments& args) {
                               ? out.path()
                               : out.path() / ("pose-" + std::to_string(looked_at.size() + 1));
       out.keep();
-      write_pictures(folder, views, args.labels ? preview.things() : std::vector<std::string>(),
+      write_pictures(folder, views,
+                     args.labels ? preview.instance_names() : std::vector<std::string>(),
                      contact_sheet(mission, pose.T_scene_body, args.at_s, views));
       looked_at.push_back(figures_of(pose, views));
     }

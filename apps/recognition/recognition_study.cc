@@ -190,8 +190,8 @@ std::vector<RecognitionRow> read_recognition_rows(const std::filesystem::path& p
 }
 
 RecognitionStudy::RecognitionStudy(const RecognitionStudyOptions& options, const Rig& rig,
-                                   Look look)
-    : options_(options), rig_(rig), look_(std::move(look)) {
+                                   Capture capture)
+    : options_(options), rig_(rig), capture_(std::move(capture)) {
   for (const MosaicPictures pictures : options_.pictures) {
     for (const HistogramKind kind : options_.histograms) {
       series_.push_back({kind, pictures, {}});
@@ -208,7 +208,7 @@ void RecognitionStudy::add(const Observation& seen, const SlamStep& at, const Pi
     std::vector<cv::Mat>& mosaic = taken[pictures];
     if (pictures == MosaicPictures::kFourCorners) {
       for (const std::string& camera : corner_cameras(rig_)) {
-        mosaic.push_back(look_(camera).bgr);
+        mosaic.push_back(capture_(camera).bgr);
       }
       continue;
     }

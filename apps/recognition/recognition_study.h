@@ -54,13 +54,13 @@ void write_recognition_rows(const std::filesystem::path& path,
 std::vector<RecognitionRow> read_recognition_rows(const std::filesystem::path& path);
 
 /// A picture of the last frame set's instant by a camera that takes one only when it is asked to.
-using Look = std::function<Picture(const std::string& camera)>;
+using Capture = std::function<Picture(const std::string& camera)>;
 
 /// Takes the histograms of each keyframe's pictures, and compares them when the run is over.
 class RecognitionStudy : public StepListener {
  public:
-  /// `look` may be empty where no camera needs to be asked.
-  RecognitionStudy(const RecognitionStudyOptions& options, const Rig& rig, Look look);
+  /// `capture` may be empty where no camera needs to be asked.
+  RecognitionStudy(const RecognitionStudyOptions& options, const Rig& rig, Capture capture);
 
   /// Takes part in steps that make a keyframe of their frame set.
   void add(const Observation& seen, const SlamStep& at, const PilotStep& step) override;
@@ -78,7 +78,7 @@ class RecognitionStudy : public StepListener {
 
   RecognitionStudyOptions options_;
   Rig rig_;
-  Look look_;
+  Capture capture_;
   std::vector<Series> series_;
 };
 

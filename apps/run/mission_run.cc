@@ -103,7 +103,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   std::optional<RecognitionStudy> places;
   std::vector<StepListener*> listeners{&recorder};
   if (mission.places && slam) {
-    listeners.push_back(&places.emplace(*mission.places, open.rig, open.look));
+    listeners.push_back(&places.emplace(*mission.places, open.rig, open.capture));
   }
   const std::vector<std::unique_ptr<StepListener>> others =
       make_listeners({mission, open, *pilot, slam.get(), recorder, run.quiet});

@@ -19,11 +19,11 @@ class Gamepads {
   Gamepads& operator=(const Gamepads&) = delete;
 
   /// As they are now; finds those plugged in since, forgets those pulled out.
-  void look();
+  void poll();
 
   /// Of the first whose dead-man button is held.
   GamepadSticks sticks() const;
-  /// What their buttons were pressed for between the last two looks.
+  /// What their buttons were pressed for between the last two polls.
   const std::vector<TeleopKey>& pressed() const;
 
   std::vector<std::string> names() const;

@@ -10,7 +10,7 @@ class Gamepads::Sdl {
 
 Gamepads::Gamepads() : sdl_(std::make_unique<Sdl>()) {}
 Gamepads::~Gamepads() = default;
-void Gamepads::look() {}
+void Gamepads::poll() {}
 GamepadSticks Gamepads::sticks() const { return {}; }
 const std::vector<TeleopKey>& Gamepads::pressed() const { return sdl_->pressed; }
 std::vector<std::string> Gamepads::names() const { return {}; }

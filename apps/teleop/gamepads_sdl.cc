@@ -50,7 +50,7 @@ class Gamepads::Sdl {
   Sdl(const Sdl&) = delete;
   Sdl& operator=(const Sdl&) = delete;
 
-  void look() {
+  void poll() {
     pressed_.clear();
     if (!running_) {
       return;
@@ -138,9 +138,9 @@ class Gamepads::Sdl {
   std::vector<TeleopKey> pressed_;
 };
 
-Gamepads::Gamepads() : sdl_(std::make_unique<Sdl>()) { look(); }
+Gamepads::Gamepads() : sdl_(std::make_unique<Sdl>()) { poll(); }
 Gamepads::~Gamepads() = default;
-void Gamepads::look() { sdl_->look(); }
+void Gamepads::poll() { sdl_->poll(); }
 GamepadSticks Gamepads::sticks() const { return sdl_->sticks(); }
 const std::vector<TeleopKey>& Gamepads::pressed() const { return sdl_->pressed(); }
 std::vector<std::string> Gamepads::names() const { return sdl_->names(); }

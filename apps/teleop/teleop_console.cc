@@ -39,7 +39,7 @@ Twist2 TeleopConsole::command(const Observation& seen, const std::string& doing)
     }
   }
   const WallTime now = std::chrono::steady_clock::now();
-  gamepads_.look();
+  gamepads_.poll();
   for (const TeleopKey key : gamepads_.pressed()) {
     teleop_.press(key, now);
   }

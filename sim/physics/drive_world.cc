@@ -57,24 +57,25 @@ Time time_of_step(std::int64_t step) {
                                           DriveWorld::kStepsPerSecond));
 }
 
-double clearance_m(const Obstacles& obstacles, const Things& things,
+double clearance_m(const Obstacles& obstacles, const DynamicObjects& dynamic_objects,
                    const std::vector<Pose2>& places, const Body& body, const Vec2& at_scene) {
   double nearest_m = std::numeric_limits<double>::infinity();
   if (const std::optional<Nearest> nearest = obstacles.nearest(at_scene)) {
     nearest_m = nearest->distance_m;
   }
-  for (std::size_t i = 0; i < things.count(); ++i) {
-    nearest_m = std::min(nearest_m, things.nearest_on(i, places[i], at_scene).distance_m);
+  for (std::size_t i = 0; i < dynamic_objects.count(); ++i) {
+    nearest_m = std::min(nearest_m, dynamic_objects.nearest_on(i, places[i], at_scene).distance_m);
   }
   return std::max(0.0, nearest_m - body.radius_m);
 }
 
 class DriveWorld::Impl {
  public:
-  Impl(const Body& body, const Obstacles& obstacles, const Pose2& T_scene_body, Things things)
+  Impl(const Body& body, const Obstacles& obstacles, const Pose2& T_scene_body,
+       DynamicObjects dynamic_objects)
       : body_(body),
         obstacles_(obstacles),
-        things_(std::move(things)),
+        objects_(std::move(dynamic_objects)),
         pose_(T_scene_body),
         world_(b2Vec2_zero) {
     const b2BodyDef at_rest;
@@ -82,8 +83,8 @@ class DriveWorld::Impl {
     for (std::size_t i = 0; i < obstacles_.outlines().size(); ++i) {
       add_edges(*still, obstacles_.outlines()[i], i);
     }
-    for (std::size_t i = 0; i < things_.count(); ++i) {
-      thing_bodies_.push_back(thing_body(i));
+    for (std::size_t i = 0; i < objects_.count(); ++i) {
+      object_bodies_.push_back(object_body(i));
     }
     b2BodyDef moving;
     moving.type = b2_dynamicBody;
@@ -119,7 +120,7 @@ class DriveWorld::Impl {
   }
 
   void step() {
-    step_things();
+    step_objects();
     const Twist2 wanted = time_of_step(steps_) < expires_ ? command_ : Twist2{};
     const double hard_mps2 = std::max(kHardBrake_mps2, body_.max_accel_mps2);
     const double accel_mps2 = brakes_hard_ ? hard_mps2 : body_.max_accel_mps2;
@@ -161,10 +162,10 @@ class DriveWorld::Impl {
       pose_ = free_pose;
     }
     disc_->SetTransform(units(pose_.position()), 0);
-    for (std::size_t i = 0; i < things_.count(); ++i) {
-      if (things_.stands_against_robot(i)) {
-        const Vec2 p_scene = things_.nearest_on(i, things_.places()[i], pose_.position()).p_scene;
-        touched.emplace(things_.name(i), p_scene);
+    for (std::size_t i = 0; i < objects_.count(); ++i) {
+      if (objects_.stands_against_robot(i)) {
+        const Vec2 p_scene = objects_.nearest_on(i, objects_.places()[i], pose_.position()).p_scene;
+        touched.emplace(objects_.name(i), p_scene);
         touched_scene_.push_back(p_scene);
       }
     }
@@ -183,9 +184,9 @@ class DriveWorld::Impl {
   const std::vector<TrueContact>& contacts() const { return contacts_; }
 
   double clearance_m() const {
-    return sim::clearance_m(obstacles_, things_, things_.places(), body_, pose_.position());
+    return sim::clearance_m(obstacles_, objects_, objects_.places(), body_, pose_.position());
   }
-  const Things& things() const { return things_; }
+  const DynamicObjects& dynamic_objects() const { return objects_; }
 
  private:
   // Single edges rather than polygons: any number of corners, and thin slivers, are fine.
@@ -204,22 +205,22 @@ class DriveWorld::Impl {
   }
 
   // Placed anew at every step and never given a velocity, so that it takes speed and gives none.
-  b2Body* thing_body(std::size_t thing) {
-    const Pose2& place = things_.places()[thing];
+  b2Body* object_body(std::size_t object) {
+    const Pose2& place = objects_.places()[object];
     b2BodyDef placed;
     placed.type = b2_kinematicBody;
     placed.position = units(place.position());
     placed.angle = static_cast<float>(place.theta_rad);
-    placed.userData.pointer = 1 + thing;
+    placed.userData.pointer = 1 + object;
     b2Body* body = world_.CreateBody(&placed);
-    for (const Outline& outline : things_.outlines(thing)) {
+    for (const Outline& outline : objects_.outlines(object)) {
       add_edges(*body, outline, 0);
     }
-    if (things_.radius_m(thing) > 0) {
+    if (objects_.radius_m(object) > 0) {
       b2CircleShape circle;
       // The robot's disc is made larger for the skin of edges, which a circle has not.
       circle.m_radius =
-          static_cast<float>(things_.radius_m(thing) * kUnitsPerMetre) + b2_polygonRadius;
+          static_cast<float>(objects_.radius_m(object) * kUnitsPerMetre) + b2_polygonRadius;
       b2FixtureDef fixture;
       fixture.shape = &circle;
       fixture.friction = kFriction;
@@ -228,18 +229,18 @@ class DriveWorld::Impl {
     return body;
   }
 
-  void step_things() {
-    if (things_.count() == 0) {
+  void step_objects() {
+    if (objects_.count() == 0) {
       return;
     }
-    const std::vector<Pose2> before = things_.places();
-    things_.step(time_of_step(steps_), time_of_step(steps_ + 1),
-                 {pose_.position(), body_.radius_m});
-    for (std::size_t i = 0; i < things_.count(); ++i) {
-      const Pose2& place = things_.places()[i];
+    const std::vector<Pose2> before = objects_.places();
+    objects_.step(time_of_step(steps_), time_of_step(steps_ + 1),
+                  {pose_.position(), body_.radius_m});
+    for (std::size_t i = 0; i < objects_.count(); ++i) {
+      const Pose2& place = objects_.places()[i];
       if (!(place == before[i])) {
-        thing_bodies_[i]->SetTransform(units(place.position()),
-                                       static_cast<float>(place.theta_rad));
+        object_bodies_[i]->SetTransform(units(place.position()),
+                                        static_cast<float>(place.theta_rad));
       }
     }
   }
@@ -249,13 +250,14 @@ class DriveWorld::Impl {
     const auto add = [&](b2Contact* contact) {
       b2Fixture* other = contact->GetFixtureA()->GetBody() == disc_ ? contact->GetFixtureB()
                                                                     : contact->GetFixtureA();
-      const std::size_t thing = other->GetBody()->GetUserData().pointer;
+      const std::size_t object = other->GetBody()->GetUserData().pointer;
       const std::size_t fixed = other->GetUserData().pointer;
       const std::string& name =
-          thing > 0 ? things_.name(thing - 1) : obstacles_.outlines()[fixed].object;
+          object > 0 ? objects_.name(object - 1) : obstacles_.outlines()[fixed].object;
       const Vec2 p_scene =
-          thing > 0
-              ? things_.nearest_on(thing - 1, things_.places()[thing - 1], pose_.position()).p_scene
+          object > 0
+              ? objects_.nearest_on(object - 1, objects_.places()[object - 1], pose_.position())
+                    .p_scene
               : nearest_on(obstacles_.outlines()[fixed], pose_.position()).p_scene;
       touched.emplace(name, p_scene);
       // An outline may be touched at several places: each contact is with one edge of it.
@@ -299,7 +301,7 @@ class DriveWorld::Impl {
 
   Body body_;
   const Obstacles& obstacles_;
-  Things things_;
+  DynamicObjects objects_;
   Pose2 pose_;
   Twist2 twist_;
   Motion motion_;
@@ -316,12 +318,12 @@ class DriveWorld::Impl {
   FirstTouches first_touches_;  // outlives the world that calls it
   b2World world_;
   b2Body* disc_ = nullptr;
-  std::vector<b2Body*> thing_bodies_;
+  std::vector<b2Body*> object_bodies_;
 };
 
 DriveWorld::DriveWorld(const Body& body, const Obstacles& obstacles, const Pose2& T_scene_body,
-                       Things things)
-    : impl_(std::make_unique<Impl>(body, obstacles, T_scene_body, std::move(things))) {}
+                       DynamicObjects dynamic_objects)
+    : impl_(std::make_unique<Impl>(body, obstacles, T_scene_body, std::move(dynamic_objects))) {}
 DriveWorld::~DriveWorld() = default;
 
 void DriveWorld::brake_hard() { impl_->brake_hard(); }
@@ -337,7 +339,7 @@ Twist2 DriveWorld::twist_body() const { return impl_->twist(); }
 Motion DriveWorld::last_motion() const { return impl_->motion(); }
 double DriveWorld::path_m() const { return impl_->path_m(); }
 double DriveWorld::clearance_m() const { return impl_->clearance_m(); }
-const Things& DriveWorld::things() const { return impl_->things(); }
+const DynamicObjects& DriveWorld::dynamic_objects() const { return impl_->dynamic_objects(); }
 bool DriveWorld::touching() const { return impl_->touching(); }
 const std::vector<double>& DriveWorld::touch_bearings_rad() const {
   return impl_->touch_bearings_rad();

@@ -9,8 +9,8 @@
 #include "core/eval/truth.h"
 #include "core/geometry/body.h"
 #include "core/geometry/pose2.h"
+#include "sim/physics/dynamic_objects.h"
 #include "sim/physics/obstacles.h"
-#include "sim/physics/things.h"
 
 namespace panoptes::sim {
 
@@ -20,7 +20,7 @@ struct Motion {
   double turn_rad = 0;
 };
 
-/// The robot's body among obstacles and things that move: a disc with a differential drive that
+/// The robot's body among obstacles and dynamic objects: a disc with a differential drive that
 /// follows the commanded velocity within its limits of speed and acceleration, and is stopped by
 /// what it touches. Advances by steps of 1/120 s. Where nothing is touched every step is an exact
 /// arc; contacts are Box2D's.
@@ -29,7 +29,7 @@ class DriveWorld {
   static constexpr std::int64_t kStepsPerSecond = 120;
 
   DriveWorld(const Body& body, const Obstacles& obstacles, const Pose2& T_scene_body,
-             Things things = {});
+             DynamicObjects dynamic_objects = {});
   ~DriveWorld();
 
   /// Followed until `expires`; then the robot brakes to a stop.
@@ -45,7 +45,7 @@ class DriveWorld {
   Motion last_motion() const;  ///< of the last step
   double path_m() const;
   double clearance_m() const;
-  const Things& things() const;
+  const DynamicObjects& dynamic_objects() const;
   bool touching() const;
   const std::vector<double>& touch_bearings_rad() const;  ///< in the body; one a place or more
   const std::vector<TrueContact>& contacts() const;
@@ -55,8 +55,8 @@ class DriveWorld {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The gap between a body there and whatever is nearest, the things standing at `places`.
-double clearance_m(const Obstacles& obstacles, const Things& things,
+/// The gap between a body there and whatever is nearest, the dynamic objects standing at `places`.
+double clearance_m(const Obstacles& obstacles, const DynamicObjects& dynamic_objects,
                    const std::vector<Pose2>& places, const Body& body, const Vec2& at_scene);
 
 /// The instant of a step: step / 120 s, rounded to whole nanoseconds.

@@ -25,14 +25,14 @@ namespace {
 
 constexpr const char* kVertexShader = R"(
 layout(location = 0) in vec3 p_scene;
-layout(location = 1) in vec2 picture;
-layout(location = 2) in float picture_layer;
-layout(location = 3) in vec2 lit;
+layout(location = 1) in vec2 texture_uv;
+layout(location = 2) in float texture_layer;
+layout(location = 3) in vec2 lightmap_uv;
 layout(location = 4) in uint number;
 uniform mat4 clip_scene;
-out vec2 at_picture;
+out vec2 at_texture;
 flat out float layer;
-out vec2 at_lit;
+out vec2 at_lightmap;
 #ifdef LABEL
 out float z_m;
 #endif
@@ -40,9 +40,9 @@ out float z_m;
 flat out uint object;
 #endif
 void main() {
-  at_picture = picture;
-  layer = picture_layer;
-  at_lit = lit;
+  at_texture = texture_uv;
+  layer = texture_layer;
+  at_lightmap = lightmap_uv;
 #ifdef LABEL
   z_m = p_scene.z;
 #endif
@@ -53,11 +53,11 @@ void main() {
 }
 )";
 
-// Pictures and lightmap hold square roots, so that their product is the root of the light seen.
+// Textures and lightmap hold square roots, so that their product is the root of the light seen.
 constexpr const char* kFragmentShader = R"(
-in vec2 at_picture;
+in vec2 at_texture;
 flat in float layer;
-in vec2 at_lit;
+in vec2 at_lightmap;
 #ifdef LABEL
 in float z_m;
 #endif
@@ -65,12 +65,12 @@ in float z_m;
 flat in uint object;
 layout(location = 1) out uint instance;
 #endif
-uniform sampler2DArray pictures;
+uniform sampler2DArray textures;
 uniform sampler2D light;
 uniform float gain;
 layout(location = 0) out vec4 colour;
 void main() {
-  colour.rgb = texture(pictures, vec3(at_picture, layer)).rgb * (texture(light, at_lit).r * gain);
+  colour.rgb = texture(textures, vec3(at_texture, layer)).rgb * (texture(light, at_lightmap).r * gain);
 #ifdef LABEL
   colour.a = z_m < FLOOR_TOP_M ? 1.0 : 0.0;
 #else
@@ -222,11 +222,11 @@ class GlPainter final : public Painter {
       gl_.EnableVertexAttribArray(location);
     };
     floats(0, 3, offsetof(Vertex, p_scene));
-    floats(1, 2, offsetof(Vertex, picture));
+    floats(1, 2, offsetof(Vertex, texture_uv));
     gl_.VertexAttribPointer(2, 1, GL_UNSIGNED_SHORT, GL_FALSE, sizeof(Vertex),
                             at(offsetof(Vertex, layer)));
     gl_.EnableVertexAttribArray(2);
-    floats(3, 2, offsetof(Vertex, lit));
+    floats(3, 2, offsetof(Vertex, lightmap_uv));
     gl_.VertexAttribIPointer(4, 1, GL_UNSIGNED_SHORT, sizeof(Vertex), at(offsetof(Vertex, object)));
     gl_.EnableVertexAttribArray(4);
   }
@@ -253,51 +253,53 @@ class GlPainter final : public Painter {
     gl_.ActiveTexture(GL_TEXTURE0);
   }
 
-  Drawn paint(const RenderJob& job, const Visible& visible) override {
+  RenderedImage paint(const RenderJob& job, const Visible& visible) override {
     if (job.view.faces != nullptr) {
-      return draw_faces(job.view, job.ask, [&](const View& pinhole, const Ask& /*ask*/) {
-        RenderJob of_face = job;
-        of_face.view = pinhole;
-        return paint(of_face, visible);
-      });
+      return draw_faces(job.view, job.outputs,
+                        [&](const View& pinhole, const RenderOutputs& /*ask*/) {
+                          RenderJob of_face = job;
+                          of_face.view = pinhole;
+                          return paint(of_face, visible);
+                        });
     }
     const DrawList& list = visible(job.view);
     const Intrinsics& camera = job.view.intrinsics;
-    const Ask& ask = job.ask;
+    const RenderOutputs& outputs = job.outputs;
     const int width = camera.width_px;
     const int height = camera.height_px;
     context_->make_current();
-    gl_.BindFramebuffer(GL_FRAMEBUFFER, target(width, height, ask.instance));
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, target(width, height, outputs.instance));
     gl_.Viewport(0, 0, width, height);
     clear(job);
     draw(job, list);
 
-    Drawn drawn;
+    RenderedImage rendered;
     bgra_.create(height, width, CV_8UC4);
     gl_.ReadBuffer(GL_COLOR_ATTACHMENT0);
     gl_.ReadPixels(0, 0, width, height, GL_RGBA, GL_UNSIGNED_BYTE, bgra_.data);
-    cv::cvtColor(bgra_, drawn.bgr, cv::COLOR_BGRA2BGR);
-    if (ask.floor_label) {
-      cv::extractChannel(bgra_, drawn.floor_label, 3);
+    cv::cvtColor(bgra_, rendered.bgr, cv::COLOR_BGRA2BGR);
+    if (outputs.floor_label) {
+      cv::extractChannel(bgra_, rendered.floor_label, 3);
     }
-    if (ask.instance) {
-      drawn.instance.create(height, width, CV_16U);
+    if (outputs.instance) {
+      rendered.instance.create(height, width, CV_16U);
       gl_.ReadBuffer(GL_COLOR_ATTACHMENT1);
       gl_.PixelStorei(GL_PACK_ALIGNMENT, 2);
-      gl_.ReadPixels(0, 0, width, height, GL_RED_INTEGER, GL_UNSIGNED_SHORT, drawn.instance.data);
+      gl_.ReadPixels(0, 0, width, height, GL_RED_INTEGER, GL_UNSIGNED_SHORT,
+                     rendered.instance.data);
       gl_.PixelStorei(GL_PACK_ALIGNMENT, 4);
     }
-    if (ask.depth) {
-      drawn.depth_m = read_depth(width, height, static_cast<float>(job.near_m));
+    if (outputs.depth) {
+      rendered.depth_m = read_depth(width, height, static_cast<float>(job.near_m));
     }
-    return drawn;
+    return rendered;
   }
 
  private:
-  GLuint compiled(GLenum kind, const char* source, const Ask& ask) const {
+  GLuint compiled(GLenum kind, const char* source, const RenderOutputs& outputs) const {
     const std::string text = fmt::format("#version 330 core\n#define FLOOR_TOP_M {}\n{}{}{}",
-                                         kFloorTop_m, ask.floor_label ? "#define LABEL\n" : "",
-                                         ask.instance ? "#define INSTANCE\n" : "", source);
+                                         kFloorTop_m, outputs.floor_label ? "#define LABEL\n" : "",
+                                         outputs.instance ? "#define INSTANCE\n" : "", source);
     const char* pointer = text.c_str();
     const GLuint shader = gl_.CreateShader(kind);
     gl_.ShaderSource(shader, 1, &pointer, nullptr);
@@ -314,14 +316,14 @@ class GlPainter final : public Painter {
   }
 
   /// Compiled when it is first needed.
-  const Program& program(const Ask& ask) {
-    Program& p = programs_[(ask.floor_label ? 1U : 0U) + (ask.instance ? 2U : 0U)];
+  const Program& program(const RenderOutputs& outputs) {
+    Program& p = programs_[(outputs.floor_label ? 1U : 0U) + (outputs.instance ? 2U : 0U)];
     if (p.name == 0) {
       p.name = gl_.CreateProgram();
       for (const auto& [kind, source] :
            {std::pair<GLenum, const char*>{GL_VERTEX_SHADER, kVertexShader},
             std::pair<GLenum, const char*>{GL_FRAGMENT_SHADER, kFragmentShader}}) {
-        const GLuint shader = compiled(kind, source, ask);
+        const GLuint shader = compiled(kind, source, outputs);
         gl_.AttachShader(p.name, shader);
         gl_.DeleteShader(shader);
       }
@@ -335,7 +337,7 @@ class GlPainter final : public Painter {
       gl_.UseProgram(p.name);
       p.clip_scene = gl_.GetUniformLocation(p.name, "clip_scene");
       p.gain = gl_.GetUniformLocation(p.name, "gain");
-      gl_.Uniform1i(gl_.GetUniformLocation(p.name, "pictures"), 0);
+      gl_.Uniform1i(gl_.GetUniformLocation(p.name, "textures"), 0);
       gl_.Uniform1i(gl_.GetUniformLocation(p.name, "light"), 1);
     }
     return p;
@@ -415,7 +417,7 @@ class GlPainter final : public Painter {
     const std::array<float, 4> sky{job.sky_bgr[0], job.sky_bgr[1], job.sky_bgr[2], 0};
     gl_.ClearBufferfv(GL_COLOR, 0, sky.data());
     constexpr std::array<GLuint, 4> kNothing{};
-    if (job.ask.instance) {
+    if (job.outputs.instance) {
       gl_.ClearBufferuiv(GL_COLOR, 1, kNothing.data());
     }
     constexpr GLfloat kInfinity = 0;
@@ -426,7 +428,7 @@ class GlPainter final : public Painter {
     if (list.indices.empty()) {
       return;
     }
-    const Program& program = this->program(job.ask);
+    const Program& program = this->program(job.outputs);
     const Eigen::Matrix4f clip_scene = clip_from_scene(job.view, job.near_m);
     gl_.UseProgram(program.name);
     gl_.UniformMatrix4fv(program.clip_scene, 1, GL_FALSE, clip_scene.data());

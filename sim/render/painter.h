@@ -20,10 +20,10 @@ inline constexpr double kFloorTop_m = 0.02;  ///< what is lower is labelled as f
 
 struct Vertex {
   std::array<float, 3> p_scene;
-  std::array<float, 2> picture;  ///< its place in the texture, 0 to 1
-  std::array<float, 2> lit;      ///< its place in the lightmap, 0 to 1
-  std::uint16_t layer;           ///< of the texture array
-  std::uint16_t object;          ///< 1 + its number
+  std::array<float, 2> texture_uv;   ///< texture coordinates, 0 to 1
+  std::array<float, 2> lightmap_uv;  ///< lightmap coordinates, 0 to 1
+  std::uint16_t layer;               ///< of the texture array
+  std::uint16_t object;              ///< 1 + its number
 
   bool operator==(const Vertex&) const = default;
 };
@@ -51,7 +51,7 @@ struct RenderJob {
   double near_m = 0.03;
   double light_gain = 1;         ///< on the lightmap's values, which are roots of light
   std::array<float, 3> sky_bgr;  ///< where nothing is, 0 to 1
-  Ask ask;
+  RenderOutputs outputs;
 };
 
 /// What turns triangles into pixels. Used in one thread at a time; textures and lightmap hold
@@ -71,7 +71,7 @@ class Painter {
   virtual void move_vertices(std::size_t first, const std::vector<Vertex>& vertices) = 0;
   /// The lightmap, of which only a place has changed since it was given last.
   virtual void set_light(const cv::Mat& texels, const cv::Rect& changed) = 0;
-  virtual Drawn paint(const RenderJob& job, const Visible& visible) = 0;
+  virtual RenderedImage paint(const RenderJob& job, const Visible& visible) = 0;
 };
 
 /// OpenGL's. Throws DeviceError when there is none to be had.

@@ -96,8 +96,8 @@ inline H16 blend(const H16& a, const H16& b, const H16& part) {
 /// The same number in both halves of each word.
 inline U8 in_both_halves(const I8& part) { return reinterpret_cast<U8>(part | part << 16); }
 
-/// Where eight pixels of one triangle look for their colour.
-struct Places {
+/// Where eight pixels of one triangle sample texture and lightmap.
+struct Samples {
   I8 upper;  ///< words of the pool: the left one of two texels
   I8 lower;
   I8 part_u;  ///< 256ths from the left texel to the right
@@ -107,10 +107,10 @@ struct Places {
   I8 light_part_v;
 };
 
-/// The four texels around each place, in the level of detail whose texels are nearest to a pixel's
+/// The four texels around each sample, in the level of detail whose texels are nearest to a pixel's
 /// size.
 inline void find_texels(const PaintedTexture& texture, const F8& u_px, const F8& v_px,
-                        const F8& footprint_px2, Places& out) {
+                        const F8& footprint_px2, Samples& out) {
   // Half the logarithm of the footprint's square, rounded: its exponent tells.
   I8 level = ((reinterpret_cast<I8>(footprint_px2) >> 23) - 126) >> 1;
   level = level > 0 ? level : I8{};
@@ -129,7 +129,8 @@ inline void find_texels(const PaintedTexture& texture, const F8& u_px, const F8&
   out.lower = (next << shift) + next + column + base;
 }
 
-inline void find_light(const PaintedLight& lightmap, const F8& column, const F8& row, Places& out) {
+inline void find_light(const PaintedLight& lightmap, const F8& column, const F8& row,
+                       Samples& out) {
   const auto inside = [](const F8& value, float most) {
     const F8 high = value > 0 ? value : F8{};  // nothing, where it is not a number
     return high < most ? high : all(most);
@@ -138,10 +139,10 @@ inline void find_light(const PaintedLight& lightmap, const F8& column, const F8&
   out.light = split(inside(row, lightmap.last_row), out.light_part_v) * lightmap.columns + left;
 }
 
-/// `detail_px2` is how much of the picture one look is to cover.
+/// `detail_px2` is how much of the picture one sample is to cover.
 template <typename Dy, typename Detail>
-inline Places find_places(const Shade& t, const Paint& paint, const F8& dx_px, const Dy& dy_px,
-                          const F8& distance, const Detail& detail_px2) {
+inline Samples find_samples(const Shade& t, const Paint& paint, const F8& dx_px, const Dy& dy_px,
+                            const F8& distance, const Detail& detail_px2) {
   const F8 u = at_lanes(t.u, dx_px, dy_px) * distance;
   const F8 v = at_lanes(t.v, dx_px, dy_px) * distance;
   const F8 u_x = (t.u.per_x - u * t.inverse_depth.per_x) * distance;
@@ -150,15 +151,15 @@ inline Places find_places(const Shade& t, const Paint& paint, const F8& dx_px, c
   const F8 v_y = (t.v.per_y - v * t.inverse_depth.per_y) * distance;
   const F8 across = u_x * u_x + v_x * v_x;
   const F8 down = u_y * u_y + v_y * v_y;
-  Places places;
+  Samples samples;
   find_texels(paint.textures[t.texture], u, v, (across > down ? across : down) * detail_px2,
-              places);
+              samples);
   find_light(paint.light, at_lanes(t.column, dx_px, dy_px) * distance,
-             at_lanes(t.row, dx_px, dy_px) * distance, places);
-  return places;
+             at_lanes(t.row, dx_px, dy_px) * distance, samples);
+  return samples;
 }
 
-inline U8 texels(const std::uint32_t* pool, const Places& at) {
+inline U8 texels(const std::uint32_t* pool, const Samples& at) {
   const Pairs top = gather_pairs(pool, at.upper);
   const Pairs bottom = gather_pairs(pool, at.lower);
   const U8 down = in_both_halves(at.part_v);
@@ -175,7 +176,7 @@ inline U8 texels(const std::uint32_t* pool, const Places& at) {
 }
 
 /// 255 * 2^16 times the lightmap's value.
-inline F8 light(const std::uint32_t* fours, const Places& at) {
+inline F8 light(const std::uint32_t* fours, const Samples& at) {
   const I8 four = gather(fours, at.light);
   const auto part = reinterpret_cast<H16>(in_both_halves(at.light_part_u));
   const auto left = reinterpret_cast<H16>(four & 0x00FF00FF);
@@ -187,12 +188,13 @@ inline F8 light(const std::uint32_t* fours, const Places& at) {
              __builtin_convertvector(at.light_part_v, F8);
 }
 
-inline U8 lit_texels(const Paint& paint, const Places& at) {
-  const U8 picture = texels(paint.pool, at);
-  const F8 lit = light(paint.light.fours, at) * paint.gain;
+inline U8 lit_texels(const Paint& paint, const Samples& at) {
+  const U8 texture = texels(paint.pool, at);
+  const F8 illumination = light(paint.light.fours, at) * paint.gain;
   const auto channel = [&](int shift) {
     const F8 value =
-        __builtin_convertvector(reinterpret_cast<I8>((picture >> shift) & 255), F8) * lit + 0.5F;
+        __builtin_convertvector(reinterpret_cast<I8>((texture >> shift) & 255), F8) * illumination +
+        0.5F;
     return reinterpret_cast<U8>(__builtin_convertvector(value < 255.0F ? value : all(255), I8))
            << shift;
   };
@@ -317,7 +319,7 @@ inline void store(const Truth& truth, const F8& distance_m, std::size_t to, cons
 
 /// Some of eight pixels that show one triangle.
 struct Part {
-  Places places;
+  Samples samples;
   U8 mask;
   std::uint32_t* bgra;  ///< of the first of the eight
 };
@@ -325,11 +327,11 @@ struct Part {
 inline void shade(const Paint& paint, const Part& part) {
   U8 bgra;
   std::memcpy(&bgra, part.bgra, sizeof bgra);
-  bgra = (lit_texels(paint, part.places) & part.mask) | (bgra & ~part.mask);
+  bgra = (lit_texels(paint, part.samples) & part.mask) | (bgra & ~part.mask);
   std::memcpy(part.bgra, &bgra, sizeof bgra);
 }
 
-/// The pixels of a row of tiles, each triangle shaded once where it is seen. First all places of a
+/// The pixels of a row of tiles, each triangle shaded once where it is seen. First all samples of a
 /// tile are found, then all are looked up, so that many waits for memory pass at once.
 template <bool kWithTruth>
 inline void shade_tiles(const std::vector<Shade>& triangles, const Paint& paint,
@@ -353,7 +355,7 @@ inline void shade_tiles(const std::vector<Shade>& triangles, const Paint& paint,
         const auto dy_px = static_cast<float>(tile_row * kTile + row - t.origin_y_px);
         const F8 distance = 1.0F / at_lanes(t.inverse_depth, dx_px, dy_px);
         const auto mine = reinterpret_cast<I8>(numbers == number);
-        parts[count++] = {find_places(t, paint, dx_px, dy_px, distance, 1.0F),
+        parts[count++] = {find_samples(t, paint, dx_px, dy_px, distance, 1.0F),
                           reinterpret_cast<U8>(mine), &out.bgra[to]};
         left &= ~bits(mine);
         if constexpr (kWithTruth) {
@@ -381,13 +383,13 @@ void shade_row(const std::vector<Shade>& triangles, const Paint& paint, const Ti
   }
 }
 
-/// As shade_row, of a picture that looks at places of a canvas: each pixel shows the triangle at
-/// the canvas's pixel nearest to its place, as it is at the place itself; beyond the triangle's
-/// sides, as it is at the canvas's pixel.
+/// As shade_row, of a picture that samples a canvas through a remap table: each pixel shows the
+/// triangle at the pixel of the canvas nearest to its sample, as it is at the sample itself; beyond
+/// the triangle's sides, as it is at the canvas's pixel.
 template <bool kWithTruth>
-inline void look_tiles(const std::vector<Shade>& triangles, const Paint& paint,
-                       const Canvas& canvas, const Look& look, int columns, int rows_px,
-                       const PixelRows& out) {
+inline void remap_tiles(const std::vector<Shade>& triangles, const Paint& paint,
+                        const Canvas& canvas, const RemapTable& remap, int columns, int rows_px,
+                        const PixelRows& out) {
   std::array<Part, kPixelsOfTile> parts;
   std::fill_n(out.bgra, pixel_of(0, rows_px, columns), paint.sky);
   for (int column = 0; column < columns; ++column) {
@@ -397,12 +399,12 @@ inline void look_tiles(const std::vector<Shade>& triangles, const Paint& paint,
       F8 x_px;
       F8 y_px;
       F8 detail_px2;
-      __builtin_prefetch(&look.x_px[to + 24]);
-      __builtin_prefetch(&look.y_px[to + 24]);
-      __builtin_prefetch(&look.detail_px2[to + 24]);
-      std::memcpy(&x_px, &look.x_px[to], sizeof x_px);
-      std::memcpy(&y_px, &look.y_px[to], sizeof y_px);
-      std::memcpy(&detail_px2, &look.detail_px2[to], sizeof detail_px2);
+      __builtin_prefetch(&remap.x_px[to + 24]);
+      __builtin_prefetch(&remap.y_px[to + 24]);
+      __builtin_prefetch(&remap.detail_px2[to + 24]);
+      std::memcpy(&x_px, &remap.x_px[to], sizeof x_px);
+      std::memcpy(&y_px, &remap.y_px[to], sizeof y_px);
+      std::memcpy(&detail_px2, &remap.detail_px2[to], sizeof detail_px2);
       const I8 x = __builtin_convertvector(x_px + 0.5F, I8);
       const I8 y = __builtin_convertvector(y_px + 0.5F, I8);
       const I8 tile = (y >> kTileLog2) * canvas.columns + (x >> kTileLog2);
@@ -428,7 +430,7 @@ inline void look_tiles(const std::vector<Shade>& triangles, const Paint& paint,
         }
         const F8 distance = 1.0F / at_lanes(t.inverse_depth, dx_px, dy_px);
         const auto mine = reinterpret_cast<I8>(numbers == number);
-        parts[count++] = {find_places(t, paint, dx_px, dy_px, distance, detail_px2),
+        parts[count++] = {find_samples(t, paint, dx_px, dy_px, distance, detail_px2),
                           reinterpret_cast<U8>(mine), &out.bgra[to]};
         left &= ~bits(mine);
         if constexpr (kWithTruth) {
@@ -446,11 +448,12 @@ inline void look_tiles(const std::vector<Shade>& triangles, const Paint& paint,
   }
 }
 
-void look_row(const std::vector<Shade>& triangles, const Paint& paint, const Canvas& canvas,
-              const Look& look, bool with_truth, int columns, int rows_px, const PixelRows& out) {
+void remap_row(const std::vector<Shade>& triangles, const Paint& paint, const Canvas& canvas,
+               const RemapTable& remap, bool with_truth, int columns, int rows_px,
+               const PixelRows& out) {
   if (with_truth) {
-    look_tiles<true>(triangles, paint, canvas, look, columns, rows_px, out);
+    remap_tiles<true>(triangles, paint, canvas, remap, columns, rows_px, out);
   } else {
-    look_tiles<false>(triangles, paint, canvas, look, columns, rows_px, out);
+    remap_tiles<false>(triangles, paint, canvas, remap, columns, rows_px, out);
   }
 }

@@ -19,8 +19,8 @@
 
 #include "core/base/check.h"
 #include "sim/render/clip.h"
+#include "sim/render/dynamic_lightmap.h"
 #include "sim/render/lightmap.h"
-#include "sim/render/moment_light.h"
 #include "sim/render/occlusion.h"
 #include "sim/render/painter.h"
 #include "sim/render/texture_arrays.h"
@@ -171,11 +171,12 @@ class Renderer::Impl {
   Impl(const World& world, const RendererOptions& options)
       : Impl(world, options, make_charts(world, checked(world, options).lightmap_cell_m)) {}
 
-  Drawn draw(const View& view, const Ask& ask, const Moment& moment) {
+  RenderedImage draw(const View& view, const RenderOutputs& outputs,
+                     const SceneState& scene_state) {
     PANOPTES_CHECK(view.intrinsics.is_pinhole() != (view.faces != nullptr),
                    "a lens that bends sees through faces");
-    bring_to(moment);
-    RenderJob job{view, options_.near_m, std::sqrt(light_.most_light() * view.gain), {}, ask};
+    set_state(scene_state);
+    RenderJob job{view, options_.near_m, std::sqrt(light_.most_light() * view.gain), {}, outputs};
     const double shown = light_.power(ambient_group_) * view.gain;
     for (std::size_t i = 0; i < sky_bgr_.size(); ++i) {
       job.sky_bgr[i] = static_cast<float>(std::sqrt(std::clamp(sky_bgr_[i] * shown, 0.0, 1.0)));
@@ -282,12 +283,12 @@ class Renderer::Impl {
   }
 
   /// Lamps and moving things as they are at a moment.
-  void bring_to(const Moment& moment) {
-    const bool all_changed = light_.set_powers(moment.power);
+  void set_state(const SceneState& scene_state) {
+    const bool all_changed = light_.set_powers(scene_state.power);
     for (MovingObject& moving : moving_) {
-      const auto moved = moment.T_scene_object.find(moving.object);
+      const auto moved = scene_state.T_scene_object.find(moving.object);
       const Pose3& pose =
-          moved == moment.T_scene_object.end() ? moving.T_scene_object : moved->second;
+          moved == scene_state.T_scene_object.end() ? moving.T_scene_object : moved->second;
       const bool stays = moving.is_drawn && same_pose(pose, moving.T_scene_drawn);
       if (stays && !all_changed) {
         continue;
@@ -387,7 +388,7 @@ class Renderer::Impl {
   RendererOptions options_;
   std::array<double, 3> sky_bgr_;
   std::string ambient_group_;
-  MomentLight light_;
+  DynamicLightmap light_;
   std::unique_ptr<Painter> painter_;
   std::vector<std::uint32_t> indices_;
   std::vector<DrawnChart> charts_;
@@ -402,8 +403,9 @@ Renderer::Renderer(const World& world, const RendererOptions& options)
     : impl_(std::make_unique<Impl>(world, options)) {}
 Renderer::~Renderer() = default;
 
-Drawn Renderer::draw(const View& view, const Ask& ask, const Moment& moment) {
-  return impl_->draw(view, ask, moment);
+RenderedImage Renderer::draw(const View& view, const RenderOutputs& outputs,
+                             const SceneState& scene_state) {
+  return impl_->draw(view, outputs, scene_state);
 }
 
 std::string Renderer::drawn_by() const { return impl_->drawn_by(); }

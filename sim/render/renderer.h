@@ -43,7 +43,7 @@ class BakeStopped : public std::runtime_error {
 
 /// How a lens that bends sees: through pinholes, whose pictures stand below one another in a
 /// canvas. Each pixel of the lens looks at a place in it.
-struct Faces {
+struct PinholeFaces {
   struct Face {
     Intrinsics pinhole;
     Pose3 T_camera_face;  ///< turned, not moved
@@ -62,22 +62,22 @@ struct View {
   Intrinsics intrinsics;
   Pose3 T_scene_camera;
   double gain = 1;  ///< on the light that reaches the picture: light 1/gain is drawn white
-  const Faces* faces = nullptr;  ///< of a lens that bends; a pinhole has none
+  const PinholeFaces* faces = nullptr;  ///< of a lens that bends; a pinhole has none
 
   /// What one of them sees.
-  View through(const Faces::Face& face) const {
+  View through(const PinholeFaces::Face& face) const {
     return {face.pinhole, T_scene_camera * face.T_camera_face, gain, nullptr};
   }
 };
 
 /// What to draw besides the picture, in the same pass.
-struct Ask {
+struct RenderOutputs {
   bool floor_label = false;
   bool depth = false;
   bool instance = false;
 };
 
-struct Drawn {
+struct RenderedImage {
   cv::Mat bgr;          ///< 8-bit, the square root of the light times the gain
   cv::Mat floor_label;  ///< 8-bit, 255 where the picture shows what is below 2 cm; empty unless
                         ///< asked for
@@ -88,8 +88,9 @@ struct Drawn {
 };
 
 /// What a view of several faces shows, by pictures of each.
-Drawn draw_faces(const View& view, const Ask& ask,
-                 const std::function<Drawn(const View& pinhole, const Ask&)>& draw);
+RenderedImage draw_faces(
+    const View& view, const RenderOutputs& outputs,
+    const std::function<RenderedImage(const View& pinhole, const RenderOutputs&)>& draw);
 
 /// Draws a world without a screen: the same bits for any number of threads, and for any order of
 /// pictures and moments. Light and shadow are computed once per world and kept in the user's cache
@@ -101,7 +102,8 @@ class Renderer {
   explicit Renderer(const World& world, const RendererOptions& options = {});
   ~Renderer();
 
-  Drawn draw(const View& view, const Ask& ask = {}, const Moment& moment = {});
+  RenderedImage draw(const View& view, const RenderOutputs& outputs = {},
+                     const SceneState& scene_state = {});
 
   std::string drawn_by() const;  ///< as "OSMesa, llvmpipe (LLVM 15.0.6, 256 bits)"
 

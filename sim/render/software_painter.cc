@@ -157,8 +157,9 @@ struct Canvas {
   int columns = 0;  ///< of tiles
 };
 
-/// Where the pixels of a row of tiles look: see Faces. Row by row, as wide as the tiles.
-struct Look {
+/// Where the pixels of a row of tiles sample the canvas: see PinholeFaces. Row by row, as wide as
+/// the tiles.
+struct RemapTable {
   const float* x_px = nullptr;
   const float* y_px = nullptr;
   const float* detail_px2 = nullptr;
@@ -191,17 +192,17 @@ struct Kernel {
   const char* name;
   decltype(&plain::raster_row) raster_row;
   decltype(&plain::shade_row) shade_row;
-  decltype(&plain::look_row) look_row;
+  decltype(&plain::remap_row) remap_row;
 };
 
 /// The fastest that this processor has, or the one that all have.
 Kernel kernel([[maybe_unused]] bool narrow_vectors) {
 #if defined(PANOPTES_HAS_AVX2_KERNEL)
   if (!narrow_vectors && __builtin_cpu_supports("avx2")) {
-    return {"8 pixels at once", avx2::raster_row, avx2::shade_row, avx2::look_row};
+    return {"8 pixels at once", avx2::raster_row, avx2::shade_row, avx2::remap_row};
   }
 #endif
-  return {"4 pixels at once", plain::raster_row, plain::shade_row, plain::look_row};
+  return {"4 pixels at once", plain::raster_row, plain::shade_row, plain::remap_row};
 }
 
 /// Threads that share a number of tasks among them and the calling one.
@@ -357,18 +358,18 @@ class SoftwarePainter final : public Painter {
     }
   }
 
-  Drawn paint(const RenderJob& job, const Visible& visible) override {
+  RenderedImage paint(const RenderJob& job, const Visible& visible) override {
     const Intrinsics& camera = job.view.intrinsics;
-    Drawn drawn;
-    drawn.bgr.create(camera.height_px, camera.width_px, CV_8UC3);
-    if (job.ask.floor_label) {
-      drawn.floor_label.create(drawn.bgr.size(), CV_8U);
+    RenderedImage rendered;
+    rendered.bgr.create(camera.height_px, camera.width_px, CV_8UC3);
+    if (job.outputs.floor_label) {
+      rendered.floor_label.create(rendered.bgr.size(), CV_8U);
     }
-    if (job.ask.depth) {
-      drawn.depth_m.create(drawn.bgr.size(), CV_32F);
+    if (job.outputs.depth) {
+      rendered.depth_m.create(rendered.bgr.size(), CV_32F);
     }
-    if (job.ask.instance) {
-      drawn.instance.create(drawn.bgr.size(), CV_16U);
+    if (job.outputs.instance) {
+      rendered.instance.create(rendered.bgr.size(), CV_16U);
     }
     near_m_ = job.near_m;
     bends_ = job.view.faces != nullptr;
@@ -378,14 +379,14 @@ class SoftwarePainter final : public Painter {
       add_triangles(job.view, 0, visible);
       const int columns = tiles_across(camera.width_px);
       share_rows(static_cast<int>(bins_.size()), columns, [&](int tile_row, RowMemory& memory) {
-        paint_tiles(tile_row, columns, paint, memory, drawn);
+        paint_tiles(tile_row, columns, paint, memory, rendered);
       });
-      return drawn;
+      return rendered;
     }
-    const Faces& faces = *job.view.faces;
+    const PinholeFaces& faces = *job.view.faces;
     const int columns = tiles_across(faces.canvas_px.width);
     numbers_.resize(pixel_of(0, faces.canvas_px.height, columns));
-    for (const Faces::Face& face : faces.faces) {
+    for (const PinholeFaces::Face& face : faces.faces) {
       add_triangles(job.view.through(face), face.top_px, visible);
       share_rows(static_cast<int>(bins_.size()), columns, [&](int tile_row, RowMemory& memory) {
         memory.tiles.numbers = &numbers_[pixel_of(0, face.top_px + tile_row * kTile, columns)];
@@ -394,9 +395,9 @@ class SoftwarePainter final : public Painter {
     }
     share_rows(tiles_across(camera.height_px), tiles_across(camera.width_px),
                [&](int tile_row, RowMemory& memory) {
-                 paint_looks(tile_row, faces, columns, paint, memory, drawn);
+                 paint_remapped(tile_row, faces, columns, paint, memory, rendered);
                });
-    return drawn;
+    return rendered;
   }
 
  private:
@@ -407,7 +408,7 @@ class SoftwarePainter final : public Painter {
     std::vector<std::uint8_t> floor;
     std::vector<float> depth_m;
     std::vector<std::uint16_t> instance;
-    std::array<std::vector<float>, 3> look;
+    std::array<std::vector<float>, 3> remap;
 
     void fit(int columns) {
       const std::size_t pixels_in_row = pixel_of(0, kTile, columns);
@@ -536,22 +537,24 @@ class SoftwarePainter final : public Painter {
     const Vertex& vb = vertices_[corners[1]];
     const Vertex& vc = vertices_[corners[2]];
     const std::size_t texture = first_texture + va.layer;
-    const PaintedTexture& picture = textures_[texture];
+    const PaintedTexture& painted = textures_[texture];
     // Pictures repeat, so that the ones far from the first need not be counted.
-    const double skip_u = std::floor(va.picture[0]);
-    const double skip_v = std::floor(va.picture[1]);
+    const double skip_u = std::floor(va.texture_uv[0]);
+    const double skip_v = std::floor(va.texture_uv[1]);
     shade.inverse_depth = plane(1, 1, 1);
-    const double w = picture.width_px;
-    const double h = picture.height_px;
-    shade.u = plane((va.picture[0] - skip_u) * w, (vb.picture[0] - skip_u) * w,
-                    (vc.picture[0] - skip_u) * w);
-    shade.v = plane((va.picture[1] - skip_v) * h, (vb.picture[1] - skip_v) * h,
-                    (vc.picture[1] - skip_v) * h);
-    const auto texel = [](float lit, int size) { return lit * size - 0.5; };
-    shade.column = plane(texel(va.lit[0], lightmap_.width), texel(vb.lit[0], lightmap_.width),
-                         texel(vc.lit[0], lightmap_.width));
-    shade.row = plane(texel(va.lit[1], lightmap_.height), texel(vb.lit[1], lightmap_.height),
-                      texel(vc.lit[1], lightmap_.height));
+    const double w = painted.width_px;
+    const double h = painted.height_px;
+    shade.u = plane((va.texture_uv[0] - skip_u) * w, (vb.texture_uv[0] - skip_u) * w,
+                    (vc.texture_uv[0] - skip_u) * w);
+    shade.v = plane((va.texture_uv[1] - skip_v) * h, (vb.texture_uv[1] - skip_v) * h,
+                    (vc.texture_uv[1] - skip_v) * h);
+    const auto texel = [](float uv, int size) { return uv * size - 0.5; };
+    shade.column =
+        plane(texel(va.lightmap_uv[0], lightmap_.width), texel(vb.lightmap_uv[0], lightmap_.width),
+              texel(vc.lightmap_uv[0], lightmap_.width));
+    shade.row = plane(texel(va.lightmap_uv[1], lightmap_.height),
+                      texel(vb.lightmap_uv[1], lightmap_.height),
+                      texel(vc.lightmap_uv[1], lightmap_.height));
     shade.above_floor_m = plane(va.p_scene[2] - kFloorTop_m, vb.p_scene[2] - kFloorTop_m,
                                 vc.p_scene[2] - kFloorTop_m);
     shade.texture = static_cast<std::uint16_t>(texture);
@@ -667,22 +670,22 @@ class SoftwarePainter final : public Painter {
   }
 
   void paint_tiles(int tile_row, int columns, const Paint& paint, RowMemory& memory,
-                   Drawn& drawn) const {
+                   RenderedImage& rendered) const {
     memory.tiles.numbers = memory.numbers.data();
     find_nearest(tile_row, columns, memory);
     const int y = tile_row * kTile;
-    const int rows_px = std::min(kTile, drawn.bgr.rows - y);
-    const PixelRows pixels = pixels_for(drawn, y, columns, memory);
-    kernel_.shade_row(shades_, paint, memory.tiles, has_truth(drawn), tile_row, columns, rows_px,
+    const int rows_px = std::min(kTile, rendered.bgr.rows - y);
+    const PixelRows pixels = pixels_for(rendered, y, columns, memory);
+    kernel_.shade_row(shades_, paint, memory.tiles, has_truth(rendered), tile_row, columns, rows_px,
                       pixels);
-    hand_over(memory, y, rows_px, columns, drawn);
+    hand_over(memory, y, rows_px, columns, rendered);
   }
 
-  void paint_looks(int tile_row, const Faces& faces, int canvas_columns, const Paint& paint,
-                   RowMemory& memory, Drawn& drawn) const {
+  void paint_remapped(int tile_row, const PinholeFaces& faces, int canvas_columns,
+                      const Paint& paint, RowMemory& memory, RenderedImage& rendered) const {
     const int y = tile_row * kTile;
-    const int rows_px = std::min(kTile, drawn.bgr.rows - y);
-    const int columns = tiles_across(drawn.bgr.cols);
+    const int rows_px = std::min(kTile, rendered.bgr.rows - y);
+    const int columns = tiles_across(rendered.bgr.cols);
     const auto padded = [&](const cv::Mat& map, std::vector<float>& own) -> const float* {
       if (map.cols == columns * kTile && map.isContinuous()) {
         return map.ptr<float>(y);
@@ -696,49 +699,50 @@ class SoftwarePainter final : public Painter {
       }
       return own.data();
     };
-    const Look look{padded(faces.x_px, memory.look[0]), padded(faces.y_px, memory.look[1]),
-                    padded(faces.detail_px2, memory.look[2])};
-    const PixelRows pixels = pixels_for(drawn, y, columns, memory);
-    kernel_.look_row(shades_, paint, {numbers_.data(), canvas_columns}, look, has_truth(drawn),
-                     columns, rows_px, pixels);
-    hand_over(memory, y, rows_px, columns, drawn);
+    const RemapTable remap{padded(faces.x_px, memory.remap[0]), padded(faces.y_px, memory.remap[1]),
+                           padded(faces.detail_px2, memory.remap[2])};
+    const PixelRows pixels = pixels_for(rendered, y, columns, memory);
+    kernel_.remap_row(shades_, paint, {numbers_.data(), canvas_columns}, remap, has_truth(rendered),
+                      columns, rows_px, pixels);
+    hand_over(memory, y, rows_px, columns, rendered);
   }
 
-  static bool has_truth(const Drawn& drawn) {
-    return !drawn.floor_label.empty() || !drawn.depth_m.empty() || !drawn.instance.empty();
+  static bool has_truth(const RenderedImage& rendered) {
+    return !rendered.floor_label.empty() || !rendered.depth_m.empty() || !rendered.instance.empty();
   }
 
   /// Where tiles end with the picture it takes what is true without a copy.
-  static bool is_direct(const Drawn& drawn, int columns) {
-    return columns * kTile == drawn.bgr.cols;
+  static bool is_direct(const RenderedImage& rendered, int columns) {
+    return columns * kTile == rendered.bgr.cols;
   }
 
-  static PixelRows pixels_for(Drawn& drawn, int row, int columns, RowMemory& memory) {
+  static PixelRows pixels_for(RenderedImage& rendered, int row, int columns, RowMemory& memory) {
     const auto place = [&](auto& own, cv::Mat& mat) {
       using Value = typename std::remove_reference_t<decltype(own)>::value_type;
-      return is_direct(drawn, columns) && !mat.empty() ? mat.ptr<Value>(row) : own.data();
+      return is_direct(rendered, columns) && !mat.empty() ? mat.ptr<Value>(row) : own.data();
     };
-    return {memory.bgra.data(), place(memory.floor, drawn.floor_label),
-            place(memory.depth_m, drawn.depth_m), place(memory.instance, drawn.instance)};
+    return {memory.bgra.data(), place(memory.floor, rendered.floor_label),
+            place(memory.depth_m, rendered.depth_m), place(memory.instance, rendered.instance)};
   }
 
   /// Rows as they were painted become rows of the picture.
-  static void hand_over(RowMemory& memory, int first_row, int rows_px, int columns, Drawn& drawn) {
-    const cv::Mat bgra(rows_px, drawn.bgr.cols, CV_8UC4, memory.bgra.data(),
+  static void hand_over(RowMemory& memory, int first_row, int rows_px, int columns,
+                        RenderedImage& rendered) {
+    const cv::Mat bgra(rows_px, rendered.bgr.cols, CV_8UC4, memory.bgra.data(),
                        pixel_of(columns, 0, columns) * 4);
-    cv::Mat bgr = drawn.bgr.rowRange(first_row, first_row + rows_px);
+    cv::Mat bgr = rendered.bgr.rowRange(first_row, first_row + rows_px);
     cv::cvtColor(bgra, bgr, cv::COLOR_BGRA2BGR);
     const auto copy = [&](const auto& own, cv::Mat& mat) {
-      if (!is_direct(drawn, columns) && !mat.empty()) {
+      if (!is_direct(rendered, columns) && !mat.empty()) {
         for (int row = 0; row < rows_px; ++row) {
           std::memcpy(mat.ptr(first_row + row), &own[pixel_of(0, row, columns)],
                       static_cast<std::size_t>(mat.cols) * mat.elemSize());
         }
       }
     };
-    copy(memory.floor, drawn.floor_label);
-    copy(memory.depth_m, drawn.depth_m);
-    copy(memory.instance, drawn.instance);
+    copy(memory.floor, rendered.floor_label);
+    copy(memory.depth_m, rendered.depth_m);
+    copy(memory.instance, rendered.instance);
   }
 
   Kernel kernel_;

@@ -31,7 +31,7 @@ constexpr int kScoutDivisor = 16;    // of the picture that tells how far away t
 constexpr int kExposureGrid = 8;     // every so many pixels each way are metered
 constexpr double kNearest_m = 0.03;  // nothing nearer is drawn
 constexpr double kFar_m = 1e6;       // stands for infinitely far
-constexpr int kSettlingLooks = 8;
+constexpr int kSettlingDrawings = 8;
 
 Duration from_ms(double ms) { return from_seconds(ms * 1e-3); }
 
@@ -99,7 +99,7 @@ bool same(const Pose3& a, const Pose3& b) {
   return a.rotation.coeffs() == b.rotation.coeffs() && a.translation == b.translation;
 }
 
-bool same_places(const Moment& a, const Moment& b) {
+bool same_places(const SceneState& a, const SceneState& b) {
   return std::ranges::equal(a.T_scene_object, b.T_scene_object,
                             [](const auto& one, const auto& other) {
                               return one.first == other.first && same(one.second, other.second);
@@ -109,7 +109,7 @@ bool same_places(const Moment& a, const Moment& b) {
 /// A point of what the camera sees.
 struct Scouted {
   Vec3 p_camera;
-  std::size_t instance = 0;  ///< as in Drawn
+  std::size_t instance = 0;  ///< as in RenderedImage
 };
 
 /// Where what the camera sees now lies before it at another instant. What has left the place that
@@ -118,9 +118,9 @@ class Shift {
  public:
   Shift(const Instant& then, const Instant& now)
       : T_then_now_(then.T_scene_camera.inverse() * now.T_scene_camera) {
-    for (const auto& [object, T_scene_now] : now.moment.T_scene_object) {
-      const auto place = then.moment.T_scene_object.find(object);
-      if (place != then.moment.T_scene_object.end() && !same(place->second, T_scene_now)) {
+    for (const auto& [object, T_scene_now] : now.scene_state.T_scene_object) {
+      const auto place = then.scene_state.T_scene_object.find(object);
+      if (place != then.scene_state.T_scene_object.end() && !same(place->second, T_scene_now)) {
         moving_[1 + object] = then.T_scene_camera.inverse() * place->second *
                               T_scene_now.inverse() * now.T_scene_camera;
       }
@@ -137,16 +137,16 @@ class Shift {
   std::map<std::size_t, Pose3> moving_;  // by instance
 };
 
-void place(const Drawn& band, int row, Taken& taken) {
+void place(const RenderedImage& band, int row, SensorImage& image) {
   const auto rows = [&](const cv::Mat& from, cv::Mat& to) {
     if (!from.empty()) {
       from.copyTo(to.rowRange(row, row + from.rows));
     }
   };
-  rows(band.bgr, taken.bgr);
-  rows(band.floor_label, taken.floor_label);
-  rows(band.depth_m, taken.depth_m);
-  rows(band.instance, taken.instance);
+  rows(band.bgr, image.bgr);
+  rows(band.floor_label, image.floor_label);
+  rows(band.depth_m, image.depth_m);
+  rows(band.instance, image.instance);
 }
 
 }  // namespace
@@ -184,8 +184,7 @@ class CameraSensor::Impl {
       : lens_(lens),
         options_(options),
         view_(lens),
-        photosites_(lens, options.bayer ? 1 : 3, options.vignetting, options.noise,
-                    rng.fork(name)) {
+        response_(lens, options.bayer ? 1 : 3, options.vignetting, options.noise, rng.fork(name)) {
     if (const auto* fixed = std::get_if<FixedExposure>(&options.exposure)) {
       exposure_ms_ = fixed->exposure_ms;
       gain_ = fixed->gain;
@@ -194,26 +193,26 @@ class CameraSensor::Impl {
     }
   }
 
-  Taken take(const DrawMoment& draw, const At& at, std::int64_t picture, const Ask& ask,
-             Before before) {
+  SensorImage take(const DrawScene& draw, const At& at, std::int64_t picture,
+                   const RenderOutputs& outputs, Before before) {
     PANOPTES_CHECK(!last_picture_ || picture > *last_picture_, "pictures are taken in their order");
     if (!last_picture_ && std::holds_alternative<AutoExposure>(options_.exposure)) {
-      settle(draw, at(Duration{}));
+      settle_exposure(draw, at(Duration{}));
     }
-    Taken taken = let_in(draw, at, ask);
+    SensorImage image = let_in(draw, at, outputs);
     if (before == Before::kHand) {
-      cover(taken.bgr);
+      cover(image.bgr);
     } else if (before == Before::kDarkness) {
-      taken.bgr.setTo(cv::Scalar::all(0));
+      image.bgr.setTo(cv::Scalar::all(0));
     }
-    taken.bgr = developed(taken.bgr, picture, true);
+    image.bgr = developed(image.bgr, picture, true);
     if (std::holds_alternative<AutoExposure>(options_.exposure)) {
       const auto& meter = std::get<AutoExposure>(options_.exposure);
       const auto passed = static_cast<double>(last_picture_ ? picture - *last_picture_ : 1);
-      adapt(taken.bgr, 1 - std::exp(-passed / meter.time_constant_pictures));
+      adapt(image.bgr, 1 - std::exp(-passed / meter.time_constant_pictures));
     }
     last_picture_ = picture;
-    return taken;
+    return image;
   }
 
   double exposure_ms() const { return exposure_ms_; }
@@ -235,19 +234,22 @@ class CameraSensor::Impl {
     set_light(exposure_ms_ * gain_ * std::pow(ratio, 2 * part));
   }
 
-  Drawn look(const DrawMoment& draw, const Instant& now, const Ask& ask, int first, int end) {
+  RenderedImage render(const DrawScene& draw, const Instant& now, const RenderOutputs& outputs,
+                       int first, int end) {
     return view_.draw(
-        [&](const View& view, const Ask& of_view) { return draw(view, of_view, now.moment); },
-        now.T_scene_camera, drawn_gain(), ask, first, end);
+        [&](const View& view, const RenderOutputs& of_view) {
+          return draw(view, of_view, now.scene_state);
+        },
+        now.T_scene_camera, render_gain(), outputs, first, end);
   }
-  Drawn look(const DrawMoment& draw, const Instant& now, const Ask& ask) {
-    return look(draw, now, ask, 0, lens_.height_px);
+  RenderedImage render(const DrawScene& draw, const Instant& now, const RenderOutputs& outputs) {
+    return render(draw, now, outputs, 0, lens_.height_px);
   }
 
-  void settle(const DrawMoment& draw, const Instant& now) {
-    for (int i = 0; i < kSettlingLooks; ++i) {
+  void settle_exposure(const DrawScene& draw, const Instant& now) {
+    for (int i = 0; i < kSettlingDrawings; ++i) {
       const double before_ms = exposure_ms_ * gain_;
-      cv::Mat bgr = look(draw, now, {}).bgr;
+      cv::Mat bgr = render(draw, now, {}).bgr;
       adapt(developed(bgr, 0, false), 1);
       constexpr double kClose = 0.02;
       if (std::abs(exposure_ms_ * gain_ / before_ms - 1) < kClose) {
@@ -256,24 +258,24 @@ class CameraSensor::Impl {
     }
   }
 
-  double drawn_gain() const {
-    return exposure_ms_ * gain_ / options_.white_ms * photosites_.headroom();
+  double render_gain() const {
+    return exposure_ms_ * gain_ / options_.white_ms * response_.headroom();
   }
 
   cv::Mat developed(cv::Mat& bgr, std::int64_t picture, bool noisy) const {
     if (!options_.bayer) {
-      photosites_.expose(bgr, gain_, picture, noisy);
+      response_.expose(bgr, gain_, picture, noisy);
       return bgr;
     }
     cv::Mat mosaic = mosaic_of(bgr);
-    photosites_.expose(mosaic, gain_, picture, noisy);
+    response_.expose(mosaic, gain_, picture, noisy);
     cv::Mat out;
     cv::cvtColor(mosaic, out, cv::COLOR_BayerRGGB2BGR);
     return out;
   }
 
   /// The light on the sensor over the exposure of every row.
-  Taken let_in(const DrawMoment& draw, const At& at, const Ask& ask) {
+  SensorImage let_in(const DrawScene& draw, const At& at, const RenderOutputs& outputs) {
     const Duration exposure = options_.motion_blur ? from_ms(exposure_ms_) : Duration{};
     const Duration readout = from_seconds(options_.row_us * 1e-6 * (lens_.height_px - 1));
     const Instant now = at(Duration{});
@@ -285,21 +287,21 @@ class CameraSensor::Impl {
       bands = std::clamp(static_cast<int>(std::ceil(motion_px(seen, at, readout) / kRowsStep_px)),
                          1, std::min(kMostBands, lens_.height_px));
     }
-    Taken taken;
+    SensorImage image;
     if (drawings == 1 && bands == 1) {
-      Drawn drawn = look(draw, now, ask);
-      return {drawn.bgr, drawn.floor_label, drawn.depth_m, drawn.instance};
+      RenderedImage rendered = render(draw, now, outputs);
+      return {rendered.bgr, rendered.floor_label, rendered.depth_m, rendered.instance};
     }
     const cv::Size size(lens_.width_px, lens_.height_px);
-    taken.bgr.create(size, CV_8UC3);
-    if (ask.floor_label) {
-      taken.floor_label.create(size, CV_8UC1);
+    image.bgr.create(size, CV_8UC3);
+    if (outputs.floor_label) {
+      image.floor_label.create(size, CV_8UC1);
     }
-    if (ask.depth) {
-      taken.depth_m.create(size, CV_32FC1);
+    if (outputs.depth) {
+      image.depth_m.create(size, CV_32FC1);
     }
-    if (ask.instance) {
-      taken.instance.create(size, CV_16UC1);
+    if (outputs.instance) {
+      image.instance.create(size, CV_16UC1);
     }
     const int rows_a_band = (lens_.height_px + bands - 1) / bands;
     for (int first = 0; first < lens_.height_px; first += rows_a_band) {
@@ -307,27 +309,27 @@ class CameraSensor::Impl {
       const double after_middle = (first + end - lens_.height_px) / 2.0;  // rows
       const Duration band_at =
           bands == 1 ? Duration{} : from_seconds(options_.row_us * 1e-6 * after_middle);
-      place(integrated(draw, at, band_at, exposure, drawings, ask, first, end), first, taken);
+      place(integrated(draw, at, band_at, exposure, drawings, outputs, first, end), first, image);
     }
-    return taken;
+    return image;
   }
 
   /// The mean light on some rows over an exposure about `middle`; the truth is the middle's.
-  Drawn integrated(const DrawMoment& draw, const At& at, Duration middle, Duration exposure,
-                   int drawings, const Ask& ask, int first, int end) {
-    Drawn out;
+  RenderedImage integrated(const DrawScene& draw, const At& at, Duration middle, Duration exposure,
+                           int drawings, const RenderOutputs& outputs, int first, int end) {
+    RenderedImage out;
     cv::Mat light;
     for (int i = 0; i < drawings; ++i) {
       const double part = (i + 0.5) / drawings - 0.5;
       const Instant now = at(middle + from_seconds(part * to_seconds(exposure)));
       const bool is_middle = 2 * i + 1 == drawings;
-      Drawn drawn = look(draw, now, is_middle ? ask : Ask{}, first, end);
+      RenderedImage rendered = render(draw, now, is_middle ? outputs : RenderOutputs{}, first, end);
       if (drawings == 1) {
-        return drawn;
+        return rendered;
       }
-      add_light(drawn.bgr, light);
+      add_light(rendered.bgr, light);
       if (is_middle) {
-        out = drawn;
+        out = rendered;
       }
     }
     out.bgr = mean_light(light, drawings);
@@ -339,7 +341,7 @@ class CameraSensor::Impl {
   bool moves(const At& at, Duration span) const {
     const Instant first = at(-span / 2);
     const Instant last = at(span / 2);
-    if (!same_places(first.moment, last.moment)) {
+    if (!same_places(first.scene_state, last.scene_state)) {
       return true;
     }
     const Pose3& before = first.T_scene_camera;
@@ -355,9 +357,9 @@ class CameraSensor::Impl {
   }
 
   /// Points all over the picture, from a small drawing; what they are of only where things move.
-  std::vector<Scouted> scout(const DrawMoment& draw, const Instant& now) const {
+  std::vector<Scouted> scout(const DrawScene& draw, const Instant& now) const {
     std::vector<Scouted> seen;
-    for (const Faces::Face& face : view_.faces()) {
+    for (const PinholeFaces::Face& face : view_.faces()) {
       View view;
       view.intrinsics = face.pinhole;
       Intrinsics& small = view.intrinsics;
@@ -370,16 +372,18 @@ class CameraSensor::Impl {
       small.cx_px = (small.cx_px + 0.5) * across - 0.5;
       small.cy_px = (small.cy_px + 0.5) * down - 0.5;
       view.T_scene_camera = now.T_scene_camera * face.T_camera_face;
-      const bool has_things = !now.moment.T_scene_object.empty();
-      const Drawn drawn = draw(view, {.depth = true, .instance = has_things}, now.moment);
-      for (int v = 0; v < drawn.depth_m.rows; ++v) {
-        for (int u = 0; u < drawn.depth_m.cols; ++u) {
-          const auto z_m = static_cast<double>(drawn.depth_m.at<float>(v, u));
+      const bool has_dynamic_objects = !now.scene_state.T_scene_object.empty();
+      const RenderedImage rendered =
+          draw(view, {.depth = true, .instance = has_dynamic_objects}, now.scene_state);
+      for (int v = 0; v < rendered.depth_m.rows; ++v) {
+        for (int u = 0; u < rendered.depth_m.cols; ++u) {
+          const auto z_m = static_cast<double>(rendered.depth_m.at<float>(v, u));
           const Vec3 p_face = small.ray(Vec2(u, v)) * (std::isfinite(z_m) ? z_m : kFar_m);
           const Vec3 p_camera = face.T_camera_face * p_face;
           if (lens_.sees(p_camera)) {
-            seen.push_back(
-                {p_camera, has_things ? drawn.instance.at<std::uint16_t>(v, u) : std::size_t{0}});
+            seen.push_back({p_camera, has_dynamic_objects
+                                          ? rendered.instance.at<std::uint16_t>(v, u)
+                                          : std::size_t{0}});
           }
         }
       }
@@ -416,7 +420,7 @@ class CameraSensor::Impl {
   Intrinsics lens_;
   SensorOptions options_;
   LensView view_;
-  Photosites photosites_;
+  SensorResponse response_;
   double exposure_ms_ = 0;
   double gain_ = 1;
   std::optional<std::int64_t> last_picture_;
@@ -428,19 +432,20 @@ CameraSensor::CameraSensor(const std::string& name, const Intrinsics& lens,
 CameraSensor::~CameraSensor() = default;
 CameraSensor::CameraSensor(CameraSensor&&) noexcept = default;
 
-Taken CameraSensor::take(const DrawMoment& draw, const std::function<Instant(Duration)>& at,
-                         std::int64_t picture, const Ask& ask, Before before) {
-  return impl_->take(draw, at, picture, ask, before);
+SensorImage CameraSensor::take(const DrawScene& draw, const std::function<Instant(Duration)>& at,
+                               std::int64_t picture, const RenderOutputs& outputs, Before before) {
+  return impl_->take(draw, at, picture, outputs, before);
 }
 
-Taken CameraSensor::take(const Draw& draw, const std::function<Pose3(Duration)>& T_scene_camera_at,
-                         std::int64_t picture, const Ask& ask) {
-  return impl_->take(
-      [&](const View& view, const Ask& of_view, const Moment&) { return draw(view, of_view); },
-      [&](Duration after) {
-        return Instant{T_scene_camera_at(after), {}};
-      },
-      picture, ask, Before::kNothing);
+SensorImage CameraSensor::take(const Draw& draw,
+                               const std::function<Pose3(Duration)>& T_scene_camera_at,
+                               std::int64_t picture, const RenderOutputs& outputs) {
+  return impl_->take([&](const View& view, const RenderOutputs& of_view,
+                         const SceneState&) { return draw(view, of_view); },
+                     [&](Duration after) {
+                       return Instant{T_scene_camera_at(after), {}};
+                     },
+                     picture, outputs, Before::kNothing);
 }
 
 double CameraSensor::exposure_ms() const { return impl_->exposure_ms(); }

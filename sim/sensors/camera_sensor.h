@@ -16,7 +16,7 @@
 #include "core/config/fields.h"
 #include "core/geometry/pose3.h"
 #include "sim/render/renderer.h"
-#include "sim/sensors/photosites.h"
+#include "sim/sensors/sensor_response.h"
 #include "sim/world/world.h"
 
 namespace panoptes::sim {
@@ -57,19 +57,19 @@ void bind(Fields& f, SensorOptions& o);
 /// Where the camera is and how the world looks at an instant.
 struct Instant {
   Pose3 T_scene_camera;
-  Moment moment;
+  SceneState scene_state;
 };
 
 /// What stands between the world and the lens.
 enum class Before { kNothing, kHand, kDarkness };
 
 /// One picture as the sensor gives it, and the truth of it, pixel by pixel.
-struct Taken {
+struct SensorImage {
   cv::Mat bgr;
-  cv::Mat
-      floor_label;   ///< as in Drawn, of the middle of each row's exposure; empty unless asked for
-  cv::Mat depth_m;   ///< of an equidistant lens along each pixel's ray; else as in Drawn
-  cv::Mat instance;  ///< as in Drawn
+  cv::Mat floor_label;  ///< as in RenderedImage, of the middle of each row's exposure; empty unless
+                        ///< asked for
+  cv::Mat depth_m;      ///< of an equidistant lens along each pixel's ray; else as in RenderedImage
+  cv::Mat instance;     ///< as in RenderedImage
 };
 
 /// One camera: its lens, its exposure and its sensor. What it draws by chance comes from the
@@ -79,8 +79,9 @@ struct Taken {
 class CameraSensor {
  public:
   /// Draws the world as a View sees it.
-  using Draw = std::function<Drawn(const View&, const Ask&)>;
-  using DrawMoment = std::function<Drawn(const View&, const Ask&, const Moment&)>;
+  using Draw = std::function<RenderedImage(const View&, const RenderOutputs&)>;
+  using DrawScene =
+      std::function<RenderedImage(const View&, const RenderOutputs&, const SceneState&)>;
 
   CameraSensor(const std::string& name, const Intrinsics& lens, const SensorOptions& options,
                const Rng& rng);
@@ -89,11 +90,12 @@ class CameraSensor {
 
   /// `at(dt)` is the instant `dt` after the middle of the exposure (of the middle row). `picture`
   /// grows from call to call.
-  Taken take(const DrawMoment& draw, const std::function<Instant(Duration)>& at,
-             std::int64_t picture, const Ask& ask, Before before = Before::kNothing);
+  SensorImage take(const DrawScene& draw, const std::function<Instant(Duration)>& at,
+                   std::int64_t picture, const RenderOutputs& outputs,
+                   Before before = Before::kNothing);
   /// The same where the camera alone moves.
-  Taken take(const Draw& draw, const std::function<Pose3(Duration)>& T_scene_camera_at,
-             std::int64_t picture, const Ask& ask);
+  SensorImage take(const Draw& draw, const std::function<Pose3(Duration)>& T_scene_camera_at,
+                   std::int64_t picture, const RenderOutputs& outputs);
 
   double exposure_ms() const;  ///< of the next picture
   double gain() const;

@@ -31,9 +31,9 @@ void bind(Fields& f, Surface& o) {
   f("noise_factor", o.noise_factor, between(0, 100));
 }
 
-std::array<Grip, 2> grip_under_wheels(const std::vector<Surface>& surfaces, const Body& body,
-                                      const Pose2& T_scene_body) {
-  std::array<Grip, 2> grip;
+std::array<TractionFactors, 2> traction_under_wheels(const std::vector<Surface>& surfaces,
+                                                     const Body& body, const Pose2& T_scene_body) {
+  std::array<TractionFactors, 2> traction;
   const std::array<Vec2, 2> wheels_body{Vec2(0, body.wheel_base_m / 2),
                                         Vec2(0, -body.wheel_base_m / 2)};
   for (std::size_t i = 0; i < 2; ++i) {
@@ -41,12 +41,12 @@ std::array<Grip, 2> grip_under_wheels(const std::vector<Surface>& surfaces, cons
     for (const Surface& surface : surfaces) {
       const Vec2 off = surface.at.inverse() * wheel_scene;
       if ((off.array().abs() <= surface.size_m.array() / 2).all()) {
-        grip[i] = {surface.slip, surface.noise_factor};
+        traction[i] = {surface.slip, surface.noise_factor};
         break;
       }
     }
   }
-  return grip;
+  return traction;
 }
 
 WheelEncoders::WheelEncoders(const WheelError& options, const Body& believed, const Rng& rng)
@@ -63,18 +63,20 @@ WheelEncoders::WheelEncoders(const WheelError& options, const Body& believed, co
                   1 / (tick_m(believed) * (1 - left_larger))};
 }
 
-void WheelEncoders::roll(double forward_m, double turn_rad, const std::array<Grip, 2>& grip) {
+void WheelEncoders::roll(double forward_m, double turn_rad,
+                         const std::array<TractionFactors, 2>& traction) {
   const int turning = turn_rad > 0 ? 1 : turn_rad < 0 ? -1 : 0;
   if (turning != turning_ && turning != 0) {
     slip_ = slip_rng_.normal(0, turn_slip_);
   }
   turning_ = turning;
   for (std::size_t i = 0; i < 2; ++i) {
-    const double half_m = turn_rad * (1 + slip_ * grip[i].noise_factor) * base_m_ / 2;
-    const double way_m = (i == 0 ? forward_m - half_m : forward_m + half_m) * (1 + grip[i].slip);
+    const double half_m = turn_rad * (1 + slip_ * traction[i].noise_factor) * base_m_ / 2;
+    const double way_m =
+        (i == 0 ? forward_m - half_m : forward_m + half_m) * (1 + traction[i].slip);
     if (way_m != 0) {
       const double noise_m = noise_rng_.normal(
-          0, noise_m_per_sqrt_m_ * grip[i].noise_factor * std::sqrt(std::abs(way_m)));
+          0, noise_m_per_sqrt_m_ * traction[i].noise_factor * std::sqrt(std::abs(way_m)));
       rolled_ticks_[i] += (way_m + noise_m) * ticks_per_m_[i];
     }
   }

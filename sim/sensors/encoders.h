@@ -37,15 +37,15 @@ struct Surface {
 void bind(Fields& f, Surface& o);
 
 /// How a wheel holds on what is under it.
-struct Grip {
+struct TractionFactors {
   double slip = 0;
   double noise_factor = 1;
 };
 
 /// What is under each wheel, left and right, of a body that stands there: the first surface that
 /// has the wheel on it, else plain floor.
-std::array<Grip, 2> grip_under_wheels(const std::vector<Surface>& surfaces, const Body& body,
-                                      const Pose2& T_scene_body);
+std::array<TractionFactors, 2> traction_under_wheels(const std::vector<Surface>& surfaces,
+                                                     const Body& body, const Pose2& T_scene_body);
 
 /// Counts of the two wheels since the start.
 struct Ticks {
@@ -62,7 +62,7 @@ class WheelEncoders {
 
   /// The body moved `forward_m` and turned by `turn_rad` in one step, the wheels (left, right) on
   /// floor that holds them so.
-  void roll(double forward_m, double turn_rad, const std::array<Grip, 2>& grip = {});
+  void roll(double forward_m, double turn_rad, const std::array<TractionFactors, 2>& traction = {});
   Ticks ticks() const;
 
  private:

@@ -11,10 +11,10 @@ void bind(Fields& f, InjectedFault& o) {
             "missing; it must be freeze, cover, black or unplug");
   if (f.writing() || f.present("fault")) {
     f.word("fault", o.fault,
-           {{"freeze", Mishap::kFreeze},
-            {"cover", Mishap::kCover},
-            {"black", Mishap::kBlack},
-            {"unplug", Mishap::kUnplug}});
+           {{"freeze", CameraFaultKind::kFreeze},
+            {"cover", CameraFaultKind::kCover},
+            {"black", CameraFaultKind::kBlack},
+            {"unplug", CameraFaultKind::kUnplug}});
   }
   f.needed("at_s", o.at_s, not_negative);
   f("for_s", o.for_s, positive);
@@ -44,8 +44,8 @@ std::vector<KeyFault> injection_faults(const std::vector<InjectedFault>& faults,
   return wrong;
 }
 
-std::optional<Mishap> mishap_at(const std::vector<InjectedFault>& faults, const std::string& camera,
-                                Time stamp) {
+std::optional<CameraFaultKind> fault_at(const std::vector<InjectedFault>& faults,
+                                        const std::string& camera, Time stamp) {
   for (const InjectedFault& one : faults) {
     if (one.befalls(camera, stamp)) {
       return one.fault;

@@ -15,7 +15,7 @@
 namespace panoptes::sim {
 
 /// What befalls a camera in the middle of a run.
-enum class Mishap {
+enum class CameraFaultKind {
   kFreeze,  ///< the same pixels again, with new stamps
   kCover,   ///< a hand or a cap on the lens
   kBlack,   ///< no light: what the sensor gives then, its noise included
@@ -24,7 +24,7 @@ enum class Mishap {
 
 struct InjectedFault {
   std::string camera;  ///< empty: every camera, as when the lights go out
-  Mishap fault = Mishap::kFreeze;
+  CameraFaultKind fault = CameraFaultKind::kFreeze;
   double at_s = 0;              ///< from the first picture with this stamp or a later one
   std::optional<double> for_s;  ///< absent: for good
 
@@ -36,8 +36,8 @@ void bind(Fields& f, InjectedFault& o);
 std::vector<KeyFault> injection_faults(const std::vector<InjectedFault>& faults, const Rig& rig);
 
 /// What befalls a camera's picture of this instant: of several, the first. Empty: nothing.
-std::optional<Mishap> mishap_at(const std::vector<InjectedFault>& faults, const std::string& camera,
-                                Time stamp);
+std::optional<CameraFaultKind> fault_at(const std::vector<InjectedFault>& faults,
+                                        const std::string& camera, Time stamp);
 
 /// What a covered lens lets through, from what a clear one would (8-bit square roots of light):
 /// brown, nearly even, brighter where it is brighter outside.

@@ -184,7 +184,7 @@ LensView::LensView(const Intrinsics& lens) : lens_(lens) {
     const Vec2 low_px = (plan.boxes[i].low * f_px).array().floor();
     const Vec2 high_px = (plan.boxes[i].high * f_px).array().ceil();
     const Vec2 size_px = high_px - low_px + Vec2::Constant(2 * kMargin_px + 1);
-    Faces::Face face;
+    PinholeFaces::Face face;
     face.pinhole = {static_cast<int>(size_px.x()), static_cast<int>(size_px.y()), f_px, f_px,
                     kMargin_px - low_px.x(),       kMargin_px - low_px.y(),       {}};
     face.T_camera_face.rotation = plan.R_camera_faces[i];
@@ -201,10 +201,10 @@ LensView::LensView(const Intrinsics& lens) : lens_(lens) {
 }
 
 void LensView::make_maps(const std::vector<PixelSource>& sources) {
-  const std::vector<Faces::Face>& faces = whole_.faces;
+  const std::vector<PinholeFaces::Face>& faces = whole_.faces;
   const bool as_drawn = faces.size() == 1 && faces[0].T_camera_face.rotation.w() == 1 &&
                         !std::holds_alternative<Equidistant>(lens_.distortion);
-  for (const Faces::Face& face : faces) {
+  for (const PinholeFaces::Face& face : faces) {
     rows_of_.emplace_back(lens_.height_px, Span{face.pinhole.height_px, 0});
   }
   const cv::Size size_px(lens_.width_px, lens_.height_px);
@@ -271,17 +271,17 @@ LensView::Span LensView::rows_needed(std::size_t face, int first_row, int end_ro
 }
 
 /// What those rows of the picture need of the faces.
-Faces LensView::part(int first_row, int end_row) const {
+PinholeFaces LensView::part(int first_row, int end_row) const {
   const cv::Range rows(first_row, end_row);
-  Faces part{{},
-             whole_.canvas_px,
-             whole_.x_px.rowRange(rows),
-             whole_.y_px.rowRange(rows),
-             whole_.detail_px2.rowRange(rows)};
+  PinholeFaces part{{},
+                    whole_.canvas_px,
+                    whole_.x_px.rowRange(rows),
+                    whole_.y_px.rowRange(rows),
+                    whole_.detail_px2.rowRange(rows)};
   for (std::size_t i = 0; i < whole_.faces.size(); ++i) {
     const Span needed = rows_needed(i, first_row, end_row);
     if (needed.first < needed.end) {
-      Faces::Face& face = part.faces.emplace_back(whole_.faces[i]);
+      PinholeFaces::Face& face = part.faces.emplace_back(whole_.faces[i]);
       face.pinhole.height_px = needed.end - needed.first;
       face.pinhole.cy_px -= needed.first;
       face.top_px += needed.first;
@@ -290,27 +290,27 @@ Faces LensView::part(int first_row, int end_row) const {
   return part;
 }
 
-Drawn LensView::draw(const Draw& draw, const Pose3& T_scene_camera, double gain, const Ask& ask,
-                     int first_row, int end_row) const {
+RenderedImage LensView::draw(const Draw& draw, const Pose3& T_scene_camera, double gain,
+                             const RenderOutputs& outputs, int first_row, int end_row) const {
   View view{lens_, T_scene_camera, gain};
   view.intrinsics.height_px = end_row - first_row;
   view.intrinsics.cy_px -= first_row;
   if (lens_.is_pinhole()) {
-    return draw(view, ask);
+    return draw(view, outputs);
   }
-  const Faces faces = part(first_row, end_row);
+  const PinholeFaces faces = part(first_row, end_row);
   view.faces = &faces;
-  Drawn drawn = draw(view, ask);
-  if (ask.depth && !depth_per_face_depth_.empty()) {
-    for (int v = 0; v < drawn.depth_m.rows; ++v) {
-      float* depth_m = drawn.depth_m.ptr<float>(v);
+  RenderedImage rendered = draw(view, outputs);
+  if (outputs.depth && !depth_per_face_depth_.empty()) {
+    for (int v = 0; v < rendered.depth_m.rows; ++v) {
+      float* depth_m = rendered.depth_m.ptr<float>(v);
       const float* factor = depth_per_face_depth_.ptr<float>(first_row + v);
-      for (int u = 0; u < drawn.depth_m.cols; ++u) {
+      for (int u = 0; u < rendered.depth_m.cols; ++u) {
         depth_m[u] = std::isfinite(depth_m[u]) ? depth_m[u] * factor[u] : depth_m[u];
       }
     }
   }
-  return drawn;
+  return rendered;
 }
 
 }  // namespace panoptes::sim

@@ -20,17 +20,18 @@ namespace panoptes::sim {
 class LensView {
  public:
   /// Draws the world as a View sees it.
-  using Draw = std::function<Drawn(const View&, const Ask&)>;
+  using Draw = std::function<RenderedImage(const View&, const RenderOutputs&)>;
 
   explicit LensView(const Intrinsics& lens);
 
-  const std::vector<Faces::Face>& faces() const { return whole_.faces; }
+  const std::vector<PinholeFaces::Face>& faces() const { return whole_.faces; }
 
   /// The rows from `first_row` to before `end_row` of the lens's picture, and the truth asked for.
-  Drawn draw(const Draw& draw, const Pose3& T_scene_camera, double gain, const Ask& ask,
-             int first_row, int end_row) const;
-  Drawn draw(const Draw& draw, const Pose3& T_scene_camera, double gain, const Ask& ask) const {
-    return this->draw(draw, T_scene_camera, gain, ask, 0, lens_.height_px);
+  RenderedImage draw(const Draw& draw, const Pose3& T_scene_camera, double gain,
+                     const RenderOutputs& outputs, int first_row, int end_row) const;
+  RenderedImage draw(const Draw& draw, const Pose3& T_scene_camera, double gain,
+                     const RenderOutputs& outputs) const {
+    return this->draw(draw, T_scene_camera, gain, outputs, 0, lens_.height_px);
   }
 
  private:
@@ -47,10 +48,10 @@ class LensView {
   Span rows_needed(std::size_t face, int first_row, int end_row) const;
   void make_maps(const std::vector<PixelSource>& sources);
   double covered(const std::vector<PixelSource>& sources, int v, int u) const;
-  Faces part(int first_row, int end_row) const;
+  PinholeFaces part(int first_row, int end_row) const;
 
   Intrinsics lens_;
-  Faces whole_;
+  PinholeFaces whole_;
   std::vector<std::vector<Span>> rows_of_;  // of each face, for each row of the picture
   cv::Mat depth_per_face_depth_;            // empty where they are the same
 };

@@ -11,7 +11,7 @@ namespace panoptes::sim {
 namespace {
 
 constexpr double kWithoutCameras_hz = 15;
-// Beats of one camera keep their order whatever the jitter.
+// Trigger times of one camera keep their order whatever the jitter.
 constexpr double kMostJitter = 0.4;
 
 /// The name and the group of a camera; null when no group names it.
@@ -105,12 +105,12 @@ Trigger::Trigger(const TriggerOptions& options, const Rig& rig, const Rng& rng) 
   next_ = gather();
 }
 
-Time Trigger::beat(const Clock& clock, std::int64_t number) {
+Time Trigger::trigger_time(const Clock& clock, std::int64_t number) {
   const double nominal_ns = static_cast<double>(number) * 1e9 / clock.rate_hz;
   std::int64_t ns = std::llround(nominal_ns * (1 + clock.group.period_error)) +
                     from_seconds(clock.group.offset_s).count();
   if (clock.group.jitter_s > 0) {
-    // Drawn for the instant, not for the picture: at one beat cameras of any rate jitter alike.
+    // Drawn once for the instant, so that cameras of any rate jitter alike at one trigger pulse.
     Rng draw = clock.jitter_rng.fork(std::to_string(ns));
     const double most_s = kMostJitter * clock.shortest_period_s;
     ns += from_seconds(std::clamp(draw.normal(0, clock.group.jitter_s), -most_s, most_s)).count();
@@ -125,10 +125,10 @@ bool Trigger::dropped(const Clock& clock, std::int64_t number) {
 
 FrameSet Trigger::gather() {
   FrameSet set;
-  set.stamp = beat(clocks_[lead_], clocks_[lead_].next);
+  set.stamp = trigger_time(clocks_[lead_], clocks_[lead_].next);
   for (Clock& clock : clocks_) {
-    for (Time stamp = beat(clock, clock.next); stamp <= set.stamp;
-         stamp = beat(clock, clock.next)) {
+    for (Time stamp = trigger_time(clock, clock.next); stamp <= set.stamp;
+         stamp = trigger_time(clock, clock.next)) {
       if (dropped(clock, clock.next)) {
         set.pictures.erase(clock.camera);
       } else {

@@ -14,13 +14,13 @@
 
 namespace panoptes::sim {
 
-/// Cameras on one clock: those that take a picture at the same beat of it take it at the same
+/// Cameras on one clock: those that take a picture at the same pulse of it take it at the same
 /// nanosecond. A free-running camera is a group of its own.
 struct TriggerGroup {
   std::vector<std::string> cameras;
-  double offset_s = 0;      ///< its first beat after time 0
+  double offset_s = 0;      ///< its first pulse after time 0
   double period_error = 0;  ///< of its clock, relative: its periods are longer by this share
-  double jitter_s = 0;      ///< standard deviation of each beat, never over 0.4 periods
+  double jitter_s = 0;      ///< standard deviation of each pulse, never over 0.4 periods
   double drops = 0;         ///< share of the pictures that are lost, each camera's by itself
 };
 void bind(Fields& f, TriggerGroup& o);
@@ -55,7 +55,7 @@ struct FrameSet {
   std::map<std::string, DuePicture> pictures;
 };
 
-/// The frame sets of a run. They come at the beats of the fastest camera (of equals the first by
+/// The frame sets of a run. They come at the pulses of the fastest camera (of equals the first by
 /// name), lost pictures or not. A set holds each camera's last picture since the set before; a
 /// camera that has taken none or lost it is missing. A camera of 0 Hz takes pictures only when it
 /// is asked to and is in no set. A rig without other cameras has 15 sets without pictures a second.
@@ -78,7 +78,7 @@ class Trigger {
     std::int64_t next = 0;  // number of its next picture
   };
 
-  static Time beat(const Clock& clock, std::int64_t number);
+  static Time trigger_time(const Clock& clock, std::int64_t number);
   static bool dropped(const Clock& clock, std::int64_t number);
   FrameSet gather();
 

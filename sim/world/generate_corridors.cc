@@ -12,7 +12,7 @@
 #include "core/base/rng.h"
 #include "sim/world/generate.h"
 #include "sim/world/load.h"
-#include "sim/world/passages.h"
+#include "sim/world/passability_grid.h"
 #include "sim/world/room_plan.h"
 
 namespace panoptes::sim {
@@ -64,7 +64,7 @@ std::string size_rule(const CorridorsPlan& plan) {
 /// Corridors under construction.
 struct Corridors {
   WorldSettings& into;
-  Passages passages;
+  PassabilityGrid passability;
   double width_m = 1.8;
 };
 
@@ -95,7 +95,7 @@ Side put_side(Corridors& corridors, const Vec2& left, const Vec2& right, double 
     box.faces = {{"back", ""}, {"top", ""}, {"bottom", ""}};
     const Vec2 a = at * Vec2(0, (to_m - from_m) / 2);
     const Vec2 b = at * Vec2(-kSlab_m, -(to_m - from_m) / 2);
-    corridors.passages.block({a.cwiseMin(b), a.cwiseMax(b)});
+    corridors.passability.block({a.cwiseMin(b), a.cwiseMax(b)});
   };
   double reached_m = inset_m;
   for (const double s_m : alcoves) {
@@ -125,7 +125,7 @@ bool stand(Corridors& corridors, Side& side, const std::string& mesh, const Vec2
                         corridors.width_m - size_m.x() - kSkirting_m < kBeforeThings_m)) {
     return false;
   }
-  if (!corridors.passages.block_if_passable(outline)) {
+  if (!corridors.passability.block_if_passable(outline)) {
     return false;
   }
   if (behind_m == 0) {
@@ -240,7 +240,7 @@ void generate(const CorridorsPlan& plan, WorldSettings& into) {
   put_floor(into, {0, 0}, size, "corridors/linoleum", kFloorTile_m);
   put_ceiling(into, {0, 0}, size);
 
-  Corridors corridors{into, Passages({0, 0}, size), plan.width_m};
+  Corridors corridors{into, PassabilityGrid({0, 0}, size), plan.width_m};
   const std::array<int, 2> blocks = blocks_of(plan);
   Rng places = rng.fork("places");
   const auto columns = spans(blocks[0], size.x(), plan.width_m, places);
@@ -263,15 +263,15 @@ void generate(const CorridorsPlan& plan, WorldSettings& into) {
       BoxSettings& core = put_box(into, "core", Vec3(inside.x(), inside.y(), kRoomHeight_m),
                                   {middle.x(), middle.y(), 0}, 0, picture);
       core.faces = {{"front", ""}, {"back", ""}, {"left", ""}, {"right", ""}, {"bottom", ""}};
-      corridors.passages.block({low + Vec2(kSlab_m, kSlab_m) - Vec2(kBack_m, kBack_m),
-                                high - Vec2(kSlab_m, kSlab_m) + Vec2(kBack_m, kBack_m)});
+      corridors.passability.block({low + Vec2(kSlab_m, kSlab_m) - Vec2(kBack_m, kBack_m),
+                                   high - Vec2(kSlab_m, kSlab_m) + Vec2(kBack_m, kBack_m)});
       const double half_m = plan.width_m / 2;
       corners.insert(corners.end(), {low - Vec2(half_m, half_m), high + Vec2(half_m, half_m),
                                      Vec2(low.x() - half_m, high.y() + half_m),
                                      Vec2(high.x() + half_m, low.y() - half_m)});
     }
   }
-  corridors.passages.keep_open(corners);
+  corridors.passability.keep_open(corners);
 
   // The outer walls, anticlockwise, their left sides towards the corridors.
   const double half_m = kWallThickness_m / 2;

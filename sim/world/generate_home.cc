@@ -15,7 +15,7 @@
 #include "sim/world/generate.h"
 #include "sim/world/home_rooms.h"
 #include "sim/world/load.h"
-#include "sim/world/passages.h"
+#include "sim/world/passability_grid.h"
 #include "sim/world/room_plan.h"
 
 namespace panoptes::sim {
@@ -98,7 +98,7 @@ std::vector<double> widths_of(const std::vector<RoomKind>& kinds, double total_m
 /// A flat under construction.
 struct Home {
   WorldSettings& into;
-  Passages passages;
+  PassabilityGrid passability;
   std::vector<HomeRoom> rooms;  // the hall first
   std::vector<Vec2> doorways;   // their middles
 };
@@ -156,7 +156,7 @@ void put_leaf(Home& home, HomeRoom& room, std::size_t face, const Vec2& middle) 
   leaf.movable = true;
   const Vec2 depth = at * Vec2(kOff_m + kLeaf_m * kAjar_rad + 0.03, side * kLeaf_m);
   const Rectangle outline{at.position().cwiseMin(depth), at.position().cwiseMax(depth)};
-  home.passages.block(outline);
+  home.passability.block(outline);
   room.keep_clear.push_back(outline);
   wall.take({{std::min(hinge_s_m, end_s_m), 0}, {std::max(hinge_s_m, end_s_m), kDoorHeight_m}});
 }
@@ -196,9 +196,9 @@ void build_row(Home& home, int row, std::vector<RoomKind> kinds, double y_low, d
     put_frame(home.into, {middle.x(), middle.y(), 0}, kDoorway_m);
     const Rectangle beside{{x - kWallThickness_m, wall_y - kWallHalf_m},
                            {door_x - kDoorway_m / 2 + kFrame_m, wall_y + kWallHalf_m}};
-    home.passages.block(beside);
-    home.passages.block({{door_x + kDoorway_m / 2 - kFrame_m, beside.low.y()},
-                         {x + widths[i] + kWallThickness_m, beside.high.y()}});
+    home.passability.block(beside);
+    home.passability.block({{door_x + kDoorway_m / 2 - kFrame_m, beside.low.y()},
+                            {x + widths[i] + kWallThickness_m, beside.high.y()}});
     open_into(room, to_hall, middle, kDoorway_m);
     open_into(home.rooms.front(), is_upper ? 2 : 0, middle, kDoorway_m);  // the hall
     home.doorways.push_back(middle);
@@ -229,12 +229,12 @@ void build_row(Home& home, int row, std::vector<RoomKind> kinds, double y_low, d
       open_into(west, 1, middle, kArch_m);
       open_into(east, 3, middle, kArch_m);
       home.doorways.push_back(middle);
-      home.passages.block({{wall_x - kWallHalf_m, y_low},
-                           {wall_x + kWallHalf_m, middle.y() - kArch_m / 2 + kFrame_m}});
-      home.passages.block({{wall_x - kWallHalf_m, middle.y() + kArch_m / 2 - kFrame_m},
-                           {wall_x + kWallHalf_m, y_high}});
+      home.passability.block({{wall_x - kWallHalf_m, y_low},
+                              {wall_x + kWallHalf_m, middle.y() - kArch_m / 2 + kFrame_m}});
+      home.passability.block({{wall_x - kWallHalf_m, middle.y() + kArch_m / 2 - kFrame_m},
+                              {wall_x + kWallHalf_m, y_high}});
     } else {
-      home.passages.block({{wall_x - kWallHalf_m, y_low}, {wall_x + kWallHalf_m, y_high}});
+      home.passability.block({{wall_x - kWallHalf_m, y_low}, {wall_x + kWallHalf_m, y_high}});
     }
     put_papered_wall(home.into, wall);
   }
@@ -297,7 +297,7 @@ void generate(const HomePlan& plan, WorldSettings& into) {
   const double depth_m = (size.y() - kHall_m) / (has_lower ? 2 : 1) - kWallThickness_m;
   const double hall_low = has_lower ? depth_m + kWallThickness_m : 0;
 
-  Home home{into, Passages({0, 0}, size), {}, {}};
+  Home home{into, PassabilityGrid({0, 0}, size), {}, {}};
   HomeRoom hall;
   hall.kind = RoomKind::kHall;
   hall.area = {{0, hall_low}, {size.x(), hall_low + kHall_m}};
@@ -312,14 +312,14 @@ void generate(const HomePlan& plan, WorldSettings& into) {
               rng.fork("lower"));
   }
   put_outer_walls(home, size);
-  home.passages.keep_open(home.doorways);
+  home.passability.keep_open(home.doorways);
   for (std::size_t i = 0; i < home.rooms.size(); ++i) {
     const HomeRoom& room = home.rooms[i];
     const Rectangle wide = room.area.grown(kWallHalf_m);
     put_floor(into, wide.low, wide.high, floor_picture(room.kind),
               room.kind == RoomKind::kKitchen || room.kind == RoomKind::kBath ? 1.2 : 1.6);
     put_ceiling(into, wide.low, wide.high, "home/ceiling", 1.2);
-    furnish(into, room, home.passages, rng.fork(fmt::format("room {}", i)));
+    furnish(into, room, home.passability, rng.fork(fmt::format("room {}", i)));
   }
 }
 

@@ -13,7 +13,7 @@
 #include "core/base/rng.h"
 #include "sim/world/generate.h"
 #include "sim/world/load.h"
-#include "sim/world/passages.h"
+#include "sim/world/passability_grid.h"
 #include "sim/world/room_plan.h"
 
 namespace panoptes::sim {
@@ -89,13 +89,13 @@ void paint_lane(WorldSettings& into, const Vec2& from, const Vec2& to) {
 /// The hall under construction.
 struct Hall {
   WorldSettings& into;
-  Passages passages;
+  PassabilityGrid passability;
   FloorSpace floor;
 };
 
 bool stand(Hall& hall, const std::string& mesh, const Pose2& at, const Vec2& size_m) {
   const Rectangle outline = FloorSpace::outline(at, size_m);
-  if (!hall.floor.is_clear(outline, 0.02) || !hall.passages.block_if_passable(outline)) {
+  if (!hall.floor.is_clear(outline, 0.02) || !hall.passability.block_if_passable(outline)) {
     return false;
   }
   hall.floor.take(outline);
@@ -118,7 +118,7 @@ void put_racks(Hall& hall, double x_low, double y_low, int rows, int bays, Rng r
       put(hall.into, fmt::format("warehouse/rack_{}", 1 + rng.index(5)), at);
       const Rectangle outline = FloorSpace::outline(at, {kRackDepth_m, kBay_m});
       hall.floor.take(outline);
-      hall.passages.block(outline);
+      hall.passability.block(outline);
     }
   }
 }
@@ -207,7 +207,7 @@ void generate(const WarehousePlan& plan, WorldSettings& into) {
     put_hall_wall(into, face);
   }
 
-  Hall hall{into, Passages({0, 0}, size), FloorSpace({0, 0}, size)};
+  Hall hall{into, PassabilityGrid({0, 0}, size), FloorSpace({0, 0}, size)};
   const int bays = bays_of(plan);
   const double free_m = size.x() - bays * kBay_m;
   const double aisle_m = aisle_of(plan);
@@ -231,7 +231,7 @@ void generate(const WarehousePlan& plan, WorldSettings& into) {
     y += depth_m + aisle_m;
   }
   open.emplace_back(size.x() / 2, y - aisle_m / 2);
-  hall.passages.keep_open(open);
+  hall.passability.keep_open(open);
   Rng parking = rng.fork("forklift");
   for (int k = 0; k < 12; ++k) {
     const Pose2 at{parking.uniform(2, size.x() - 2), parking.uniform(1, size.y() - 1),

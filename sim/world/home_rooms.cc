@@ -50,10 +50,10 @@ const Piece kRadiator{"home/radiator", {0.10, 1.12}, 0.74};
 /// Furnishes one room.
 class Furnisher {
  public:
-  Furnisher(WorldSettings& into, HomeRoom& room, Passages& passages, Rng& rng)
+  Furnisher(WorldSettings& into, HomeRoom& room, PassabilityGrid& passability, Rng& rng)
       : into_(into),
         room_(room),
-        passages_(passages),
+        passability_(passability),
         rng_(rng),
         floor_(room.area.low, room.area.high) {}
 
@@ -250,7 +250,7 @@ class Furnisher {
   }
 
   bool take(const Rectangle& outline, const Rectangle& before, double height_m) {
-    if (!is_clear(outline, before) || !passages_.block_if_passable(outline)) {
+    if (!is_clear(outline, before) || !passability_.block_if_passable(outline)) {
       return false;
     }
     floor_.take(outline);
@@ -273,7 +273,7 @@ class Furnisher {
 
   WorldSettings& into_;
   HomeRoom& room_;
-  Passages& passages_;
+  PassabilityGrid& passability_;
   Rng& rng_;
   FloorSpace floor_;
 };
@@ -498,8 +498,8 @@ std::string floor_picture(RoomKind kind) {
                                                                : "home/parquet";
 }
 
-void furnish(WorldSettings& into, HomeRoom room, Passages& passages, Rng rng) {
-  Furnisher furnisher(into, room, passages, rng);
+void furnish(WorldSettings& into, HomeRoom room, PassabilityGrid& passability, Rng rng) {
+  Furnisher furnisher(into, room, passability, rng);
   furnisher.put_ceiling_lamps();
   furnisher.put_windows();
   switch (room.kind) {

@@ -6,7 +6,7 @@
 
 #include "core/base/rng.h"
 #include "sim/world/load.h"
-#include "sim/world/passages.h"
+#include "sim/world/passability_grid.h"
 #include "sim/world/room_plan.h"
 
 namespace panoptes::sim {
@@ -31,6 +31,6 @@ std::string floor_picture(RoomKind kind);
 
 /// Lamps, windows, furniture for what the room is, and what hangs on its walls. Leaves passages of
 /// 0.9 m.
-void furnish(WorldSettings& into, HomeRoom room, Passages& passages, Rng rng);
+void furnish(WorldSettings& into, HomeRoom room, PassabilityGrid& passability, Rng rng);
 
 }  // namespace panoptes::sim

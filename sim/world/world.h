@@ -121,7 +121,7 @@ struct World {
 };
 
 /// How the world differs at an instant from what it is at time 0; by default in nothing.
-struct Moment {
+struct SceneState {
   std::map<std::size_t, Pose3> T_scene_object;  ///< of objects that have moved
   std::map<std::string, double> power;          ///< of light groups that are not at 1
 };

@@ -108,11 +108,12 @@ View aisle_view(int k, int width_px) {
 
 /// One picture; the CPU time of all threads counts.
 template <PainterKind painter>
-void draw_pictures(benchmark::State& state, const Ask& ask) {
+void draw_pictures(benchmark::State& state, const RenderOutputs& outputs) {
   Renderer& renderer = fine_renderer<painter>();
   int k = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(renderer.draw(aisle_view(k++, static_cast<int>(state.range(0))), ask));
+    benchmark::DoNotOptimize(
+        renderer.draw(aisle_view(k++, static_cast<int>(state.range(0))), outputs));
   }
   state.counters["triangles"] = static_cast<double>(triangles_of(fine_office()));
 }

@@ -7,7 +7,7 @@
 #include "sim/render/renderer.h"
 #include "sim/sensors/camera_sensor.h"
 #include "sim/sensors/lens_view.h"
-#include "sim/sensors/photosites.h"
+#include "sim/sensors/sensor_response.h"
 #include "sim/world/load.h"
 
 namespace panoptes::sim {
@@ -35,12 +35,12 @@ Intrinsics lens_of(benchmark::State& state) {
   }
 }
 
-Drawn drawn(const View& view, const Ask& ask) {
+RenderedImage rendered(const View& view, const RenderOutputs& outputs) {
   static Renderer renderer = [] {
     set_render_threads(2);
     return Renderer(load_world(std::string(PANOPTES_SOURCE_DIR) + "/scenes/worlds/office.yaml"));
   }();
-  return renderer.draw(view, ask);
+  return renderer.draw(view, outputs);
 }
 
 // Along the aisle at x = 5 m from south to north, turning on the way.
@@ -55,7 +55,7 @@ void lens(benchmark::State& state) {
   LensView view(lens_of(state));
   int k = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(view.draw(drawn, stop(k++), 1, {}));
+    benchmark::DoNotOptimize(view.draw(rendered, stop(k++), 1, {}));
   }
 }
 BENCHMARK(lens)
@@ -70,7 +70,7 @@ void lens_and_truth(benchmark::State& state) {
   int k = 0;
   for (auto _ : state) {
     benchmark::DoNotOptimize(
-        view.draw(drawn, stop(k++), 1, {.floor_label = true, .depth = true, .instance = true}));
+        view.draw(rendered, stop(k++), 1, {.floor_label = true, .depth = true, .instance = true}));
   }
 }
 BENCHMARK(lens_and_truth)
@@ -88,8 +88,8 @@ void effects(benchmark::State& state) {
   CameraSensor camera("front", lens, options, Rng(1));
   const cv::Mat grey(lens.height_px, lens.width_px, CV_8UC3, cv::Scalar(90, 110, 130));
   cv::Mat picture;
-  const CameraSensor::Draw draw = [&](const View&, const Ask&) {
-    Drawn out;
+  const CameraSensor::Draw draw = [&](const View&, const RenderOutputs&) {
+    RenderedImage out;
     out.bgr = picture;
     return out;
   };
@@ -117,7 +117,7 @@ void picture(benchmark::State& state) {
                          Vec3(0, 0, 0.4 * s)};
       return here * T_here_there;
     };
-    benchmark::DoNotOptimize(camera.take(drawn, at, k++, {}));
+    benchmark::DoNotOptimize(camera.take(rendered, at, k++, {}));
   }
 }
 BENCHMARK(picture)

@@ -40,16 +40,16 @@ Surroundings room() {
   around.outlines.push_back(box("desk", 2, 2, 4, 3));
   around.floor = layer_of(6);
   around.body = layer_of(6);
-  around.draw = [](const View& view, const Ask& ask, const Moment&) {
-    Drawn drawn;
+  around.draw = [](const View& view, const RenderOutputs& outputs, const SceneState&) {
+    RenderedImage rendered;
     const int rows = view.intrinsics.height_px;
     const int columns = view.intrinsics.width_px;
-    drawn.bgr = cv::Mat(rows, columns, CV_8UC3, cv::Scalar::all(120));
-    if (ask.floor_label) {
-      drawn.floor_label = cv::Mat(rows, columns, CV_8UC1, cv::Scalar(0));
-      drawn.floor_label.rowRange(rows / 2, rows).setTo(255);
+    rendered.bgr = cv::Mat(rows, columns, CV_8UC3, cv::Scalar::all(120));
+    if (outputs.floor_label) {
+      rendered.floor_label = cv::Mat(rows, columns, CV_8UC1, cv::Scalar(0));
+      rendered.floor_label.rowRange(rows / 2, rows).setTo(255);
     }
-    return drawn;
+    return rendered;
   };
   return around;
 }
@@ -95,17 +95,17 @@ Observation last_until(double at_s, SimulatedRobot& robot) {
 }
 
 // Where a picture was drawn from, and when.
-struct Shot {
+struct DrawCall {
   Pose3 T_scene_camera;
-  Moment moment;
+  SceneState scene_state;
 };
 
-/// The same, all that is drawn in it kept in `shots` in its order.
-Surroundings keeping(std::vector<Shot>& shots, Surroundings around) {
-  around.draw = [&shots, inner = around.draw](const View& view, const Ask& ask,
-                                              const Moment& moment) {
-    shots.push_back({view.T_scene_camera, moment});
-    return inner(view, ask, moment);
+/// The same, all that is drawn in it kept in `draw_calls` in its order.
+Surroundings recording(std::vector<DrawCall>& draw_calls, Surroundings around) {
+  around.draw = [&draw_calls, inner = around.draw](const View& view, const RenderOutputs& outputs,
+                                                   const SceneState& scene_state) {
+    draw_calls.push_back({view.T_scene_camera, scene_state});
+    return inner(view, outputs, scene_state);
   };
   return around;
 }
@@ -124,7 +124,7 @@ World with_walker(const std::vector<Vec2>& path_scene) {
 /// The room with what moves in a world.
 Surroundings room_of(const World& world) {
   Surroundings around = room();
-  around.things = Things(world, 0.02, 0.8);
+  around.dynamic_objects = DynamicObjects(world, 0.02, 0.8);
   return around;
 }
 
@@ -157,10 +157,10 @@ TEST(SimulatedOptions, AreReadWithAllTheirErrors) {
       "truth: {depth: true}\n");
   ASSERT_THAT(options.faults, SizeIs(2));
   EXPECT_EQ(options.faults[0].camera, "floor");
-  EXPECT_EQ(options.faults[0].fault, Mishap::kFreeze);
+  EXPECT_EQ(options.faults[0].fault, CameraFaultKind::kFreeze);
   EXPECT_EQ(options.faults[0].for_s, 5);
   EXPECT_EQ(options.faults[1].camera, "");
-  EXPECT_EQ(options.faults[1].fault, Mishap::kBlack);
+  EXPECT_EQ(options.faults[1].fault, CameraFaultKind::kBlack);
   EXPECT_FALSE(options.faults[1].for_s);
   EXPECT_FALSE(options.world.objects.empty());
   EXPECT_EQ(options.start->theta_rad, deg_to_rad(90));
@@ -199,7 +199,7 @@ TEST(SimulatedOptions, FaultsSayWhatAndWhenAndOfACameraThatIsThere) {
           name + ":2:49: faults[1].fault: missing; it must be freeze, cover, black or unplug\n" +
           name + ":2:71: faults[1].at_s: must be >= 0, got -1");
   SimulatedOptions options = starting_at(1, 1);
-  options.faults = {{"flor", Mishap::kFreeze, 1, std::nullopt}};
+  options.faults = {{"flor", CameraFaultKind::kFreeze, 1, std::nullopt}};
   EXPECT_EQ(refusal([&] { robot_with(options); }),
             "platform.faults[0].camera: the rig has no camera flor; did you mean floor?");
 }
@@ -223,10 +223,10 @@ bool same(const Observation& a, const Observation& b, const std::string& camera)
 TEST(SimulatedRobot, CamerasFailAsTheyAreTold) {
   SimulatedOptions options = starting_at(1, 1);
   SimulatedRobot sound = robot_with(options);
-  options.faults = {{"floor", Mishap::kFreeze, 0.2, 0.2},
-                    {"floor", Mishap::kCover, 0.6, 0.2},
-                    {"floor", Mishap::kUnplug, 1.0, 0.2},
-                    {"", Mishap::kBlack, 1.4, 0.2}};
+  options.faults = {{"floor", CameraFaultKind::kFreeze, 0.2, 0.2},
+                    {"floor", CameraFaultKind::kCover, 0.6, 0.2},
+                    {"floor", CameraFaultKind::kUnplug, 1.0, 0.2},
+                    {"", CameraFaultKind::kBlack, 1.4, 0.2}};
   SimulatedRobot faulty = robot_with(options);
   Observation before;
   for (int i = 0; i < 30; ++i) {
@@ -624,8 +624,8 @@ TEST(SimulatedRobot, RefusesCamerasInsideTheRobotOrUnderTheFloor) {
 }
 
 TEST(SimulatedRobot, PicturesBetweenItsStepsLieOnTheExactArc) {
-  std::vector<Shot> shots;
-  const Surroundings around = keeping(shots, room());
+  std::vector<DrawCall> draw_calls;
+  const Surroundings around = recording(draw_calls, room());
   Body quick;  // reaches any speed at once
   quick.max_accel_mps2 = quick.max_turn_accel_radps2 = 1e6;
   Rig rig = front_camera_alone();
@@ -641,9 +641,10 @@ TEST(SimulatedRobot, PicturesBetweenItsStepsLieOnTheExactArc) {
     stamps.push_back(robot.observe(time_at(3)).stamp);
   }
   constexpr double kRoundoff = 1e-9;  // of stamps, cut to nanoseconds
-  ASSERT_GE(shots.size(), 80U);
-  for (std::size_t k = 2; k + 1 < shots.size(); ++k) {
-    const Pose3 T_before_camera = shots[k - 1].T_scene_camera.inverse() * shots[k].T_scene_camera;
+  ASSERT_GE(draw_calls.size(), 80U);
+  for (std::size_t k = 2; k + 1 < draw_calls.size(); ++k) {
+    const Pose3 T_before_camera =
+        draw_calls[k - 1].T_scene_camera.inverse() * draw_calls[k].T_scene_camera;
     const Pose3& T_body_camera = rig.cameras["front"].T_body_camera;
     const Pose3 expected = T_body_camera.inverse() *
                            on_floor(exp_twist(twist, to_seconds(stamps[k] - stamps[k - 1]))) *
@@ -654,27 +655,29 @@ TEST(SimulatedRobot, PicturesBetweenItsStepsLieOnTheExactArc) {
 }
 
 TEST(SimulatedRobot, AsksACameraOnlyForThePicturesThatSomebodyWants) {
-  std::vector<Shot> shots;
+  std::vector<DrawCall> draw_calls;
   Rig rig = front_camera_alone();
   rig.cameras["corner"] = rig.cameras["front"];
   rig.cameras["corner"].rate_hz = 0;
   rig.cameras["corner"].T_body_camera = mounted_camera({0.17, 0.17, 0.75}, deg_to_rad(45), 0);
   SimulatedOptions options = starting_at(1, 4);
   options.sensor.motion_blur = false;
-  SimulatedRobot robot(options, keeping(shots, room()), Body{}, rig, Rng(1));
+  SimulatedRobot robot(options, recording(draw_calls, room()), Body{}, rig, Rng(1));
   robot.drive({0.4, 0.5}, std::chrono::seconds(5));
   for (int k = 0; k < 20; ++k) {
     EXPECT_FALSE(next_set(robot).pictures.contains("corner"));
   }
-  ASSERT_THAT(shots, SizeIs(20));
-  EXPECT_EQ(robot.look("corner").bgr.cols, 64);
-  ASSERT_THAT(shots, SizeIs(21));
+  ASSERT_THAT(draw_calls, SizeIs(20));
+  EXPECT_EQ(robot.capture("corner").bgr.cols, 64);
+  ASSERT_THAT(draw_calls, SizeIs(21));
   const Pose3 T_body_front = rig.cameras["front"].T_body_camera;
   const Pose3 expected =
-      shots[19].T_scene_camera * T_body_front.inverse() * rig.cameras["corner"].T_body_camera;
+      draw_calls[19].T_scene_camera * T_body_front.inverse() * rig.cameras["corner"].T_body_camera;
   constexpr double kRoundoff = 1e-9;
-  EXPECT_NEAR((shots[20].T_scene_camera.translation - expected.translation).norm(), 0, kRoundoff);
-  EXPECT_NEAR(shots[20].T_scene_camera.rotation.angularDistance(expected.rotation), 0, kRoundoff);
+  EXPECT_NEAR((draw_calls[20].T_scene_camera.translation - expected.translation).norm(), 0,
+              kRoundoff);
+  EXPECT_NEAR(draw_calls[20].T_scene_camera.rotation.angularDistance(expected.rotation), 0,
+              kRoundoff);
 }
 
 TEST(SimulatedRobot, KeepsCamerasOfDifferentRatesAndSizesInOneRig) {
@@ -770,8 +773,8 @@ TEST(SimulatedRobot, AnotherCameraChangesNothingForTheRest) {
 }
 
 TEST(SimulatedRobot, TiltsItsCamerasAndNotItsWay) {
-  std::vector<Shot> shots;
-  const Surroundings around = keeping(shots, room());
+  std::vector<DrawCall> draw_calls;
+  const Surroundings around = recording(draw_calls, room());
   WavesAttitude waves;
   waves.pitch = {{0.1, 1, 0}};
   SimulatedOptions options = starting_at(1, 1);
@@ -786,7 +789,7 @@ TEST(SimulatedRobot, TiltsItsCamerasAndNotItsWay) {
     const double pitch_rad = 0.1 * std::sin(2 * std::numbers::pi * static_cast<double>(k) / 15);
     EXPECT_NEAR(truth.poses[k].pitch_rad, pitch_rad, 1e-8);  // of stamps, cut to nanoseconds
     EXPECT_TRUE((truth.poses[k].T_scene_body == Pose2{1, 1, 0}));
-    const Vec3 axis_scene = shots[k].T_scene_camera.rotation * Vec3::UnitZ();
+    const Vec3 axis_scene = draw_calls[k].T_scene_camera.rotation * Vec3::UnitZ();
     EXPECT_NEAR(std::asin(-axis_scene.z()), pitch_rad, 1e-8);
   }
 }
@@ -808,17 +811,18 @@ TEST(SimulatedRobot, ATiltedFloorCameraMarksTheFloorItSees) {
 TEST(SimulatedRobot, KeepsTheTruthOfEveryPictureWhereItIsAsked) {
   Surroundings around = room();
   around.object_names = {"floor", "desk"};
-  around.draw = [inner = around.draw](const View& view, const Ask& ask, const Moment& moment) {
-    Drawn drawn = inner(view, ask, moment);
-    if (ask.instance) {
-      drawn.instance = cv::Mat(drawn.bgr.size(), CV_16UC1, cv::Scalar(1));
-      drawn.instance.rowRange(0, 10).setTo(2);
-      drawn.instance.row(0).setTo(0);
+  around.draw = [inner = around.draw](const View& view, const RenderOutputs& outputs,
+                                      const SceneState& scene_state) {
+    RenderedImage rendered = inner(view, outputs, scene_state);
+    if (outputs.instance) {
+      rendered.instance = cv::Mat(rendered.bgr.size(), CV_16UC1, cv::Scalar(1));
+      rendered.instance.rowRange(0, 10).setTo(2);
+      rendered.instance.row(0).setTo(0);
     }
-    if (ask.depth) {
-      drawn.depth_m = cv::Mat(drawn.bgr.size(), CV_32FC1, cv::Scalar(2.5));
+    if (outputs.depth) {
+      rendered.depth_m = cv::Mat(rendered.bgr.size(), CV_32FC1, cv::Scalar(2.5));
     }
-    return drawn;
+    return rendered;
   };
   SimulatedOptions options = starting_at(1, 1);
   SimulatedRobot unasked(options, around, Body{}, two_cameras(), Rng(1));
@@ -845,8 +849,8 @@ TEST(SimulatedRobot, MeetsAndSeesPeopleWhereTheyAre) {
   World world = with_walker({{5, 1}, {1, 1}});
   world.people[0].waits_m = 0;
   world.light_events = {{time_at(1), from_seconds(1), "lamps", 0.5}};
-  std::vector<Shot> shots;
-  const Surroundings around = keeping(shots, room_of(world));
+  std::vector<DrawCall> draw_calls;
+  const Surroundings around = recording(draw_calls, room_of(world));
   SimulatedOptions options = starting_at(1, 1);
   options.sensor.motion_blur = false;
   SimulatedRobot robot(options, around, Body{}, two_cameras(), Rng(1));
@@ -858,39 +862,40 @@ TEST(SimulatedRobot, MeetsAndSeesPeopleWhereTheyAre) {
   ASSERT_THAT(truth.contacts, SizeIs(1));
   EXPECT_FALSE(truth.contacts[0].while_moving);
   // Two pictures a set, at 15 sets a second, the walker 1 m/s.
-  EXPECT_NEAR(shots[30].moment.T_scene_object.at(0).translation.x(), 4, 1e-6);
-  EXPECT_TRUE(shots[29].moment.power.empty());
-  EXPECT_NEAR(shots[60].moment.power.at("lamps"), 0.5, 1e-9);
+  EXPECT_NEAR(draw_calls[30].scene_state.T_scene_object.at(0).translation.x(), 4, 1e-6);
+  EXPECT_TRUE(draw_calls[29].scene_state.power.empty());
+  EXPECT_NEAR(draw_calls[60].scene_state.power.at("lamps"), 0.5, 1e-9);
 }
 
 TEST(SimulatedRobot, SeesPeopleAtEveryMomentOfAnExposure) {
-  std::vector<Shot> shots;
+  std::vector<DrawCall> draw_calls;
   Surroundings around = room_of(with_walker({{5, 0.5}, {5, 5.5}}));
-  around.draw = [inner = around.draw](const View& view, const Ask& ask, const Moment& moment) {
-    Drawn drawn = inner(view, ask, moment);
-    if (ask.depth) {
-      drawn.depth_m = cv::Mat(drawn.bgr.size(), CV_32FC1, cv::Scalar(4));
+  around.draw = [inner = around.draw](const View& view, const RenderOutputs& outputs,
+                                      const SceneState& scene_state) {
+    RenderedImage rendered = inner(view, outputs, scene_state);
+    if (outputs.depth) {
+      rendered.depth_m = cv::Mat(rendered.bgr.size(), CV_32FC1, cv::Scalar(4));
     }
-    if (ask.instance) {
-      drawn.instance = cv::Mat(drawn.bgr.size(), CV_16UC1, cv::Scalar(1));
+    if (outputs.instance) {
+      rendered.instance = cv::Mat(rendered.bgr.size(), CV_16UC1, cv::Scalar(1));
     }
-    return drawn;
+    return rendered;
   };
-  around = keeping(shots, around);
+  around = recording(draw_calls, around);
   SimulatedOptions options = starting_at(1, 3);
   options.sensor.exposure = FixedExposure{160, 0.01};
   Rig slow = front_camera_alone();
   slow.cameras["front"].rate_hz = 5;
   SimulatedRobot robot(options, around, Body{}, slow, Rng(1));
   for (int k = 0; k < 8; ++k) {
-    shots.clear();
+    draw_calls.clear();
     next_set(robot);
   }
   // 1 m/s for 0.16 s, 4 m before a lens of 38 px: 1.5 px. A look at how far it is, then three.
-  ASSERT_THAT(shots, SizeIs(4));
+  ASSERT_THAT(draw_calls, SizeIs(4));
   const auto walked_m = [&](std::size_t from, std::size_t to) {
-    return shots[to].moment.T_scene_object.at(0).translation.y() -
-           shots[from].moment.T_scene_object.at(0).translation.y();
+    return draw_calls[to].scene_state.T_scene_object.at(0).translation.y() -
+           draw_calls[from].scene_state.T_scene_object.at(0).translation.y();
   };
   constexpr double kRoundoff_m = 1e-8;  // of stamps, cut to nanoseconds
   EXPECT_NEAR(walked_m(1, 2), 0.16 / 3, kRoundoff_m);

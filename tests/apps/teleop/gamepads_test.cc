@@ -51,14 +51,14 @@ TEST(Gamepads, AreFoundWhenPluggedInAndForgottenWhenPulledOut) {
   Gamepads gamepads;
   const std::size_t before = gamepads.names().size();
   VirtualPad pad;
-  gamepads.look();
+  gamepads.poll();
   EXPECT_THAT(gamepads.names(), SizeIs(before + 1));
   pad.press(SDL_CONTROLLER_BUTTON_LEFTSHOULDER, true);
   pad.tilt(SDL_CONTROLLER_AXIS_LEFTY, -1);
-  gamepads.look();
+  gamepads.poll();
   EXPECT_TRUE(gamepads.sticks().held);
   pad.pull_out();
-  gamepads.look();
+  gamepads.poll();
   EXPECT_THAT(gamepads.names(), SizeIs(before));
   EXPECT_FALSE(gamepads.sticks().held);
 }
@@ -67,45 +67,45 @@ TEST(Gamepads, SticksTellForwardAndLeftWhileAShoulderButtonIsHeld) {
   Gamepads gamepads;
   VirtualPad pad;
   pad.tilt(SDL_CONTROLLER_AXIS_LEFTY, -1);
-  gamepads.look();
+  gamepads.poll();
   EXPECT_FALSE(gamepads.sticks().held);
   for (const auto shoulder :
        {SDL_CONTROLLER_BUTTON_LEFTSHOULDER, SDL_CONTROLLER_BUTTON_RIGHTSHOULDER}) {
     pad.press(shoulder, true);
-    gamepads.look();
+    gamepads.poll();
     EXPECT_TRUE(gamepads.sticks().held);
     EXPECT_NEAR(gamepads.sticks().forward, 1, kStep);
     EXPECT_EQ(gamepads.sticks().left, 0);
     pad.press(shoulder, false);
-    gamepads.look();
+    gamepads.poll();
     EXPECT_FALSE(gamepads.sticks().held);
   }
   pad.press(SDL_CONTROLLER_BUTTON_LEFTSHOULDER, true);
   pad.tilt(SDL_CONTROLLER_AXIS_LEFTY, 0.2);  // a stick that does not come home
   pad.tilt(SDL_CONTROLLER_AXIS_RIGHTX, 1);
-  gamepads.look();
+  gamepads.poll();
   EXPECT_EQ(gamepads.sticks().forward, 0);
   EXPECT_NEAR(gamepads.sticks().left, -1, kStep);
   pad.tilt(SDL_CONTROLLER_AXIS_RIGHTX, 0);
   pad.tilt(SDL_CONTROLLER_AXIS_LEFTX, -1);
-  gamepads.look();
+  gamepads.poll();
   EXPECT_NEAR(gamepads.sticks().left, 1, kStep);
 }
 
 TEST(Gamepads, AButtonCountsOnceHoweverLongItIsPressed) {
   Gamepads gamepads;
   VirtualPad pad;
-  gamepads.look();
+  gamepads.poll();
   EXPECT_THAT(gamepads.pressed(), IsEmpty());
   pad.press(SDL_CONTROLLER_BUTTON_DPAD_UP, true);
-  gamepads.look();
+  gamepads.poll();
   EXPECT_THAT(gamepads.pressed(), ElementsAre(kFaster));
-  gamepads.look();
+  gamepads.poll();
   EXPECT_THAT(gamepads.pressed(), IsEmpty());
   pad.press(SDL_CONTROLLER_BUTTON_DPAD_UP, false);
   pad.press(SDL_CONTROLLER_BUTTON_B, true);
   pad.press(SDL_CONTROLLER_BUTTON_BACK, true);
-  gamepads.look();
+  gamepads.poll();
   EXPECT_THAT(gamepads.pressed(), ElementsAre(kStop, kQuit));
 }
 

@@ -19,11 +19,11 @@ const double kCount_rad = 0.51 * find_model("p3dx-sh")->angle_rad;
 sim::Surroundings room() {
   sim::Surroundings around;
   around.outlines = sim::walls(4);
-  around.draw = [](const sim::View& view, const sim::Ask&, const sim::Moment&) {
-    sim::Drawn drawn;
-    drawn.bgr =
+  around.draw = [](const sim::View& view, const sim::RenderOutputs&, const sim::SceneState&) {
+    sim::RenderedImage rendered;
+    rendered.bgr =
         cv::Mat(view.intrinsics.height_px, view.intrinsics.width_px, CV_8UC3, cv::Scalar::all(120));
-    return drawn;
+    return rendered;
   };
   return around;
 }

@@ -53,12 +53,12 @@ int main() {
     }
     std::uint64_t hash = 0;
     for (int i = 0; i < 4; ++i) {
-      const Ask ask{.floor_label = i % 2 == 0, .depth = true, .instance = i % 3 == 0};
+      const RenderOutputs outputs{.floor_label = i % 2 == 0, .depth = true, .instance = i % 3 == 0};
       std::uint64_t picture = 0;
       for (const auto& renderer : renderers) {
-        const Drawn drawn = renderer->draw(ahead(0.3 + 0.2 * i, 0.1 * i), ask);
-        picture = hash_of(drawn.bgr) + 3 * hash_of(drawn.depth_m) + 5 * hash_of(drawn.instance) +
-                  7 * hash_of(drawn.floor_label);
+        const RenderedImage rendered = renderer->draw(ahead(0.3 + 0.2 * i, 0.1 * i), outputs);
+        picture = hash_of(rendered.bgr) + 3 * hash_of(rendered.depth_m) +
+                  5 * hash_of(rendered.instance) + 7 * hash_of(rendered.floor_label);
       }
       hash = hash * 31 + picture;
     }

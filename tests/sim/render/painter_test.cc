@@ -16,7 +16,7 @@
 namespace panoptes::sim {
 namespace {
 
-Drawn drawn_by(PainterKind painter, const World& world, const View& view) {
+RenderedImage drawn_by(PainterKind painter, const World& world, const View& view) {
   RendererOptions options;
   options.painter = painter;
   Renderer renderer(world, options);
@@ -29,8 +29,8 @@ TEST(Painters, AgreeInACrowdedRoom) {
     View view{pinhole(203, 151, deg_to_rad(60 + 8 * i)),
               mounted_camera({0, 0, 0.2 + 0.15 * i}, deg_to_rad(50 * i), deg_to_rad(4 * i - 10))};
     view.intrinsics.cx_px += 3 * i;
-    const Drawn ours = drawn_by(PainterKind::kSoftware, world, view);
-    const Drawn theirs = drawn_by(PainterKind::kOsMesa, world, view);
+    const RenderedImage ours = drawn_by(PainterKind::kSoftware, world, view);
+    const RenderedImage theirs = drawn_by(PainterKind::kOsMesa, world, view);
     EXPECT_LT(share_differing(ours.bgr, theirs.bgr, 2), 0.01) << i;
     EXPECT_LT(share_differing(ours.instance, theirs.instance, 0), 0.002) << i;
     EXPECT_LT(share_differing(ours.floor_label, theirs.floor_label, 0), 0.002) << i;
@@ -83,9 +83,10 @@ TEST(Painters, NoSkyShowsBetweenTrianglesThatTouch) {
     const View view{pinhole(180 + i, 133, deg_to_rad(40 + 1.5 * i)),
                     mounted_camera({5.9 * near, 3.9 * near, 2.9 * near}, 6.3 * rng.uniform(),
                                    2 * rng.uniform() - 1)};
-    const Drawn drawn = renderer.draw(view, {.depth = true, .instance = true});
-    EXPECT_EQ(cv::countNonZero(drawn.instance == 0), 0) << i;
-    EXPECT_LT(*std::max_element(drawn.depth_m.begin<float>(), drawn.depth_m.end<float>()), 20);
+    const RenderedImage rendered = renderer.draw(view, {.depth = true, .instance = true});
+    EXPECT_EQ(cv::countNonZero(rendered.instance == 0), 0) << i;
+    EXPECT_LT(*std::max_element(rendered.depth_m.begin<float>(), rendered.depth_m.end<float>()),
+              20);
   }
 }
 
@@ -116,8 +117,8 @@ TEST(Painters, NoSkyShowsWhereACornerLiesOnAnothersEdge) {
     const Vec3 eye(rng.uniform() - 0.5, rng.uniform() - 0.5, 0.3 + 0.3 * rng.uniform());
     const View view{pinhole(320, 240, deg_to_rad(60)),
                     mounted_camera(eye, 6.3 * rng.uniform(), deg_to_rad(70))};
-    const Drawn drawn = renderer.draw(view, {.instance = true});
-    EXPECT_EQ(cv::countNonZero(drawn.instance == 0), 0) << i;
+    const RenderedImage rendered = renderer.draw(view, {.instance = true});
+    EXPECT_EQ(cv::countNonZero(rendered.instance == 0), 0) << i;
   }
 }
 
@@ -125,8 +126,8 @@ TEST(Painters, PicturesOfAnySizeArePartsOfTheSame) {
   const World world = crowded_room();
   Renderer renderer(world);
   View whole{pinhole(160, 120, deg_to_rad(80)), mounted_camera({0, 0, 0.5}, 1, 0.1)};
-  const Ask all{.floor_label = true, .depth = true, .instance = true};
-  const Drawn big = renderer.draw(whole, all);
+  const RenderOutputs all{.floor_label = true, .depth = true, .instance = true};
+  const RenderedImage big = renderer.draw(whole, all);
   for (const cv::Rect part : {cv::Rect(0, 0, 160, 120), cv::Rect(37, 11, 1, 1),
                               cv::Rect(8, 16, 9, 7), cv::Rect(101, 40, 59, 80)}) {
     View view = whole;
@@ -134,7 +135,7 @@ TEST(Painters, PicturesOfAnySizeArePartsOfTheSame) {
     view.intrinsics.height_px = part.height;
     view.intrinsics.cx_px -= part.x;
     view.intrinsics.cy_px -= part.y;
-    const Drawn small = renderer.draw(view, all);
+    const RenderedImage small = renderer.draw(view, all);
     EXPECT_LT(share_differing(small.bgr, big.bgr(part), 1), 0.001) << part;
     EXPECT_LT(share_differing(small.instance, big.instance(part), 0), 0.001) << part;
     EXPECT_EQ(small.depth_m.size(), part.size());
@@ -150,9 +151,9 @@ TEST(Painters, NarrowVectorsDrawTheSameBits) {
   Renderer other(world, narrow);
   for (int i = 0; i < 5; ++i) {
     const View view{pinhole(203, 151, deg_to_rad(90)), mounted_camera({0, 0, 0.5}, i, 0.1)};
-    const Ask all{.floor_label = true, .depth = true, .instance = true};
-    const Drawn a = one.draw(view, all);
-    const Drawn b = other.draw(view, all);
+    const RenderOutputs all{.floor_label = true, .depth = true, .instance = true};
+    const RenderedImage a = one.draw(view, all);
+    const RenderedImage b = other.draw(view, all);
     EXPECT_EQ(cv::norm(a.bgr, b.bgr, cv::NORM_INF), 0);
     EXPECT_EQ(cv::norm(a.floor_label, b.floor_label, cv::NORM_INF), 0);
     EXPECT_EQ(cv::norm(1 / a.depth_m, 1 / b.depth_m, cv::NORM_INF), 0);

@@ -51,14 +51,14 @@ INSTANTIATE_TEST_SUITE_P(Painter, RendererOf,
 TEST_P(RendererOf, LeftIsLeftAndWritingIsNotMirrored) {
   Renderer renderer(flag_world(), by_painter());
   const View view = ahead();
-  const Drawn drawn = renderer.draw(view);
-  ASSERT_EQ(drawn.bgr.size(), cv::Size(kWidth_px, kHeight_px));
-  EXPECT_TRUE(drawn.floor_label.empty());
-  EXPECT_TRUE(drawn.depth_m.empty());
+  const RenderedImage rendered = renderer.draw(view);
+  ASSERT_EQ(rendered.bgr.size(), cv::Size(kWidth_px, kHeight_px));
+  EXPECT_TRUE(rendered.floor_label.empty());
+  EXPECT_TRUE(rendered.depth_m.empty());
   // Its left half is the red one, as on the picture; blue is below.
-  EXPECT_TRUE(is_red(at(drawn.bgr, seen_at(view, {2.8, 1.0, 0.6}))));
-  EXPECT_TRUE(is_green(at(drawn.bgr, seen_at(view, {2.8, 0.6, 0.6}))));
-  EXPECT_TRUE(is_blue(at(drawn.bgr, seen_at(view, {2.8, 1.0, 0.1}))));
+  EXPECT_TRUE(is_red(at(rendered.bgr, seen_at(view, {2.8, 1.0, 0.6}))));
+  EXPECT_TRUE(is_green(at(rendered.bgr, seen_at(view, {2.8, 0.6, 0.6}))));
+  EXPECT_TRUE(is_blue(at(rendered.bgr, seen_at(view, {2.8, 1.0, 0.1}))));
   EXPECT_LT(seen_at(view, {2.8, 1.0, 0.6}).x(), kWidth_px / 2.0);
 }
 
@@ -81,27 +81,28 @@ TEST_P(RendererOf, EdgesFallWhereTheIntrinsicsSay) {
 TEST_P(RendererOf, TheLabelIsTheFloorAndNothingElse) {
   Renderer renderer(flag_world(), by_painter());
   const View view = ahead(0.5, deg_to_rad(20));
-  const Drawn drawn = renderer.draw(view, {.floor_label = true});
+  const RenderedImage rendered = renderer.draw(view, {.floor_label = true});
   const auto label = [&](const Vec3& p) {
     const Vec2 px = seen_at(view, p);
-    return drawn.floor_label.at<std::uint8_t>(static_cast<int>(std::lround(px.y())),
-                                              static_cast<int>(std::lround(px.x())));
+    return rendered.floor_label.at<std::uint8_t>(static_cast<int>(std::lround(px.y())),
+                                                 static_cast<int>(std::lround(px.x())));
   };
   EXPECT_EQ(label({1.5, 0, 0}), 255);
   EXPECT_EQ(label({2.8, 0.8, 0.4}), 0);
-  EXPECT_EQ(drawn.floor_label.at<std::uint8_t>(0, kWidth_px - 1), 0);  // above the horizon: nothing
-  EXPECT_EQ(cv::countNonZero((drawn.floor_label != 0) & (drawn.floor_label != 255)), 0);
-  EXPECT_EQ(cv::norm(drawn.bgr, renderer.draw(view).bgr, cv::NORM_INF),
+  EXPECT_EQ(rendered.floor_label.at<std::uint8_t>(0, kWidth_px - 1),
+            0);  // above the horizon: nothing
+  EXPECT_EQ(cv::countNonZero((rendered.floor_label != 0) & (rendered.floor_label != 255)), 0);
+  EXPECT_EQ(cv::norm(rendered.bgr, renderer.draw(view).bgr, cv::NORM_INF),
             0);  // same picture without it
 }
 
 TEST_P(RendererOf, DepthIsMetresAlongTheAxis) {
   Renderer renderer(flag_world(), by_painter());
   const View view = ahead();
-  const Drawn drawn = renderer.draw(view, {.depth = true});
+  const RenderedImage rendered = renderer.draw(view, {.depth = true});
   const auto depth = [&](const Vec2& px) {
-    return drawn.depth_m.at<float>(static_cast<int>(std::lround(px.y())),
-                                   static_cast<int>(std::lround(px.x())));
+    return rendered.depth_m.at<float>(static_cast<int>(std::lround(px.y())),
+                                      static_cast<int>(std::lround(px.x())));
   };
   EXPECT_NEAR(depth(seen_at(view, {2.8, 0.8, 0.4})), 2.8, kDepth_m);
   EXPECT_EQ(depth({kWidth_px / 2.0, 0}), std::numeric_limits<float>::infinity());
@@ -127,30 +128,31 @@ TEST_P(RendererOf, InstancesAreTheObjectsInTheirOrder) {
   world.objects.push_back({"last", {}, box({2, -0.5, 0}, {2.1, -0.2, 0.8})});
   Renderer renderer(world, by_painter());
   const View view = ahead();
-  const Ask all{.floor_label = true, .depth = true, .instance = true};
-  const Drawn drawn = renderer.draw(view, all);
-  ASSERT_EQ(drawn.instance.type(), CV_16U);
+  const RenderOutputs all{.floor_label = true, .depth = true, .instance = true};
+  const RenderedImage rendered = renderer.draw(view, all);
+  ASSERT_EQ(rendered.instance.type(), CV_16U);
   const auto instance = [&](const Vec3& p) {
     const Vec2 px = seen_at(view, p);
-    return drawn.instance.at<std::uint16_t>(static_cast<int>(std::lround(px.y())),
-                                            static_cast<int>(std::lround(px.x())));
+    return rendered.instance.at<std::uint16_t>(static_cast<int>(std::lround(px.y())),
+                                               static_cast<int>(std::lround(px.x())));
   };
   EXPECT_EQ(instance({1.5, 0, 0}), 1);
   EXPECT_EQ(instance({2.8, 0.8, 0.4}), 2);
   EXPECT_EQ(instance({2, -0.3, 0.5}), world.objects.size());
-  EXPECT_EQ(drawn.instance.at<std::uint16_t>(0, 0), 0);
+  EXPECT_EQ(rendered.instance.at<std::uint16_t>(0, 0), 0);
   // Whatever is asked for besides, each is the same.
-  EXPECT_EQ(cv::norm(drawn.bgr, renderer.draw(view).bgr, cv::NORM_INF), 0);
-  EXPECT_EQ(cv::norm(drawn.floor_label, renderer.draw(view, {.floor_label = true}).floor_label,
+  EXPECT_EQ(cv::norm(rendered.bgr, renderer.draw(view).bgr, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(rendered.floor_label, renderer.draw(view, {.floor_label = true}).floor_label,
                      cv::NORM_INF),
             0);
   EXPECT_EQ(
-      cv::norm(drawn.instance, renderer.draw(view, {.instance = true}).instance, cv::NORM_INF), 0);
+      cv::norm(rendered.instance, renderer.draw(view, {.instance = true}).instance, cv::NORM_INF),
+      0);
   // Nothing has no depth, everything has one.
   for (int row = 0; row < kHeight_px; ++row) {
     for (int column = 0; column < kWidth_px; ++column) {
-      EXPECT_EQ(drawn.instance.at<std::uint16_t>(row, column) == 0,
-                std::isinf(drawn.depth_m.at<float>(row, column)));
+      EXPECT_EQ(rendered.instance.at<std::uint16_t>(row, column) == 0,
+                std::isinf(rendered.depth_m.at<float>(row, column)));
     }
   }
 }
@@ -158,7 +160,7 @@ TEST_P(RendererOf, InstancesAreTheObjectsInTheirOrder) {
 TEST_P(RendererOf, DepthAndInstanceAreThoseOfABoxByArithmetic) {
   Renderer renderer(flag_world(), by_painter());
   const View view = ahead(0.9, deg_to_rad(15));
-  const Drawn drawn = renderer.draw(view, {.depth = true, .instance = true});
+  const RenderedImage rendered = renderer.draw(view, {.depth = true, .instance = true});
   const Vec3 eye = view.T_scene_camera.translation;
   int compared = 0;
   for (int row = 0; row < kHeight_px; row += 3) {
@@ -175,8 +177,8 @@ TEST_P(RendererOf, DepthAndInstanceAreThoseOfABoxByArithmetic) {
       }
       const double floor = -eye.z() / ray.z();
       const Vec3 on_floor_m = eye + floor * ray;
-      const auto instance = drawn.instance.at<std::uint16_t>(row, column);
-      const auto depth = static_cast<double>(drawn.depth_m.at<float>(row, column));
+      const auto instance = rendered.instance.at<std::uint16_t>(row, column);
+      const auto depth = static_cast<double>(rendered.depth_m.at<float>(row, column));
       constexpr double kEdge = 0.02;  // pixels on an edge may go either way
       if (leave - enter > kEdge) {
         EXPECT_EQ(instance, 2);
@@ -201,7 +203,7 @@ TEST_P(RendererOf, TheSkyIsSeenWhereNothingIsAndGoesWithTheDay) {
   View view = ahead();
   EXPECT_EQ(renderer.draw(view).bgr.at<cv::Vec3b>(0, 0), cv::Vec3b(242, 180, 128));
   view.gain = 0.5;
-  const Moment evening{{}, {{"day", 0.5}}};
+  const SceneState evening{{}, {{"day", 0.5}}};
   const cv::Vec3b dark = renderer.draw(view, {}, evening).bgr.at<cv::Vec3b>(0, 0);
   EXPECT_NEAR(dark[0], 242 / 2, 1);
   EXPECT_NEAR(dark[2], 128 / 2, 1);
@@ -221,19 +223,19 @@ World chair_world() {
 TEST_P(RendererOf, WhatMovesIsSeenWhereItIs) {
   Renderer renderer(chair_world(), by_painter());
   const View view = ahead();
-  const Ask ask{.depth = true, .instance = true};
-  const Drawn before = renderer.draw(view, ask);
+  const RenderOutputs outputs{.depth = true, .instance = true};
+  const RenderedImage before = renderer.draw(view, outputs);
   // Turned about by 180 degrees and 1.6 m to the right: the flag is on every side.
-  const Moment moved{{{1, {Eigen::Quaterniond(0, 0, 0, 1), {3, -0.8, 0}}}}, {}};
-  const Drawn after = renderer.draw(view, ask, moved);
-  const auto at_px = [&](const Drawn& drawn, const Vec3& p, std::uint16_t instance,
+  const SceneState moved{{{1, {Eigen::Quaterniond(0, 0, 0, 1), {3, -0.8, 0}}}}, {}};
+  const RenderedImage after = renderer.draw(view, outputs, moved);
+  const auto at_px = [&](const RenderedImage& rendered, const Vec3& p, std::uint16_t instance,
                          double depth_m) {
     const Vec2 px = seen_at(view, p);
     const cv::Point at(static_cast<int>(std::lround(px.x())),
                        static_cast<int>(std::lround(px.y())));
-    EXPECT_EQ(drawn.instance.at<std::uint16_t>(at), instance);
+    EXPECT_EQ(rendered.instance.at<std::uint16_t>(at), instance);
     if (depth_m > 0) {
-      EXPECT_NEAR(drawn.depth_m.at<float>(at), depth_m, kDepth_m);
+      EXPECT_NEAR(rendered.depth_m.at<float>(at), depth_m, kDepth_m);
     }
   };
   at_px(before, {2.8, 0.9, 0.6}, 2, 2.8);
@@ -249,8 +251,8 @@ TEST_P(RendererOf, APictureDependsOnItsMomentNotOnThoseBefore) {
   Renderer renderer(world, by_painter());
   Renderer other(world, by_painter());
   const View view = ahead();
-  const Moment first{{{1, {Eigen::Quaterniond::Identity(), {2, 0.3, 0}}}}, {{"lamps", 0.2}}};
-  const Moment second{{{1, {Eigen::Quaterniond::Identity(), {2.5, 0, 0}}}}, {{"day", 0.7}}};
+  const SceneState first{{{1, {Eigen::Quaterniond::Identity(), {2, 0.3, 0}}}}, {{"lamps", 0.2}}};
+  const SceneState second{{{1, {Eigen::Quaterniond::Identity(), {2.5, 0, 0}}}}, {{"day", 0.7}}};
   const cv::Mat alone = other.draw(view, {}, second).bgr;
   const cv::Mat start = renderer.draw(view).bgr;
   EXPECT_GT(cv::norm(renderer.draw(view, {}, first).bgr, start, cv::NORM_INF), 0);
@@ -275,9 +277,10 @@ TEST_P(RendererOf, WhatMovesIsDarkerAwayFromTheLamp) {
   Renderer renderer(chair_world(), by_painter());
   const auto brightness = [&](double x_m) {
     const View view = ahead();
-    const Moment moment{{{1, {Eigen::Quaterniond::Identity(), {x_m, 0, 0}}}}, {{"day", 0.1}}};
-    const Drawn drawn = renderer.draw(view, {.instance = true}, moment);
-    return cv::mean(drawn.bgr, drawn.instance == 2)[2];
+    const SceneState scene_state{{{1, {Eigen::Quaterniond::Identity(), {x_m, 0, 0}}}},
+                                 {{"day", 0.1}}};
+    const RenderedImage rendered = renderer.draw(view, {.instance = true}, scene_state);
+    return cv::mean(rendered.bgr, rendered.instance == 2)[2];
   };
   EXPECT_GT(brightness(1.5), 1.2 * brightness(4.5));
 }
@@ -306,7 +309,7 @@ TEST_P(RendererOf, AMeshOfManyTrianglesOfManyColoursIsDrawn) {
   world.objects = {hill};
   Renderer renderer(world, by_painter());
   const View view = ahead(2, deg_to_rad(50));
-  const Drawn drawn = renderer.draw(view, {.depth = true, .instance = true});
+  const RenderedImage rendered = renderer.draw(view, {.depth = true, .instance = true});
   int compared = 0;
   for (int k = 0; k < kSide * kSide; k += 37) {
     const Triangle& t = hill.triangles[static_cast<std::size_t>(2 * k)];
@@ -317,7 +320,7 @@ TEST_P(RendererOf, AMeshOfManyTrianglesOfManyColoursIsDrawn) {
       continue;
     }
     // Red is the same in all of them but for the light; blue tells the column.
-    EXPECT_NEAR(at(drawn.bgr, px)[2], 128 * 0.97, 128 * 0.04);
+    EXPECT_NEAR(at(rendered.bgr, px)[2], 128 * 0.97, 128 * 0.04);
     ++compared;
   }
   EXPECT_GT(compared, 50);
@@ -400,11 +403,11 @@ TEST(Renderer, TheProgramDecidesAboutThreadsWhereTheEnvironmentDoesNot) {
 std::string pictures_of(const std::string& said) { return said.substr(said.find("pictures=")); }
 
 TEST(Renderer, EglDrawsTheSameBits) {
-  const std::string drawn = drawn_elsewhere("PANOPTES_TEST_PAINTER=egl LIBGL_ALWAYS_SOFTWARE=1");
-  if (drawn.find("pictures=") == std::string::npos) {
-    GTEST_SKIP() << drawn;
+  const std::string rendered = drawn_elsewhere("PANOPTES_TEST_PAINTER=egl LIBGL_ALWAYS_SOFTWARE=1");
+  if (rendered.find("pictures=") == std::string::npos) {
+    GTEST_SKIP() << rendered;
   }
-  EXPECT_EQ(pictures_of(drawn), pictures_of(drawn_elsewhere("PANOPTES_TEST_PAINTER=osmesa")));
+  EXPECT_EQ(pictures_of(rendered), pictures_of(drawn_elsewhere("PANOPTES_TEST_PAINTER=osmesa")));
 }
 
 TEST(Renderer, BothContextsTakeTurnsInOneProcess) {

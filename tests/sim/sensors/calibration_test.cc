@@ -63,8 +63,8 @@ struct Seen {
 Seen corners_seen(const Intrinsics& lens, double near_m, double far_m) {
   Renderer renderer(board_world());
   CameraSensor camera("calibrated", lens, {}, Rng(1));
-  const CameraSensor::Draw draw = [&renderer](const View& view, const Ask& ask) {
-    return renderer.draw(view, ask);
+  const CameraSensor::Draw draw = [&renderer](const View& view, const RenderOutputs& outputs) {
+    return renderer.draw(view, outputs);
   };
   std::vector<cv::Point3f> p_board;
   for (int row = 0; row < kRows; ++row) {

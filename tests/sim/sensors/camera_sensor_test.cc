@@ -40,11 +40,11 @@ Vec3 stripes(const Vec3& d_scene) {
 }
 
 CameraSensor::Draw drawing(const Light& light, int* drawings = nullptr) {
-  return [light, drawings](const View& view, const Ask& ask) {
+  return [light, drawings](const View& view, const RenderOutputs& outputs) {
     if (drawings != nullptr && view.intrinsics.width_px == kLens.width_px) {
       ++*drawings;
     }
-    return draw_sphere(light, view, ask);
+    return draw_sphere(light, view, outputs);
   };
 }
 
@@ -74,10 +74,10 @@ double edge_px(const cv::Mat& bgr, int v) {
 TEST(CameraSensor, StandingStillItDrawsOnce) {
   int drawings = 0;
   CameraSensor camera("a", kLens, clean(), Rng(1));
-  const Taken taken = camera.take(drawing(stripes, &drawings), still, 0, {});
+  const SensorImage image = camera.take(drawing(stripes, &drawings), still, 0, {});
   EXPECT_EQ(drawings, 1);
-  EXPECT_EQ(cv::norm(taken.bgr, draw_sphere(stripes, {kLens, {}}, {}).bgr, cv::NORM_INF), 0);
-  EXPECT_TRUE(taken.floor_label.empty());
+  EXPECT_EQ(cv::norm(image.bgr, draw_sphere(stripes, {kLens, {}}, {}).bgr, cv::NORM_INF), 0);
+  EXPECT_TRUE(image.floor_label.empty());
 }
 
 TEST(CameraSensor, SlowMotionIsDrawnOnceToo) {
@@ -107,10 +107,10 @@ TEST(CameraSensor, BlurIsTheMeanOverTheExposure) {
   }
   cv::Mat mean;
   cv::sqrt(sum / kMany, mean);
-  cv::Mat taken;
-  bgr.convertTo(taken, CV_64F);
+  cv::Mat image;
+  bgr.convertTo(image, CV_64F);
   constexpr double kGreyLevels = 1.5;  // roundings of the drawings and of the mean
-  EXPECT_LT(cv::norm(taken, mean * 255, cv::NORM_INF), kGreyLevels);
+  EXPECT_LT(cv::norm(image, mean * 255, cv::NORM_INF), kGreyLevels);
 }
 
 TEST(CameraSensor, BlurIsAsLongAsTheExposure) {
@@ -158,17 +158,17 @@ std::function<Instant(Duration)> turning_world(double radps) {
   return [radps](Duration after) {
     Instant now;
     for (std::size_t object = 0; object < 4; ++object) {
-      now.moment.T_scene_object[object] = turning(radps)(after).inverse();
+      now.scene_state.T_scene_object[object] = turning(radps)(after).inverse();
     }
-    now.moment.T_scene_object[4].translation.x() = to_seconds(after);
+    now.scene_state.T_scene_object[4].translation.x() = to_seconds(after);
     return now;
   };
 }
 
-CameraSensor::DrawMoment drawing_things(const Light& light) {
-  return [light](View view, const Ask& ask, const Moment& moment) {
-    view.T_scene_camera = moment.T_scene_object.at(0).inverse() * view.T_scene_camera;
-    return draw_sphere(light, view, ask);
+CameraSensor::DrawScene drawing_objects(const Light& light) {
+  return [light](View view, const RenderOutputs& outputs, const SceneState& scene_state) {
+    view.T_scene_camera = scene_state.T_scene_object.at(0).inverse() * view.T_scene_camera;
+    return draw_sphere(light, view, outputs);
   };
 }
 
@@ -176,11 +176,11 @@ TEST(CameraSensor, WhatMovesBeforeItBlursAsUnderItsOwnMotion) {
   SensorOptions options = clean();
   options.exposure = FixedExposure{10, 0.4};
   options.row_us = 50;
-  const Ask ask{.floor_label = true, .depth = true, .instance = true};
+  const RenderOutputs outputs{.floor_label = true, .depth = true, .instance = true};
   CameraSensor turns("a", kLens, options, Rng(1));
-  const Taken seen = turns.take(drawing(stripes), turning(5), 0, ask);
+  const SensorImage seen = turns.take(drawing(stripes), turning(5), 0, outputs);
   CameraSensor stands("a", kLens, options, Rng(1));
-  const Taken same = stands.take(drawing_things(stripes), turning_world(5), 0, ask);
+  const SensorImage same = stands.take(drawing_objects(stripes), turning_world(5), 0, outputs);
   EXPECT_EQ(cv::norm(same.bgr, seen.bgr, cv::NORM_INF), 0);
   EXPECT_EQ(cv::norm(same.depth_m, seen.depth_m, cv::NORM_INF), 0);
   EXPECT_EQ(cv::norm(same.instance, seen.instance, cv::NORM_INF), 0);
@@ -192,12 +192,12 @@ TEST(CameraSensor, WhatMovesUnseenCostsNoDrawing) {
   options.exposure = FixedExposure{10, 0.4};
   CameraSensor camera("a", kLens, options, Rng(1));
   int drawings = 0;
-  const auto still_sphere = [&](const View& view, const Ask& ask, const Moment&) {
-    return drawing(stripes, &drawings)(view, ask);
+  const auto still_sphere = [&](const View& view, const RenderOutputs& outputs, const SceneState&) {
+    return drawing(stripes, &drawings)(view, outputs);
   };
   const auto behind = [](Duration after) {
     Instant now;
-    now.moment.T_scene_object[4].translation.x() = 9 * to_seconds(after);
+    now.scene_state.T_scene_object[4].translation.x() = 9 * to_seconds(after);
     return now;
   };
   camera.take(still_sphere, behind, 0, {});
@@ -224,17 +224,17 @@ TEST(CameraSensor, TheTruthLeansWithTheRows) {
   options.row_us = 100;
   options.exposure = FixedExposure{5, 0.8};
   CameraSensor camera("a", kLens, options, Rng(1));
-  const Ask ask{.floor_label = true, .depth = true, .instance = true};
-  const Taken taken = camera.take(drawing(edge), turning(10), 0, ask);
-  ASSERT_EQ(taken.instance.size(), taken.bgr.size());
-  ASSERT_EQ(taken.depth_m.size(), taken.bgr.size());
-  ASSERT_EQ(taken.floor_label.size(), taken.bgr.size());
+  const RenderOutputs outputs{.floor_label = true, .depth = true, .instance = true};
+  const SensorImage image = camera.take(drawing(edge), turning(10), 0, outputs);
+  ASSERT_EQ(image.instance.size(), image.bgr.size());
+  ASSERT_EQ(image.depth_m.size(), image.bgr.size());
+  ASSERT_EQ(image.floor_label.size(), image.bgr.size());
   for (const int v : {0, 30, 90, 119}) {
     int left = 0;  // where x < 0
     for (int u = 0; u < kLens.width_px; ++u) {
-      left += (taken.instance.at<std::uint16_t>(v, u) - 1) % 2;
+      left += (image.instance.at<std::uint16_t>(v, u) - 1) % 2;
     }
-    EXPECT_NEAR(left, edge_px(taken.bgr, v), 1) << v;
+    EXPECT_NEAR(left, edge_px(image.bgr, v), 1) << v;
   }
 }
 
@@ -325,7 +325,7 @@ TEST(CameraSensor, AutoExposureStopsAtItsLimits) {
 }
 
 TEST(CameraSensor, NoiseIsDecidedBySeedCameraAndPictureAlone) {
-  const auto taken = [](std::uint64_t seed, const std::string& name, std::int64_t picture,
+  const auto image = [](std::uint64_t seed, const std::string& name, std::int64_t picture,
                         bool one_before = false) {
     CameraSensor camera(name, kLens, {}, Rng(seed));
     if (one_before) {
@@ -333,10 +333,10 @@ TEST(CameraSensor, NoiseIsDecidedBySeedCameraAndPictureAlone) {
     }
     return camera.take(drawing(stripes), still, picture, {}).bgr;
   };
-  EXPECT_EQ(cv::norm(taken(1, "a", 5), taken(1, "a", 5, true), cv::NORM_INF), 0);
-  EXPECT_GT(cv::norm(taken(1, "a", 5), taken(1, "a", 6), cv::NORM_INF), 0);
-  EXPECT_GT(cv::norm(taken(1, "a", 5), taken(1, "b", 5), cv::NORM_INF), 0);
-  EXPECT_GT(cv::norm(taken(1, "a", 5), taken(2, "a", 5), cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(image(1, "a", 5), image(1, "a", 5, true), cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(image(1, "a", 5), image(1, "a", 6), cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(image(1, "a", 5), image(1, "b", 5), cv::NORM_INF), 0);
+  EXPECT_GT(cv::norm(image(1, "a", 5), image(2, "a", 5), cv::NORM_INF), 0);
 }
 
 TEST(CameraSensor, SettingsReadBackTheSame) {

@@ -144,18 +144,18 @@ TEST(WheelEncoders, RepeatFromTheSameSeedOnly) {
 TEST(WheelEncoders, SlipWhereTheFloorIsSlippery) {
   const Body body;
   const Surface wet{{2, 0, deg_to_rad(90)}, {4, 1}, 0.05, 3};  // x from 1.5 to 2.5, y from -2 to 2
-  const auto grip = [&](const Pose2& at) { return grip_under_wheels({wet}, body, at); };
-  EXPECT_EQ(grip({1.4, 1.9, 0})[0].slip, 0);
-  EXPECT_EQ(grip({1.6, 1.9, 0})[0].slip, 0) << "the left wheel stands beyond its edge";
-  EXPECT_EQ(grip({1.6, 1.9, 0})[1].slip, 0.05);
-  EXPECT_EQ(grip({1.6, 0, 0})[0].noise_factor, 3);
-  EXPECT_EQ(grip({1.4, 0, deg_to_rad(90)})[1].slip, 0.05) << "the right wheel stands on it";
-  EXPECT_EQ(grip({1.4, 0, deg_to_rad(90)})[0].slip, 0);
+  const auto traction = [&](const Pose2& at) { return traction_under_wheels({wet}, body, at); };
+  EXPECT_EQ(traction({1.4, 1.9, 0})[0].slip, 0);
+  EXPECT_EQ(traction({1.6, 1.9, 0})[0].slip, 0) << "the left wheel stands beyond its edge";
+  EXPECT_EQ(traction({1.6, 1.9, 0})[1].slip, 0.05);
+  EXPECT_EQ(traction({1.6, 0, 0})[0].noise_factor, 3);
+  EXPECT_EQ(traction({1.4, 0, deg_to_rad(90)})[1].slip, 0.05) << "the right wheel stands on it";
+  EXPECT_EQ(traction({1.4, 0, deg_to_rad(90)})[0].slip, 0);
 
   WheelEncoders encoders(kPerfect, body, Rng(1));
-  encoders.roll(100, 0, grip({1.6, 0, 0}));
+  encoders.roll(100, 0, traction({1.6, 0, 0}));
   EXPECT_NEAR(static_cast<double>(encoders.ticks().left) * tick_m(body), 105, tick_m(body));
-  encoders.roll(0, 100, grip({1.6, 1.9, 0}));
+  encoders.roll(0, 100, traction({1.6, 1.9, 0}));
   const double half_m = 100 * body.wheel_base_m / 2;
   EXPECT_NEAR(static_cast<double>(encoders.ticks().left) * tick_m(body), 105 - half_m,
               2 * tick_m(body));
@@ -165,7 +165,7 @@ TEST(WheelEncoders, SlipWhereTheFloorIsSlippery) {
 
 TEST(WheelEncoders, RoughFloorAddsToNoiseAndSlip) {
   const Body body;
-  const std::array<Grip, 2> rough{Grip{0, 4}, Grip{0, 4}};
+  const std::array<TractionFactors, 2> rough{TractionFactors{0, 4}, TractionFactors{0, 4}};
   for (const WheelError& error : {WheelError{0.003, 0, 0, 0}, WheelError{0, 0, 0, 0.005}}) {
     WheelEncoders plain(error, body, Rng(5));
     WheelEncoders off(error, body, Rng(5));

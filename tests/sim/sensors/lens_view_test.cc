@@ -47,7 +47,9 @@ Vec3 smooth(const Vec3& d_scene) {
           std::pow(0.5 + 0.3 * std::sin(5 * d_scene.z()), 2)};
 }
 
-Drawn draw_smooth(const View& view, const Ask& ask) { return draw_sphere(smooth, view, ask); }
+RenderedImage draw_smooth(const View& view, const RenderOutputs& outputs) {
+  return draw_sphere(smooth, view, outputs);
+}
 
 TEST(LensView, ShowsWhatTheLensSees) {
   for (const auto& [name, lens] : lenses()) {
@@ -70,10 +72,10 @@ TEST(LensView, ShowsWhatTheLensSees) {
 }
 
 TEST(LensView, TheTruthLiesUnderThePicture) {
-  const Ask ask{.floor_label = true, .depth = true, .instance = true};
+  const RenderOutputs outputs{.floor_label = true, .depth = true, .instance = true};
   for (const auto& [name, lens] : lenses()) {
     LensView view(lens);
-    const Drawn drawn = view.draw(draw_smooth, kTurned, 1, ask);
+    const RenderedImage rendered = view.draw(draw_smooth, kTurned, 1, outputs);
     int wrong_labels = 0;
     int wrong_instances = 0;
     double worst_m = 0;
@@ -81,12 +83,12 @@ TEST(LensView, TheTruthLiesUnderThePicture) {
       for (int u = 0; u < lens.width_px; ++u) {
         const Vec3 d_camera = lens.direction(Vec2(u, v)).value();
         const Vec3 d_scene = kTurned.rotation * d_camera;
-        wrong_labels += (drawn.floor_label.at<std::uint8_t>(v, u) != 0) != (d_scene.z() < 0);
-        wrong_instances +=
-            drawn.instance.at<std::uint16_t>(v, u) != 1 + (d_scene.x() < 0) + 2 * (d_scene.y() < 0);
+        wrong_labels += (rendered.floor_label.at<std::uint8_t>(v, u) != 0) != (d_scene.z() < 0);
+        wrong_instances += rendered.instance.at<std::uint16_t>(v, u) !=
+                           1 + (d_scene.x() < 0) + 2 * (d_scene.y() < 0);
         const bool along_rays = std::holds_alternative<Equidistant>(lens.distortion);
         const double depth_m = kSphere_m * (along_rays ? 1 : d_camera.z());
-        worst_m = std::max(worst_m, std::abs(drawn.depth_m.at<float>(v, u) - depth_m));
+        worst_m = std::max(worst_m, std::abs(rendered.depth_m.at<float>(v, u) - depth_m));
       }
     }
     // The borders between labels, a few lines through the picture, may be half a pixel off.
@@ -100,8 +102,8 @@ TEST(LensView, TheTruthLiesUnderThePicture) {
 }
 
 TEST(LensView, HasNoBorder) {
-  const auto white = [](const View& view, const Ask& ask) {
-    return draw_sphere([](const Vec3& /*d_scene*/) { return Vec3::Ones(); }, view, ask);
+  const auto white = [](const View& view, const RenderOutputs& outputs) {
+    return draw_sphere([](const Vec3& /*d_scene*/) { return Vec3::Ones(); }, view, outputs);
   };
   for (const auto& [name, lens] : lenses()) {
     LensView view(lens);
@@ -114,7 +116,7 @@ TEST(LensView, DrawsLittleMoreThanThePicture) {
   for (const auto& [name, lens] : lenses()) {
     const LensView view(lens);
     double pixels = 0;
-    for (const Faces::Face& face : view.faces()) {
+    for (const PinholeFaces::Face& face : view.faces()) {
       pixels += static_cast<double>(face.pinhole.width_px) * face.pinhole.height_px;
     }
     const double picture = static_cast<double>(lens.width_px) * lens.height_px;
@@ -126,26 +128,26 @@ TEST(LensView, DrawsLittleMoreThanThePicture) {
 }
 
 TEST(LensView, APinholesPictureIsTheDrawnOne) {
-  cv::Mat drawn;
+  cv::Mat rendered;
   LensView view(pinhole(320, 240, deg_to_rad(80)));
   const cv::Mat bgr = view.draw(
-                              [&drawn](const View& v, const Ask& ask) {
-                                Drawn out = draw_smooth(v, ask);
-                                drawn = out.bgr;
+                              [&rendered](const View& v, const RenderOutputs& outputs) {
+                                RenderedImage out = draw_smooth(v, outputs);
+                                rendered = out.bgr;
                                 return out;
                               },
                               kTurned, 1, {})
                           .bgr;
-  EXPECT_EQ(bgr.data, drawn.data);
+  EXPECT_EQ(bgr.data, rendered.data);
 }
 
 TEST(LensView, RowsAreThoseOfTheWholePicture) {
-  const Ask ask{.depth = true};
+  const RenderOutputs outputs{.depth = true};
   for (const auto& [name, lens] : lenses()) {
     LensView view(lens);
-    const Drawn whole = view.draw(draw_smooth, kTurned, 1, ask);
+    const RenderedImage whole = view.draw(draw_smooth, kTurned, 1, outputs);
     for (const cv::Range& rows : {cv::Range(0, 17), cv::Range(100, 140), cv::Range(230, 240)}) {
-      const Drawn part = view.draw(draw_smooth, kTurned, 1, ask, rows.start, rows.end);
+      const RenderedImage part = view.draw(draw_smooth, kTurned, 1, outputs, rows.start, rows.end);
       constexpr double kRounding_grey = 1;
       EXPECT_LE(cv::norm(part.bgr, whole.bgr.rowRange(rows), cv::NORM_INF), kRounding_grey) << name;
       constexpr double kRounding_m = 1e-5;
@@ -155,18 +157,20 @@ TEST(LensView, RowsAreThoseOfTheWholePicture) {
   }
 }
 
-const Ask kAll{.floor_label = true, .depth = true, .instance = true};
+const RenderOutputs kAll{.floor_label = true, .depth = true, .instance = true};
 const Pose3 kInRoom = mounted_camera({0, 0, 0.5}, 1, 0.1);
 
 LensView::Draw drawing(Renderer& renderer) {
-  return [&renderer](const View& view, const Ask& ask) { return renderer.draw(view, ask); };
+  return [&renderer](const View& view, const RenderOutputs& outputs) {
+    return renderer.draw(view, outputs);
+  };
 }
 
 TEST(LensView, EachPixelShowsWhatAPinholeAlongItsDirectionSees) {
   Renderer renderer(crowded_room());
   for (const auto& [name, lens] : lenses()) {
     const LensView view(lens);
-    const Drawn drawn = view.draw(drawing(renderer), kInRoom, 1, kAll);
+    const RenderedImage rendered = view.draw(drawing(renderer), kInRoom, 1, kAll);
     Rng rng(3);
     int others = 0;
     constexpr int kLooks = 1000;
@@ -177,13 +181,13 @@ TEST(LensView, EachPixelShowsWhatAPinholeAlongItsDirectionSees) {
       const Pose3 T_camera_ray{Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), d_camera),
                                Vec3::Zero()};
       const View alone{{1, 1, lens.fx_px, lens.fy_px, 0, 0, {}}, kInRoom * T_camera_ray};
-      const Drawn one = renderer.draw(alone, kAll);
+      const RenderedImage one = renderer.draw(alone, kAll);
       const bool same_object =
-          one.instance.at<std::uint16_t>(0, 0) == drawn.instance.at<std::uint16_t>(v, u);
+          one.instance.at<std::uint16_t>(0, 0) == rendered.instance.at<std::uint16_t>(v, u);
       const double depth_per_range =
           std::holds_alternative<Equidistant>(lens.distortion) ? 1 : d_camera.z();
       const double inverse_depth = 1 / (one.depth_m.at<float>(0, 0) * depth_per_range);
-      const double seen_inverse_depth = 1 / drawn.depth_m.at<float>(v, u);
+      const double seen_inverse_depth = 1 / rendered.depth_m.at<float>(v, u);
       others += !same_object ||
                 std::abs(seen_inverse_depth - inverse_depth) > 1e-3 * std::abs(inverse_depth);
     }
@@ -199,8 +203,8 @@ TEST(LensView, OpenGlShowsTheSame) {
   Renderer theirs(crowded_room(), options);
   for (const auto& [name, lens] : lenses()) {
     const LensView view(lens);
-    const Drawn a = view.draw(drawing(ours), kInRoom, 1, kAll);
-    const Drawn b = view.draw(drawing(theirs), kInRoom, 1, kAll);
+    const RenderedImage a = view.draw(drawing(ours), kInRoom, 1, kAll);
+    const RenderedImage b = view.draw(drawing(theirs), kInRoom, 1, kAll);
     cv::Mat blurred_a;
     cv::Mat blurred_b;
     cv::blur(a.bgr, blurred_a, {5, 5});
@@ -218,8 +222,8 @@ TEST(LensView, NarrowVectorsDrawTheSameBits) {
   Renderer narrow(crowded_room(), options);
   for (const auto& [name, lens] : lenses()) {
     const LensView view(lens);
-    const Drawn a = view.draw(drawing(wide), kInRoom, 1, kAll);
-    const Drawn b = view.draw(drawing(narrow), kInRoom, 1, kAll);
+    const RenderedImage a = view.draw(drawing(wide), kInRoom, 1, kAll);
+    const RenderedImage b = view.draw(drawing(narrow), kInRoom, 1, kAll);
     EXPECT_EQ(cv::norm(a.bgr, b.bgr, cv::NORM_INF), 0) << name;
     EXPECT_EQ(cv::norm(a.floor_label, b.floor_label, cv::NORM_INF), 0) << name;
     EXPECT_EQ(cv::norm(1 / a.depth_m, 1 / b.depth_m, cv::NORM_INF), 0) << name;

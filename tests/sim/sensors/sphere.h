@@ -18,22 +18,23 @@ inline constexpr double kSphere_m = 3;
 /// each colour comes from where.
 using Light = std::function<Vec3(const Vec3& d_scene)>;
 
-inline Drawn draw_sphere(const Light& light, const View& view, const Ask& ask) {
+inline RenderedImage draw_sphere(const Light& light, const View& view,
+                                 const RenderOutputs& outputs) {
   if (view.faces != nullptr) {
-    return draw_faces(view, ask, [&light](const View& pinhole, const Ask& of_face) {
+    return draw_faces(view, outputs, [&light](const View& pinhole, const RenderOutputs& of_face) {
       return draw_sphere(light, pinhole, of_face);
     });
   }
   const Intrinsics& k = view.intrinsics;
-  Drawn out;
+  RenderedImage out;
   out.bgr.create(k.height_px, k.width_px, CV_8UC3);
-  if (ask.floor_label) {
+  if (outputs.floor_label) {
     out.floor_label.create(k.height_px, k.width_px, CV_8UC1);
   }
-  if (ask.depth) {
+  if (outputs.depth) {
     out.depth_m.create(k.height_px, k.width_px, CV_32FC1);
   }
-  if (ask.instance) {
+  if (outputs.instance) {
     out.instance.create(k.height_px, k.width_px, CV_16UC1);
   }
   const Vec3& eye = view.T_scene_camera.translation;
@@ -49,13 +50,13 @@ inline Drawn draw_sphere(const Light& light, const View& view, const Ask& ask) {
       for (int i = 0; i < 3; ++i) {
         out.bgr.at<cv::Vec3b>(v, u)[i] = cv::saturate_cast<std::uint8_t>(grey[i]);
       }
-      if (ask.floor_label) {
+      if (outputs.floor_label) {
         out.floor_label.at<std::uint8_t>(v, u) = d_scene.z() < 0 ? 255 : 0;
       }
-      if (ask.depth) {
+      if (outputs.depth) {
         out.depth_m.at<float>(v, u) = static_cast<float>(z_m);
       }
-      if (ask.instance) {
+      if (outputs.instance) {
         out.instance.at<std::uint16_t>(v, u) =
             static_cast<std::uint16_t>(1 + (d_scene.x() < 0) + 2 * (d_scene.y() < 0));
       }

@@ -65,7 +65,7 @@ TEST(Trigger, OneSignalHasNoSkewAtAll) {
   }
 }
 
-TEST(Trigger, SetsComeAtTheFastestCamerasBeats) {
+TEST(Trigger, SetsComeAtTheFastestCamerasPulses) {
   const std::vector<FrameSet> all = sets({}, rig_of({{"fast", 25}, {"slow", 10}}), 6);
   EXPECT_THAT(stamps_ns(all, "fast"),
               ElementsAre(0, 40'000'000, 80'000'000, 120'000'000, 160'000'000, 200'000'000));
@@ -79,7 +79,7 @@ TEST(Trigger, SetsComeAtTheFastestCamerasBeats) {
   EXPECT_EQ(all[5].pictures.at("slow").stamp, time_at(0.2));
 }
 
-TEST(Trigger, AnyRateKeepsItsBeatsToTheNanosecond) {
+TEST(Trigger, AnyRateKeepsItsPulsesToTheNanosecond) {
   const std::vector<FrameSet> all = sets({}, rig_of({{"a", 29.97}}), 3000);
   for (std::size_t k = 0; k < all.size(); ++k) {
     EXPECT_EQ(all[k].stamp.time_since_epoch().count(),

@@ -45,12 +45,12 @@ void look_around(const World& world, int poses, Rng rng, const std::function<voi
     for (const bool is_back : {false, true}) {
       const Pose3 T_body_camera =
           mounted_camera({0, 0, is_back ? 0.71 : 0.79}, is_back ? std::numbers::pi : 0, 0);
-      const Drawn drawn =
+      const RenderedImage rendered =
           renderer.draw({intrinsics, on_floor(at) * T_body_camera}, {.depth = true});
-      Look look{at, is_back, 0, 0, drawn.bgr};
-      cv::minMaxLoc(drawn.depth_m, &look.nearest_m);
+      Look look{at, is_back, 0, 0, rendered.bgr};
+      cv::minMaxLoc(rendered.depth_m, &look.nearest_m);
       cv::Mat grey;
-      cv::cvtColor(drawn.bgr, grey, cv::COLOR_BGR2GRAY);
+      cv::cvtColor(rendered.bgr, grey, cv::COLOR_BGR2GRAY);
       std::vector<cv::KeyPoint> points;
       sift->detect(grey, points);
       look.sift_points = static_cast<int>(points.size());

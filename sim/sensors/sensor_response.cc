@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "sim/sensors/photosites.h"
+#include "sim/sensors/sensor_response.h"
 
 #include <algorithm>
 #include <cmath>
@@ -60,8 +60,8 @@ void bind(Fields& f, PhotonNoise& o) {
   f("read_e", o.read_e, between(0, 1000));
 }
 
-Photosites::Photosites(const Intrinsics& lens, int channels, double vignetting,
-                       const SensorNoise& noise, const Rng& rng)
+SensorResponse::SensorResponse(const Intrinsics& lens, int channels, double vignetting,
+                               const SensorNoise& noise, const Rng& rng)
     : size_(lens.width_px, lens.height_px),
       channels_(channels),
       headroom_(1 - vignetting),
@@ -94,7 +94,7 @@ Photosites::Photosites(const Intrinsics& lens, int channels, double vignetting,
   }
 }
 
-void Photosites::expose(cv::Mat& picture, double gain, std::int64_t number, bool noisy) const {
+void SensorResponse::expose(cv::Mat& picture, double gain, std::int64_t number, bool noisy) const {
   PANOPTES_CHECK(picture.size() == size_ && picture.type() == CV_8UC(channels_),
                  "a picture comes in the lens's size");
   const auto* photons = std::get_if<PhotonNoise>(&noise_);

@@ -35,12 +35,12 @@ using SensorNoise = std::variant<PhotonNoise, NoNoise>;
 /// From the light behind the lens to grey levels: the light falls off towards the corners, is
 /// counted in electrons and clipped where the sensor is full. A picture's noise is read row by row
 /// from a bank drawn once, from places that `rng` and the picture's number decide.
-class Photosites {
+class SensorResponse {
  public:
   /// `vignetting` is the share of the light lost at the pixel farthest from the axis; it falls as
   /// cos^4 of an angle. `channels` is 3, or 1 for a mosaic.
-  Photosites(const Intrinsics& lens, int channels, double vignetting, const SensorNoise& noise,
-             const Rng& rng);
+  SensorResponse(const Intrinsics& lens, int channels, double vignetting, const SensorNoise& noise,
+                 const Rng& rng);
 
   /// Pictures must come so much darker (in light), that what is brighter than white in the middle
   /// can be white in the corners.

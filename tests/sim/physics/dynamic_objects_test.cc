@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "sim/physics/things.h"
+#include "sim/physics/dynamic_objects.h"
 
 #include <cmath>
 #include <numbers>
@@ -56,13 +56,16 @@ World walker(Person person) {
   return world;
 }
 
-Things things_of(const World& world) { return Things(world, kFloorLayerTop_m, 0.8); }
+DynamicObjects dynamic_objects_of(const World& world) {
+  return DynamicObjects(world, kFloorLayerTop_m, 0.8);
+}
 
-void step(Things& things, double seconds, std::int64_t& steps, const Disc& robot = kFarAway) {
+void step(DynamicObjects& dynamic_objects, double seconds, std::int64_t& steps,
+          const Disc& robot = kFarAway) {
   const std::int64_t end =
       steps + std::llround(seconds * static_cast<double>(DriveWorld::kStepsPerSecond));
   for (; steps < end; ++steps) {
-    things.step(time_of_step(steps), time_of_step(steps + 1), robot);
+    dynamic_objects.step(time_of_step(steps), time_of_step(steps + 1), robot);
   }
 }
 
@@ -74,47 +77,47 @@ void run(DriveWorld& world, double seconds) {
   }
 }
 
-TEST(Things, PeopleWalkTheirWayAndBackAgain) {
+TEST(DynamicObjects, PeopleWalkTheirWayAndBackAgain) {
   Person person;
   person.path_scene = {{0, 0}, {2, 0}, {2, 1}};
   person.speed_mps = 0.5;
   person.start = time_at(1);
-  Things things = things_of(walker(person));
+  DynamicObjects dynamic_objects = dynamic_objects_of(walker(person));
   std::int64_t steps = 0;
   const auto expect_at = [&](double x, double y, double theta) {
-    EXPECT_NEAR(things.places()[0].x_m, x, kRoundoff);
-    EXPECT_NEAR(things.places()[0].y_m, y, kRoundoff);
-    EXPECT_NEAR(wrap_angle(things.places()[0].theta_rad - theta), 0, kRoundoff);
+    EXPECT_NEAR(dynamic_objects.places()[0].x_m, x, kRoundoff);
+    EXPECT_NEAR(dynamic_objects.places()[0].y_m, y, kRoundoff);
+    EXPECT_NEAR(wrap_angle(dynamic_objects.places()[0].theta_rad - theta), 0, kRoundoff);
   };
-  step(things, 1, steps);
+  step(dynamic_objects, 1, steps);
   expect_at(0, 0, 0);
-  step(things, 2, steps);
+  step(dynamic_objects, 2, steps);
   expect_at(1, 0, 0);
-  step(things, 3, steps);
+  step(dynamic_objects, 3, steps);
   expect_at(2, 0.5, std::numbers::pi / 2);
-  step(things, 2, steps);
+  step(dynamic_objects, 2, steps);
   expect_at(2, 0.5, -std::numbers::pi / 2);  // on the way back
-  step(things, 2, steps);
+  step(dynamic_objects, 2, steps);
   expect_at(1.5, 0, std::numbers::pi);
-  step(things, 4, steps);
+  step(dynamic_objects, 4, steps);
   expect_at(0.5, 0, 0);  // and again
 }
 
-TEST(Things, PeopleWhoDoNotReturnStandAtTheEnd) {
+TEST(DynamicObjects, PeopleWhoDoNotReturnStandAtTheEnd) {
   Person person;
   person.path_scene = {{0, 0}, {0, 1}};
   person.returns = false;
-  Things things = things_of(walker(person));
+  DynamicObjects dynamic_objects = dynamic_objects_of(walker(person));
   std::int64_t steps = 0;
-  step(things, 5, steps);
-  EXPECT_NEAR(things.places()[0].y_m, 1, kRoundoff);
-  EXPECT_NEAR(things.places()[0].theta_rad, std::numbers::pi / 2, kRoundoff);
+  step(dynamic_objects, 5, steps);
+  EXPECT_NEAR(dynamic_objects.places()[0].y_m, 1, kRoundoff);
+  EXPECT_NEAR(dynamic_objects.places()[0].theta_rad, std::numbers::pi / 2, kRoundoff);
 }
 
-TEST(Things, PeopleWaitForTheRobotInTheirWayAndGoPastOneBesideIt) {
+TEST(DynamicObjects, PeopleWaitForTheRobotInTheirWayAndGoPastOneBesideIt) {
   Person person;
   person.path_scene = {{0, 0}, {4, 0}};
-  Things waiting = things_of(walker(person));
+  DynamicObjects waiting = dynamic_objects_of(walker(person));
   std::int64_t steps = 0;
   step(waiting, 4, steps, {{3, 0.2}, 0.25});
   const double gap_m = (waiting.places()[0].position() - Vec2(3, 0.2)).norm() - 0.25 - 0.25;
@@ -124,60 +127,63 @@ TEST(Things, PeopleWaitForTheRobotInTheirWayAndGoPastOneBesideIt) {
   step(waiting, 1, steps, {{3, 2}, 0.25});
   EXPECT_GT(waiting.places()[0].x_m, 2.5) << "the way is free again";
 
-  Things passing = things_of(walker(person));
+  DynamicObjects passing = dynamic_objects_of(walker(person));
   steps = 0;
   step(passing, 3.5, steps, {{2, 0.51}, 0.25});
   EXPECT_NEAR(passing.places()[0].x_m, 3.5, kRoundoff);
 }
 
-TEST(Things, EventsMoveThingsEvenlyAndTurnThemTheShortWay) {
+TEST(DynamicObjects, EventsMoveThingsEvenlyAndTurnThemTheShortWay) {
   World world;
   world.objects = {block("chair", {1, 1, 3}, 0.4, 0.4), block("door", {0, 0, 0}, 1, 0.04)};
   world.move_events = {{time_at(1), from_seconds(2), 0, {3, 1, -3}},
                        {time_at(1.5), from_seconds(1), 1, {0, 0, deg_to_rad(90)}},
                        {time_at(2), from_seconds(1), 1, {0, 0, 0}},  // before it is open
                        {time_at(6), Duration(0), 0, {1, 1, 3}}};
-  Things things = things_of(world);
+  DynamicObjects dynamic_objects = dynamic_objects_of(world);
   std::int64_t steps = 0;
-  step(things, 1, steps);
-  EXPECT_THAT(things.moment(time_at(1), things.places()).T_scene_object, IsEmpty());
-  step(things, 1, steps);
-  EXPECT_NEAR(things.places()[0].x_m, 2, kRoundoff);
-  EXPECT_NEAR(wrap_angle(things.places()[0].theta_rad - std::numbers::pi), 0, kRoundoff);
-  EXPECT_NEAR(things.places()[1].theta_rad, deg_to_rad(45), kRoundoff);
-  step(things, 0.5, steps);
-  EXPECT_NEAR(things.places()[1].theta_rad, deg_to_rad(22.5), kRoundoff);
-  step(things, 1, steps);
-  EXPECT_TRUE((things.places()[0] == Pose2{3, 1, -3}));
-  EXPECT_TRUE((things.places()[1] == Pose2{0, 0, 0}));
-  EXPECT_THAT(things.moment(time_at(3.5), things.places()).T_scene_object, SizeIs(1));
-  step(things, 3, steps);
-  EXPECT_THAT(things.moment(time_at(6.5), things.places()).T_scene_object, IsEmpty());
+  step(dynamic_objects, 1, steps);
+  EXPECT_THAT(dynamic_objects.scene_state(time_at(1), dynamic_objects.places()).T_scene_object,
+              IsEmpty());
+  step(dynamic_objects, 1, steps);
+  EXPECT_NEAR(dynamic_objects.places()[0].x_m, 2, kRoundoff);
+  EXPECT_NEAR(wrap_angle(dynamic_objects.places()[0].theta_rad - std::numbers::pi), 0, kRoundoff);
+  EXPECT_NEAR(dynamic_objects.places()[1].theta_rad, deg_to_rad(45), kRoundoff);
+  step(dynamic_objects, 0.5, steps);
+  EXPECT_NEAR(dynamic_objects.places()[1].theta_rad, deg_to_rad(22.5), kRoundoff);
+  step(dynamic_objects, 1, steps);
+  EXPECT_TRUE((dynamic_objects.places()[0] == Pose2{3, 1, -3}));
+  EXPECT_TRUE((dynamic_objects.places()[1] == Pose2{0, 0, 0}));
+  EXPECT_THAT(dynamic_objects.scene_state(time_at(3.5), dynamic_objects.places()).T_scene_object,
+              SizeIs(1));
+  step(dynamic_objects, 3, steps);
+  EXPECT_THAT(dynamic_objects.scene_state(time_at(6.5), dynamic_objects.places()).T_scene_object,
+              IsEmpty());
 }
 
-TEST(Things, KeepTheirHeight) {
+TEST(DynamicObjects, KeepTheirHeight) {
   World world;
   world.objects = {block("lamp", {1, 1, 0}, 0.4, 0.4)};
   world.objects[0].T_scene_object.translation.z() = 0.7;
   world.move_events = {{time_at(0), from_seconds(1), 0, {2, 1, 0.5}}};
-  Things things = things_of(world);
+  DynamicObjects dynamic_objects = dynamic_objects_of(world);
   std::int64_t steps = 0;
-  step(things, 2, steps);
-  const Moment moment = things.moment(time_at(2), things.places());
-  const Vec3 at = moment.T_scene_object.at(0) * Vec3(0, 0, 0);
+  step(dynamic_objects, 2, steps);
+  const SceneState scene_state = dynamic_objects.scene_state(time_at(2), dynamic_objects.places());
+  const Vec3 at = scene_state.T_scene_object.at(0) * Vec3(0, 0, 0);
   EXPECT_NEAR((at - Vec3(2, 1, 0.7)).norm(), 0, kRoundoff);
 }
 
-TEST(Things, LightsGoEvenlyToTheirPowerAndStay) {
+TEST(DynamicObjects, LightsGoEvenlyToTheirPowerAndStay) {
   World world;
   world.light_events = {{time_at(1), from_seconds(2), "lamps", 0},
                         {time_at(2), from_seconds(1), "lamps", 1},  // before it is dark
                         {time_at(3), Duration(0), "sun", 0.2}};
-  const Things things = things_of(world);
+  const DynamicObjects dynamic_objects = dynamic_objects_of(world);
   const auto power = [&](double t_s, const char* group) {
-    const Moment moment = things.moment(time_at(t_s), {});
-    const auto found = moment.power.find(group);
-    return found == moment.power.end() ? 1.0 : found->second;
+    const SceneState scene_state = dynamic_objects.scene_state(time_at(t_s), {});
+    const auto found = scene_state.power.find(group);
+    return found == scene_state.power.end() ? 1.0 : found->second;
   };
   EXPECT_EQ(power(0.5, "lamps"), 1);
   EXPECT_NEAR(power(1.5, "lamps"), 0.75, kRoundoff);
@@ -193,7 +199,7 @@ TEST(DriveWorld, IsStoppedByAThingWhereItStandsNow) {
   world.objects = {block("chair", {2, 2.5, 0}, 0.4, 0.4)};
   world.move_events = {{time_at(1), from_seconds(1), 0, {3, 2, 0}}};
   const Obstacles obstacles(walls(4));
-  DriveWorld drive(Body{}, obstacles, {1, 2, 0}, things_of(world));
+  DriveWorld drive(Body{}, obstacles, {1, 2, 0}, dynamic_objects_of(world));
   EXPECT_NEAR(drive.clearance_m(), std::hypot(0.8, 0.3) - 0.25, kRoundoff);
   run(drive, 3);
   EXPECT_NEAR(drive.clearance_m(), 0.75, kRoundoff) << "the west wall";
@@ -214,7 +220,7 @@ TEST(DriveWorld, SomebodyWhoWalksIntoTheStandingRobotDoesNotPushIt) {
   person.waits_m = 0;
   const Obstacles obstacles(walls(4));
   const Pose2 stands{2, 2.1, 1};
-  DriveWorld drive(Body{}, obstacles, stands, things_of(walker(person)));
+  DriveWorld drive(Body{}, obstacles, stands, dynamic_objects_of(walker(person)));
   run(drive, 5);
   EXPECT_TRUE(drive.T_scene_body() == stands);
   EXPECT_TRUE(drive.touching());
@@ -242,15 +248,15 @@ TEST(DriveWorld, ADoorStopsAtTheRobotAndGoesOnWhenItHasLeft) {
   world.move_events = {{time_at(1), from_seconds(1), 0, {2, 2, deg_to_rad(90)}}};
   const Obstacles obstacles(walls(6));
   const Pose2 behind{2.6, 2.6, deg_to_rad(90)};
-  DriveWorld drive(Body{}, obstacles, behind, things_of(world));
+  DriveWorld drive(Body{}, obstacles, behind, dynamic_objects_of(world));
   run(drive, 5);
   EXPECT_TRUE(drive.T_scene_body() == behind);
   EXPECT_NEAR(drive.clearance_m(), 0, 1e-6);
-  EXPECT_GT(drive.things().places()[0].theta_rad, 0.3);
-  EXPECT_LT(drive.things().places()[0].theta_rad, 0.6);
+  EXPECT_GT(drive.dynamic_objects().places()[0].theta_rad, 0.3);
+  EXPECT_LT(drive.dynamic_objects().places()[0].theta_rad, 0.6);
   drive.drive({0.5, 0}, kForever);
   run(drive, 5);
-  EXPECT_NEAR(drive.things().places()[0].theta_rad, deg_to_rad(90), kRoundoff);
+  EXPECT_NEAR(drive.dynamic_objects().places()[0].theta_rad, deg_to_rad(90), kRoundoff);
   ASSERT_THAT(drive.contacts(), SizeIs(1));
   EXPECT_FALSE(drive.contacts()[0].while_moving);
 }
@@ -281,7 +287,7 @@ TEST(DriveWorld, NeverEntersThingsHoweverBothMove) {
   }
   const auto run_it = [&] {
     const Obstacles obstacles(walls(4));
-    DriveWorld drive(Body{}, obstacles, {0.4, 3.5, 0}, things_of(world));
+    DriveWorld drive(Body{}, obstacles, {0.4, 3.5, 0}, dynamic_objects_of(world));
     Rng commands(11);
     double nearest_m = 1;
     for (int i = 0; i < 90 * 120; ++i) {
@@ -291,9 +297,10 @@ TEST(DriveWorld, NeverEntersThingsHoweverBothMove) {
       drive.step();
       const Vec2 at = drive.T_scene_body().position();
       nearest_m = std::min(nearest_m, obstacles.nearest(at)->distance_m);
-      for (std::size_t k = 0; k < drive.things().count(); ++k) {
-        nearest_m = std::min(
-            nearest_m, drive.things().nearest_on(k, drive.things().places()[k], at).distance_m);
+      for (std::size_t k = 0; k < drive.dynamic_objects().count(); ++k) {
+        nearest_m = std::min(nearest_m, drive.dynamic_objects()
+                                            .nearest_on(k, drive.dynamic_objects().places()[k], at)
+                                            .distance_m);
       }
     }
     EXPECT_GE(nearest_m, 0.25 - 2 * kSlop_m);  // between two it may rest on both
@@ -312,15 +319,15 @@ TEST(DriveWorld, ThingsThatStayAwayChangeNothing) {
   person.path_scene = {{0.3, 0.3}, {0.3, 1}};
   world = walker(person);
   const Obstacles obstacles(walls(6));
-  const auto drive = [&](Things things) {
-    DriveWorld drive_world(Body{}, obstacles, {3, 3, 0}, std::move(things));
+  const auto drive = [&](DynamicObjects dynamic_objects) {
+    DriveWorld drive_world(Body{}, obstacles, {3, 3, 0}, std::move(dynamic_objects));
     for (int i = 0; i < 40; ++i) {
       drive_world.drive({0.5, i % 4 == 0 ? 1.0 : 0.0}, kForever);
       run(drive_world, 0.2);
     }
     return drive_world.T_scene_body();
   };
-  EXPECT_TRUE(drive({}) == drive(things_of(world)));
+  EXPECT_TRUE(drive({}) == drive(dynamic_objects_of(world)));
 }
 
 }  // namespace

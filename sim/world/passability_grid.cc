@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "sim/world/passages.h"
+#include "sim/world/passability_grid.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +22,7 @@ constexpr int kNearCells = 3;  // in a corner a robot stands no farther from the
 
 }  // namespace
 
-Passages::Passages(const Vec2& low, const Vec2& high)
+PassabilityGrid::PassabilityGrid(const Vec2& low, const Vec2& high)
     : low_(low),
       columns_(static_cast<int>(std::ceil((high.x() - low.x()) / kCell_m))),
       rows_(static_cast<int>(std::ceil((high.y() - low.y()) / kCell_m))) {
@@ -35,7 +35,7 @@ Passages::Passages(const Vec2& low, const Vec2& high)
   lower_clearance({{low.x() - 1, high.y()}, high + Vec2(1, 1)});
 }
 
-void Passages::lower_clearance(const Rectangle& what) {
+void PassabilityGrid::lower_clearance(const Rectangle& what) {
   const Vec2 from = (what.low - low_) / kCell_m;
   const Vec2 to = (what.high - low_) / kCell_m;
   const double reach = kFar_m / kCell_m;
@@ -53,18 +53,18 @@ void Passages::lower_clearance(const Rectangle& what) {
   }
 }
 
-void Passages::block(const Rectangle& what) { lower_clearance(what); }
+void PassabilityGrid::block(const Rectangle& what) { lower_clearance(what); }
 
-void Passages::keep_open(const std::vector<Vec2>& places) {
+void PassabilityGrid::keep_open(const std::vector<Vec2>& places) {
   places_.insert(places_.end(), places.begin(), places.end());
 }
 
-std::size_t Passages::cell(int column, int row) const {
+std::size_t PassabilityGrid::cell(int column, int row) const {
   return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
          static_cast<std::size_t>(column);
 }
 
-std::size_t Passages::cell_of(const Vec2& p) const {
+std::size_t PassabilityGrid::cell_of(const Vec2& p) const {
   const Vec2 at = (p - low_) / kCell_m;
   const int column = std::clamp(static_cast<int>(at.x()), 0, columns_ - 1);
   const int row = std::clamp(static_cast<int>(at.y()), 0, rows_ - 1);
@@ -72,7 +72,7 @@ std::size_t Passages::cell_of(const Vec2& p) const {
 }
 
 /// The cells with that clearance that hang together with the first of the places.
-std::vector<char> Passages::region(double clearance_m) const {
+std::vector<char> PassabilityGrid::region(double clearance_m) const {
   std::vector<char> inside(clearance_m_.size(), 0);
   std::vector<std::size_t> stack;
   const auto visit = [&](std::size_t next) {
@@ -102,7 +102,7 @@ std::vector<char> Passages::region(double clearance_m) const {
   return inside;
 }
 
-bool Passages::is_passable() const {
+bool PassabilityGrid::is_passable() const {
   const std::vector<char> wide = region(kWide_m);
   if (!std::all_of(places_.begin(), places_.end(),
                    [&](const Vec2& p) { return wide[cell_of(p)] != 0; })) {
@@ -131,7 +131,7 @@ bool Passages::is_passable() const {
   return true;
 }
 
-bool Passages::block_if_passable(const Rectangle& what) {
+bool PassabilityGrid::block_if_passable(const Rectangle& what) {
   PANOPTES_CHECK(!places_.empty(), "there are places to keep open");
   const std::vector<float> before = clearance_m_;
   lower_clearance(what);

@@ -15,9 +15,9 @@ namespace panoptes::sim {
 /// The lightmap at a moment: the layers of the light groups by their powers, and on what moves the
 /// light of the place where it is. It depends on the moment alone, not on those before: powers are
 /// rounded to steps too small to be seen, so that a slow change is not worked out anew each time.
-class MomentLight {
+class DynamicLightmap {
  public:
-  MomentLight(const Charts& charts, BakedLight baked);
+  DynamicLightmap(const Charts& charts, BakedLight baked);
 
   /// Brings it to the powers of the groups that are not at 1. Returns whether everything changed.
   bool set_powers(const std::map<std::string, double>& powers);

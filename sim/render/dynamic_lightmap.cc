@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "sim/render/moment_light.h"
+#include "sim/render/dynamic_lightmap.h"
 
 #include <algorithm>
 #include <array>
@@ -23,7 +23,8 @@ std::uint8_t root_of(double share) {
 
 }  // namespace
 
-MomentLight::MomentLight(const Charts& charts, BakedLight baked) : baked_(std::move(baked)) {
+DynamicLightmap::DynamicLightmap(const Charts& charts, BakedLight baked)
+    : baked_(std::move(baked)) {
   for (const Chart& chart : charts.charts) {
     if (chart.moves) {
       Chart kept = chart;
@@ -34,7 +35,7 @@ MomentLight::MomentLight(const Charts& charts, BakedLight baked) : baked_(std::m
   set_powers({});
 }
 
-bool MomentLight::set_powers(const std::map<std::string, double>& powers) {
+bool DynamicLightmap::set_powers(const std::map<std::string, double>& powers) {
   std::vector<double> now;
   for (const std::string& group : baked_.groups) {
     const auto given = powers.find(group);
@@ -83,7 +84,7 @@ bool MomentLight::set_powers(const std::map<std::string, double>& powers) {
   return true;
 }
 
-double MomentLight::light_at(const Vec3& p_scene, const Vec3& normal_scene) const {
+double DynamicLightmap::light_at(const Vec3& p_scene, const Vec3& normal_scene) const {
   const Probes& grid = baked_.probes;
   std::array<std::size_t, 3> cell{};
   Vec3 share;
@@ -116,7 +117,7 @@ double MomentLight::light_at(const Vec3& p_scene, const Vec3& normal_scene) cons
   return light;
 }
 
-cv::Rect MomentLight::light_object(std::size_t object, const Pose3& T_scene_object) {
+cv::Rect DynamicLightmap::light_object(std::size_t object, const Pose3& T_scene_object) {
   const auto found = moving_.find(object);
   if (found == moving_.end()) {
     return {};
@@ -138,7 +139,7 @@ cv::Rect MomentLight::light_object(std::size_t object, const Pose3& T_scene_obje
   return place;
 }
 
-double MomentLight::power(const std::string& group) const {
+double DynamicLightmap::power(const std::string& group) const {
   const auto found = std::lower_bound(baked_.groups.begin(), baked_.groups.end(), group);
   return found != baked_.groups.end() && *found == group
              ? powers_[static_cast<std::size_t>(found - baked_.groups.begin())]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "sim/sensors/photosites.h"
+#include "sim/sensors/sensor_response.h"
 
 #include <cmath>
 
@@ -13,16 +13,16 @@ const Intrinsics kLens = pinhole(320, 240, deg_to_rad(80));
 
 cv::Mat flat(int grey) { return {240, 320, CV_8UC3, cv::Scalar::all(grey)}; }
 
-cv::Mat exposed(const Photosites& sites, int grey, std::int64_t number, double gain = 1) {
+cv::Mat exposed(const SensorResponse& sites, int grey, std::int64_t number, double gain = 1) {
   cv::Mat picture = flat(grey);
   sites.expose(picture, gain, number);
   return picture;
 }
 
-TEST(Photosites, KeepThePhotonTransferCurve) {
+TEST(SensorResponse, KeepThePhotonTransferCurve) {
   const PhotonNoise noise{8000, 12};
   for (const double gain : {1.0, 4.0}) {
-    const Photosites sites(kLens, 3, 0, noise, Rng(1));
+    const SensorResponse sites(kLens, 3, 0, noise, Rng(1));
     const double white_e = noise.full_well_e / gain;
     for (const int grey : {30, 60, 120, 180, 220}) {
       const double expected_e = std::pow(grey / 255.0, 2) * white_e;
@@ -50,8 +50,8 @@ TEST(Photosites, KeepThePhotonTransferCurve) {
   }
 }
 
-TEST(Photosites, ShotNoiseAloneIsTheSameAtEveryGrey) {
-  const Photosites sites(kLens, 3, 0, PhotonNoise{4064, 0}, Rng(1));
+TEST(SensorResponse, ShotNoiseAloneIsTheSameAtEveryGrey) {
+  const SensorResponse sites(kLens, 3, 0, PhotonNoise{4064, 0}, Rng(1));
   for (const int grey : {40, 120, 220}) {
     cv::Mat values;
     exposed(sites, grey, 0).reshape(1).convertTo(values, CV_64F);
@@ -63,14 +63,14 @@ TEST(Photosites, ShotNoiseAloneIsTheSameAtEveryGrey) {
   }
 }
 
-TEST(Photosites, LightFallsOffAsCos4) {
+TEST(SensorResponse, LightFallsOffAsCos4) {
   constexpr double kLost = 0.3;
-  const Photosites sites(kLens, 3, kLost, NoNoise{}, Rng(1));
+  const SensorResponse sites(kLens, 3, kLost, NoNoise{}, Rng(1));
   EXPECT_NEAR(sites.headroom(), 1 - kLost, 1e-12);
   // A wall of grey 200, drawn darker by the headroom.
-  const int drawn = static_cast<int>(std::lround(200 * std::sqrt(1 - kLost)));
-  const double full = drawn / std::sqrt(1 - kLost);
-  const cv::Mat bgr = exposed(sites, drawn, 0);
+  const int rendered = static_cast<int>(std::lround(200 * std::sqrt(1 - kLost)));
+  const double full = rendered / std::sqrt(1 - kLost);
+  const cv::Mat bgr = exposed(sites, rendered, 0);
   const double corner2 = 159.5 * 159.5 + 119.5 * 119.5;
   const double tan2_corner = 1 / std::sqrt(1 - kLost) - 1;
   constexpr double kRounding = 0.51;
@@ -84,24 +84,24 @@ TEST(Photosites, LightFallsOffAsCos4) {
   EXPECT_NEAR(std::pow(bgr.at<cv::Vec3b>(0, 0)[0] / full, 2), 1 - kLost, 0.01);
 }
 
-TEST(Photosites, WhatIsTooBrightIsWhiteInTheCornersToo) {
-  const Photosites sites(kLens, 3, 0.3, NoNoise{}, Rng(1));
+TEST(SensorResponse, WhatIsTooBrightIsWhiteInTheCornersToo) {
+  const SensorResponse sites(kLens, 3, 0.3, NoNoise{}, Rng(1));
   const cv::Mat bgr = exposed(sites, 255, 0);
   EXPECT_EQ(cv::countNonZero(bgr.reshape(1) != 255), 0);
 }
 
-TEST(Photosites, NoiseIsDecidedBySeedAndPictureAlone) {
-  const Photosites sites(kLens, 3, 0.2, PhotonNoise{}, Rng(1));
-  const Photosites same(kLens, 3, 0.2, PhotonNoise{}, Rng(1));
-  const Photosites other(kLens, 3, 0.2, PhotonNoise{}, Rng(2));
+TEST(SensorResponse, NoiseIsDecidedBySeedAndPictureAlone) {
+  const SensorResponse sites(kLens, 3, 0.2, PhotonNoise{}, Rng(1));
+  const SensorResponse same(kLens, 3, 0.2, PhotonNoise{}, Rng(1));
+  const SensorResponse other(kLens, 3, 0.2, PhotonNoise{}, Rng(2));
   exposed(same, 100, 4);  // what was taken before does not matter
   EXPECT_EQ(cv::norm(exposed(sites, 100, 5), exposed(same, 100, 5), cv::NORM_INF), 0);
   EXPECT_GT(cv::norm(exposed(sites, 100, 5), exposed(sites, 100, 6), cv::NORM_INF), 0);
   EXPECT_GT(cv::norm(exposed(sites, 100, 5), exposed(other, 100, 5), cv::NORM_INF), 0);
 }
 
-TEST(Photosites, NeitherPicturesNorRowsNorChannelsShareTheirNoise) {
-  const Photosites sites(kLens, 3, 0, PhotonNoise{2000, 0}, Rng(1));
+TEST(SensorResponse, NeitherPicturesNorRowsNorChannelsShareTheirNoise) {
+  const SensorResponse sites(kLens, 3, 0, PhotonNoise{2000, 0}, Rng(1));
   cv::Mat a;
   cv::Mat b;
   exposed(sites, 128, 1).convertTo(a, CV_64F, 1, -128);
@@ -118,8 +118,8 @@ TEST(Photosites, NeitherPicturesNorRowsNorChannelsShareTheirNoise) {
   EXPECT_LT(std::abs(correlation(channels[0], channels[1])), 2 * three_sigma);
 }
 
-TEST(Photosites, WithoutNoiseAndFalloffChangeNothing) {
-  const Photosites sites(kLens, 3, 0, NoNoise{}, Rng(1));
+TEST(SensorResponse, WithoutNoiseAndFalloffChangeNothing) {
+  const SensorResponse sites(kLens, 3, 0, NoNoise{}, Rng(1));
   EXPECT_EQ(cv::norm(exposed(sites, 97, 0), flat(97), cv::NORM_INF), 0);
 }
 

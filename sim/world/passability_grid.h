@@ -11,10 +11,10 @@ namespace panoptes::sim {
 
 /// The free floor of a place while it is being furnished, on a grid of 5 cm. What would cut the
 /// place in two for a robot, or leave a pocket that a robot fits into and cannot leave, is refused.
-class Passages {
+class PassabilityGrid {
  public:
   /// Nothing outside of `low` to `high` is free.
-  Passages(const Vec2& low, const Vec2& high);
+  PassabilityGrid(const Vec2& low, const Vec2& high);
 
   /// Walls: no questions asked.
   void block(const Rectangle& what);
