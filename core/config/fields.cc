@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <map>
@@ -382,6 +383,7 @@ class Fields::Node {
   SettingsTree* tree = nullptr;
   Path path;
   std::vector<std::string> asked;
+  std::map<std::string, std::string, std::less<>> renamed;  // the key of today, by the old one
 
   void ask(std::string_view key) {
     if (std::find(asked.begin(), asked.end(), key) == asked.end()) {
@@ -615,6 +617,10 @@ std::optional<Setting> Fields::setting(std::string_view key) {
     return std::nullopt;
   }
   return Setting(node_->state(*child, name));
+}
+
+void Fields::renamed(std::string_view old_key, std::string_view key) {
+  node_->renamed.emplace(old_key, key);
 }
 
 void Fields::require_present(std::string_view key) {
@@ -945,12 +951,15 @@ void Fields::finish() {
       SettingsTree at;
       at.place = key.place;
       const auto kinds = node_->document->unsaid_kinds.find(join(node_->path));
+      const auto today = node_->renamed.find(key.name);
       node_->document->fault(at, plus(node_->path, key.name),
-                             "unknown key; " + suggestion(key.name, node_->asked) +
-                                 (kinds == node_->document->unsaid_kinds.end() ||
-                                          !nearest_word(key.name, node_->asked).empty()
-                                      ? ""
-                                      : "; kind is one of " + kinds->second));
+                             today != node_->renamed.end()
+                                 ? key.name + " is now " + today->second
+                                 : "unknown key; " + suggestion(key.name, node_->asked) +
+                                       (kinds == node_->document->unsaid_kinds.end() ||
+                                                !nearest_word(key.name, node_->asked).empty()
+                                            ? ""
+                                            : "; kind is one of " + kinds->second));
       for (Override& o : node_->document->overrides) {
         o.used = o.used || starts_with(o.path, plus(node_->path, key.name));
       }

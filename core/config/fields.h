@@ -82,6 +82,10 @@ class Fields {
   template <class T>
   void operator()(std::string_view key, T& value, const Rule& rule);
 
+  /// `old_key` is what earlier versions called `key`: a file that still says so is refused, and the
+  /// fault names the key of today.
+  void renamed(std::string_view old_key, std::string_view key);
+
   /// As above, but its absence is a fault.
   template <class T>
   void needed(std::string_view key, T& value, const Rule& rule = Rule()) {

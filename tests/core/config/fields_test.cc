@@ -433,6 +433,27 @@ TEST(Fields, OverridesReachEveryValue) {
   EXPECT_TRUE(s.start.has_value());
 }
 
+struct Kitchen {
+  int spoons = 1;
+  double span_rad = 1;
+};
+void bind(Fields& f, Kitchen& o) {
+  f("spoons", o.spoons, positive);
+  f.angle("span", o.span_rad, positive);
+  f.renamed("ladles", "spoons");
+  f.renamed("reach_deg", "span_deg");
+}
+
+TEST(Fields, AKeyOfBeforeIsRefusedWithItsNameOfToday) {
+  EXPECT_THAT(faults<Kitchen>("ladles: 2\nreach_deg: 3\nladdles: 2\n"),
+              ElementsAre("m.yaml:1:1: ladles: ladles is now spoons",
+                          "m.yaml:2:1: reach_deg: reach_deg is now span_deg",
+                          "m.yaml:3:1: laddles: unknown key; known: spoons, span_deg, span_rad"));
+  EXPECT_THAT(faults<Kitchen>("spoons: 3", {"ladles=2"}),
+              ElementsAre("--set ladles: ladles is now spoons"));
+  EXPECT_EQ(write_settings(Kitchen()), "spoons: 1\nspan_rad: 1\n");
+}
+
 TEST(Fields, OverridesOnNothingAreRefused) {
   EXPECT_THAT(faults("", {"dwa.horizon=3"}),
               ElementsAre("--set dwa.horizon: unknown key; did you mean horizon_s?"));
