@@ -25,10 +25,11 @@ void bind(Fields& f, Waypoint& o) {
 }
 
 void bind(Fields& f, TourOptions& o) {
-  f("way_m", o.way_m, between(1, 1e5));
+  f("length_m", o.length_m, between(1, 1e5));
   f("apart_m", o.apart_m, between(0.5, 100));
   f("returns", o.returns, not_negative);
   f("return_m", o.return_m, positive);
+  f.renamed("way_m", "length_m");
 }
 
 void bind(Fields& f, Route& o) {
@@ -45,11 +46,12 @@ RouteFollower::RouteFollower(const Route& route, const Body& body) : route_(rout
 Twist2 RouteFollower::command(const Pose2& T_scene_body) {
   while (!done()) {
     const Waypoint& goal = route_.waypoints[next_];
-    const Vec2 way = Vec2(goal.x_m, goal.y_m) - T_scene_body.position();
-    const double bearing_rad = wrap_angle(std::atan2(way.y(), way.x()) - T_scene_body.theta_rad);
+    const Vec2 to_goal = Vec2(goal.x_m, goal.y_m) - T_scene_body.position();
+    const double bearing_rad =
+        wrap_angle(std::atan2(to_goal.y(), to_goal.x()) - T_scene_body.theta_rad);
     // Arrived as well when it has come alongside: there is no use in turning back for millimetres.
-    if (way.norm() < kArrived_m ||
-        (driving_ && way.norm() < 2 * kArrived_m && std::cos(bearing_rad) <= 0)) {
+    if (to_goal.norm() < kArrived_m ||
+        (driving_ && to_goal.norm() < 2 * kArrived_m && std::cos(bearing_rad) <= 0)) {
       ++next_;
       driving_ = false;
       continue;
@@ -63,10 +65,10 @@ Twist2 RouteFollower::command(const Pose2& T_scene_body) {
     const double turn_radps =
         std::min({kTurnGain_per_s * std::abs(bearing_rad), body_.max_turn_radps,
                   braking_speed(std::abs(bearing_rad), body_.max_turn_accel_radps2 / 2)});
-    const double speed_mps = driving_
-                                 ? std::min({route_.speed_mps, body_.max_speed_mps,
-                                             braking_speed(way.norm(), body_.max_accel_mps2 / 2)})
-                                 : 0.0;
+    const double speed_mps =
+        driving_ ? std::min({route_.speed_mps, body_.max_speed_mps,
+                             braking_speed(to_goal.norm(), body_.max_accel_mps2 / 2)})
+                 : 0.0;
     return {speed_mps, std::copysign(turn_radps, bearing_rad)};
   }
   return {};

@@ -17,16 +17,16 @@ struct Waypoint {
 };
 void bind(Fields& f, Waypoint& o);
 
-/// A way that is found in the world itself, see sim/tour.h.
+/// A path that is found in the world itself, see sim/tour.h.
 struct TourOptions {
-  double way_m = 600;   ///< how long it is
-  double apart_m = 2;   ///< between the places that it visits
-  int returns = 15;     ///< to earlier places, before it has been everywhere
-  double return_m = 8;  ///< how far back each leads
+  double length_m = 600;  ///< how long it is
+  double apart_m = 2;     ///< between the places that it visits
+  int returns = 15;       ///< to earlier places, before it has been everywhere
+  double return_m = 8;    ///< how far back each leads
 };
 void bind(Fields& f, TourOptions& o);
 
-/// A way through the scene, driven in order: as written, or a tour of the world.
+/// A path through the scene, driven in order: as written, or a tour of the world.
 struct Route {
   std::vector<Waypoint> waypoints;
   double speed_mps = 0.4;

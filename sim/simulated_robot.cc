@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kSeenCell_m = 0.05;
 // Around a start so much must be clear: more than what the robot has to take for free without
-// seeing it, its radius, the blind gap before it (up to 0.25 m) and 10 cm.
+// seeing it, its radius, the blind zone before it (up to 0.25 m) and 10 cm.
 constexpr double kStartClear_m = 0.7;
 constexpr double kTouching_m = 0.001;  // the bumper's own give
 constexpr double kOnTop_m = 0.1;       // a camera that stands on the mast
@@ -390,11 +390,11 @@ std::string route_fault(const Route& route, const Vec2& start_scene, const Body&
     if (!outside.empty()) {
       return place + outside + "; move it inside";
     }
-    const double way_m = (to - from).norm();
-    for (double gone_m = 0; gone_m <= way_m;) {
-      const Vec2 p_scene = way_m > 0 ? Vec2(from + (to - from) * (gone_m / way_m)) : from;
+    const double distance_m = (to - from).norm();
+    for (double gone_m = 0; gone_m <= distance_m;) {
+      const Vec2 p_scene = distance_m > 0 ? Vec2(from + (to - from) * (gone_m / distance_m)) : from;
       const std::optional<Nearest> near = obstacles.nearest(p_scene);
-      const double gap_m = near ? near->distance_m - core_m : way_m + kStep_m;
+      const double gap_m = near ? near->distance_m - core_m : distance_m + kStep_m;
       if (gap_m <= 0) {
         return fmt::format(
             "{}cannot be reached: on the straight way there the robot would run into {} at "
@@ -673,17 +673,17 @@ std::unique_ptr<SimulatedRobot> open_simulated(const SimulatedOptions& options, 
   return std::make_unique<SimulatedRobot>(ready, std::move(around), body, believed, rng);
 }
 
-std::unique_ptr<SimulatedRobot> open_blind(const SimulatedOptions& options, const Body& body,
-                                           const Rng& rng) {
+std::unique_ptr<SimulatedRobot> open_without_cameras(const SimulatedOptions& options,
+                                                     const Body& body, const Rng& rng) {
   const World world = make_world(options.world);
   Surroundings around = bare_surroundings(world, body);
   add_layers(around, world, body);
-  SimulatedOptions blind = options;  // without what speaks of cameras
-  blind.mounting_error = {};
-  blind.sensors.clear();
-  blind.trigger = {};
-  blind.faults.clear();
-  return std::make_unique<SimulatedRobot>(blind, std::move(around), body, Rig{}, rng);
+  SimulatedOptions without_cameras = options;  // without what speaks of cameras
+  without_cameras.mounting_error = {};
+  without_cameras.sensors.clear();
+  without_cameras.trigger = {};
+  without_cameras.faults.clear();
+  return std::make_unique<SimulatedRobot>(without_cameras, std::move(around), body, Rig{}, rng);
 }
 
 }  // namespace panoptes::sim

@@ -70,7 +70,7 @@ std::vector<KeyFault> rig_faults(const SimulatedOptions& options, const Rig& rig
 
 /// What stands around the robot, as its body, its cameras and the truth meet it.
 struct Surroundings {
-  std::vector<Outline> outlines;  ///< of the body layer, without things that move
+  std::vector<Outline> outlines;  ///< of the body layer, without dynamic objects
   DynamicObjects dynamic_objects;
   FloorSurfaces floor_surfaces;
   std::vector<std::string> object_names;  ///< in the world's order
@@ -146,7 +146,7 @@ class SimulatedRobot final : public hw::Robot {
     bool touched = false;
     Odometry odometry;
     double lean_rad = 0;
-    std::vector<Pose2> places;  // of the things
+    std::vector<Pose2> places;  // of the dynamic objects
   };
   /// A camera as it truly is.
   struct Camera {
@@ -201,7 +201,7 @@ std::unique_ptr<SimulatedRobot> open_simulated(const SimulatedOptions& options, 
 
 /// The same without its cameras: it perceives 15 frame sets without pictures a second, and nothing
 /// is drawn or lit.
-std::unique_ptr<SimulatedRobot> open_blind(const SimulatedOptions& options, const Body& body,
-                                           const Rng& rng);
+std::unique_ptr<SimulatedRobot> open_without_cameras(const SimulatedOptions& options,
+                                                     const Body& body, const Rng& rng);
 
 }  // namespace panoptes::sim

@@ -17,8 +17,8 @@ constexpr double kCell_m = 0.05;
 SearchOptions search_options() {
   SearchOptions options;
   options.cell_m = kCell_m;
-  options.margin_m = 0.07;  // the follower arrives within 5 cm
-  options.comfort_m = 0.4;  // the middle of any aisle narrower than 1.4 m
+  options.margin_m = 0.07;             // the follower arrives within 5 cm
+  options.inflation_distance_m = 0.4;  // the middle of any aisle narrower than 1.4 m
   return options;
 }
 
@@ -35,16 +35,16 @@ DrivableGrid drivable(const SearchOptions& options, const TruthLayer& layer, con
   return drivable_grid(options, body, map);
 }
 
-// The places of a tour and the ways between them.
+// The places of a tour and the paths between them.
 class Places {
  public:
   Places(const TourOptions& options, const TruthLayer& layer, const Body& body, const Vec2& start)
       : grid_(drivable(search_, layer, body)) {
     SearchOptions shortest = search_;
-    shortest.crowding = 0;
+    shortest.clearance_weight = 0;
     add(start);
     std::vector<float> apart_m = flood(shortest, grid_, start).cost_m;
-    const auto most = static_cast<std::size_t>(options.way_m / options.apart_m);
+    const auto most = static_cast<std::size_t>(options.length_m / options.apart_m);
     while (fields_.size() <= most) {
       int farthest = -1;
       for (int cell = 0; cell < static_cast<int>(apart_m.size()); ++cell) {
@@ -67,15 +67,15 @@ class Places {
 
   int count() const { return static_cast<int>(fields_.size()); }
 
-  // The first place's own ways come first, so that to and fro are the same.
+  // The first place's own paths come first, so that to and fro are the same.
   double cost_m(int a, int b) const {
     return fields_[std::min(a, b)].cost_m[cells_[std::max(a, b)]];
   }
 
-  // The corners of the way, from the one after `a` to `b`.
-  std::vector<Vec2> way(int a, int b) const {
+  // The corners of the path, from the one after `a` to `b`.
+  std::vector<Vec2> path(int a, int b) const {
     std::vector<Vec2> corners =
-        straightened(way_to(grid_, fields_[std::min(a, b)], cells_[std::max(a, b)]));
+        straightened(path_to(grid_, fields_[std::min(a, b)], cells_[std::max(a, b)]));
     if (b < a) {
       std::reverse(corners.begin(), corners.end());
     }
@@ -89,16 +89,17 @@ class Places {
     return map.centre(cell % map.columns, cell / map.columns);
   }
 
-  double room_m(const Vec2& p) const {
-    return grid_.room_m[grid_.clearance.index(grid_.clearance.column(p), grid_.clearance.row(p))];
+  double clearance_m(const Vec2& p) const {
+    return grid_
+        .clearance_m[grid_.clearance.index(grid_.clearance.column(p), grid_.clearance.row(p))];
   }
 
   bool in_the_middle(int cell) const {
     const OccupancyMap& map = grid_.clearance.map;
     for (const int step : {-map.columns - 1, -map.columns, -map.columns + 1, -1}) {
       for (const int other : {cell + step, cell - step}) {
-        if (other >= 0 && other < static_cast<int>(grid_.room_m.size()) &&
-            grid_.room_m[other] > grid_.room_m[cell]) {
+        if (other >= 0 && other < static_cast<int>(grid_.clearance_m.size()) &&
+            grid_.clearance_m[other] > grid_.clearance_m[cell]) {
           return false;
         }
       }
@@ -112,15 +113,17 @@ class Places {
         grid_.clearance.index(grid_.clearance.column(at), grid_.clearance.row(at))));
   }
 
-  // Only its corners, cut no nearer to things than the way itself comes.
+  // Only its corners, cut no nearer to obstacles than the path itself comes.
   std::vector<Vec2> straightened(const std::vector<Vec2>& points) const {
     std::vector<Vec2> corners{points.front()};
     for (std::size_t from = 0; from + 1 < points.size();) {
       std::size_t to = from + 1;
-      double room = std::min({search_.comfort_m, room_m(points[from]), room_m(points[to])});
+      double clearance = std::min(
+          {search_.inflation_distance_m, clearance_m(points[from]), clearance_m(points[to])});
       while (to + 1 < points.size()) {
-        room = std::min(room, room_m(points[to + 1]));
-        if (!straight_way(grid_, points[from], points[to + 1], std::max(0.0, room - kCell_m))) {
+        clearance = std::min(clearance, clearance_m(points[to + 1]));
+        if (!straight_line_clear(grid_, points[from], points[to + 1],
+                                 std::max(0.0, clearance - kCell_m))) {
           break;
         }
         ++to;
@@ -148,7 +151,7 @@ int nearest_new(const Places& places, const std::vector<int>& visited, int here)
   return nearest;
 }
 
-// The one of the places visited whose way from here is nearest to the length asked for.
+// The one of the places visited whose path from here is nearest to the length asked for.
 int place_back(const Places& places, const std::vector<int>& visited, double return_m) {
   const int here = visited.back();
   return *std::min_element(visited.begin(), visited.end() - 1, [&](int a, int b) {
@@ -168,12 +171,12 @@ std::vector<Waypoint> tour(const TourOptions& options, const TruthLayer& body_la
         "pose, or tour.apart_m a smaller value");
   }
   std::vector<Waypoint> waypoints;
-  double way_m = 0;
+  double length_m = 0;
   Vec2 at = start_scene;
   int here = 0;
   const auto go = [&](int place) {
-    for (const Vec2& corner : places.way(here, place)) {
-      way_m += (corner - at).norm();
+    for (const Vec2& corner : places.path(here, place)) {
+      length_m += (corner - at).norm();
       at = corner;
       waypoints.push_back({corner.x(), corner.y()});
     }
@@ -191,7 +194,7 @@ std::vector<Waypoint> tour(const TourOptions& options, const TruthLayer& body_la
     }
   }
   go(visited.back());
-  while (way_m < options.way_m) {
+  while (length_m < options.length_m) {
     std::reverse(visited.begin(), visited.end());
     for (const int place : visited) {
       if (place != here) {

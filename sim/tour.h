@@ -10,7 +10,7 @@
 
 namespace panoptes::sim {
 
-/// A way along every aisle in both directions, along the middle of each, for a disc that keeps
+/// A path along every aisle in both directions, along the middle of each, for a disc that keeps
 /// clear of what `body_layer` holds. It visits places spread over all floor that the start is
 /// connected to, the nearest new one next; now and then it turns back to an earlier place before it
 /// goes on, so that ground driven before and new ground take turns. When it has been everywhere it

@@ -39,7 +39,7 @@ struct View {
   double px_per_m = 1;
 };
 
-// All that is known, and all ways driven, with a margin.
+// All that is known, and all paths driven, with a margin.
 View view_of(const MapPicture& picture) {
   const OccupancyMap& map = picture.map;
   Vec2 low(1e9, 1e9);
@@ -220,10 +220,10 @@ cv::Mat draw_map(const MapPicture& picture) {
   }
   canvas.frame(corner, opposite, kFaint, 1);
 
-  const auto draw_way = [&](const std::vector<Vec2>& way, const Colour& colour, double line_px) {
+  const auto draw_path = [&](const std::vector<Vec2>& path, const Colour& colour, double line_px) {
     std::vector<Vec2> px;
-    px.reserve(way.size());
-    for (const Vec2& p : way) {
+    px.reserve(path.size());
+    for (const Vec2& p : path) {
       px.push_back(to_px(p));
     }
     canvas.polyline(px, colour, line_px);
@@ -232,8 +232,8 @@ cv::Mat draw_map(const MapPicture& picture) {
   for (const Pose2& pose : picture.estimate_map) {
     estimate_map.push_back(pose.position());
   }
-  draw_way(picture.truth_map, kTruthColour, 4);
-  draw_way(estimate_map, kEstimateColour, 1.5);
+  draw_path(picture.truth_map, kTruthColour, 4);
+  draw_path(estimate_map, kEstimateColour, 1.5);
   for (const bool wrong : {false, true}) {
     for (const LoopLine& loop : picture.loops) {
       if (loop.wrong == wrong) {

@@ -32,14 +32,14 @@ struct ContactMark {
 
 struct MapPicture {
   OccupancyMap map;
-  std::vector<Pose2> estimate_map;  ///< the way as the map has it, from start to end
-  std::vector<Vec2> truth_map;      ///< true way, empty where it is not known
+  std::vector<Pose2> estimate_map;  ///< the path as the map has it, from start to end
+  std::vector<Vec2> truth_map;      ///< true path, empty where it is not known
   std::vector<LoopLine> loops;      ///< accepted closures
   std::vector<ContactMark> contacts;
   std::string title;
 };
 
-/// The map with both ways driven on it, where the robot is at their end, the closures and what was
+/// The map with both paths on it, where the robot is at their end, the closures and what was
 /// touched; with metres along the sides, a scale bar and a legend. 8-bit BGR.
 cv::Mat draw_map(const MapPicture& picture);
 

@@ -51,7 +51,7 @@ cv::Vec3b mixed(const cv::Vec3b& under, const Colour& over, double share) {
   return {mix(under[0], over.b), mix(under[1], over.g), mix(under[2], over.r)};
 }
 
-// Where the things are, small: what is shown, framed.
+// A small overview of the objects, with a frame around what is shown.
 void draw_overview(Canvas& canvas, const PlanPicture& picture, const Window& shown,
                    const Vec2& corner) {
   constexpr double kLongest_px = 150;
@@ -152,15 +152,15 @@ cv::Mat draw_plan(const PlanPicture& picture, int size_px) {
     const PlanCamera& camera = picture.cameras[i];
     const double radius_m = unit_m * (kFirst_m + kNext_m * static_cast<double>(i));
     const double span_rad = camera.to_rad - camera.from_rad;
-    std::vector<Vec2> way{to_px(camera.eye_scene)};
+    std::vector<Vec2> outline{to_px(camera.eye_scene)};
     constexpr int kPieces = 48;
     for (int k = 0; k <= kPieces; ++k) {
       const double heading = camera.from_rad + span_rad * k / kPieces;
-      way.push_back(
+      outline.push_back(
           to_px(camera.eye_scene + radius_m * Vec2(std::cos(heading), std::sin(heading))));
     }
-    way.push_back(way.front());
-    canvas.polyline(way, camera.colour, 1.75);
+    outline.push_back(outline.front());
+    canvas.polyline(outline, camera.colour, 1.75);
   }
   const double radius_px = std::max(4.0, picture.radius_m * px_per_m);
   const Vec2 at_px = to_px(picture.T_scene_body.position());

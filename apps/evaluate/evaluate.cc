@@ -30,7 +30,8 @@ struct EvaluateArguments {
 double body_height_m(const std::filesystem::path& run) {
   const std::filesystem::path mission = run / "mission.yaml";
   return std::filesystem::exists(mission)
-             ? load_mission<ExploreMission>(mission.string(), {}, Needs::kNothing).robot.height_m
+             ? load_mission<ExploreMission>(mission.string(), {}, CameraRequirement::kNothing)
+                   .robot.height_m
              : Body().height_m;
 }
 
@@ -45,16 +46,16 @@ int evaluate(const EvaluateArguments& args) {
   if (!args.world.empty() && !given.known.truth.body.cells.empty()) {
     throw ConfigError("--world: " + args.truth + " holds its world; leave --world out");
   }
-  std::vector<std::string> remarks;
-  RunTruth known = truth_during(saved.run, args.run, given, remarks);
+  std::vector<std::string> warnings;
+  RunTruth known = truth_during(saved.run, args.run, given, warnings);
   if (!args.world.empty()) {
     sim::TruthLayers layers =
         sim::truth_layers(sim::load_world(args.world), body_height_m(args.run));
     known.truth.floor = std::move(layers.floor);
     known.truth.body = std::move(layers.body);
   }
-  for (const std::string& remark : remarks) {
-    std::fprintf(stderr, "%s\n", remark.c_str());
+  for (const std::string& warning : warnings) {
+    std::fprintf(stderr, "%s\n", warning.c_str());
   }
   const RunReport report = report_with(saved, known);
   print(report);

@@ -115,7 +115,7 @@ GivenTruth read_given_truth(const fs::path& truth) {
 }
 
 RunTruth truth_during(const FinishedRun& run, const std::string& run_name, const GivenTruth& given,
-                      std::vector<std::string>& remarks) {
+                      std::vector<std::string>& warnings) {
   if (!run.info.start_unix_ns) {
     throw ConfigError(run_name +
                       "/metrics.json: start_unix_ns: missing; the run's clock cannot be matched "
@@ -156,17 +156,17 @@ RunTruth truth_during(const FinishedRun& run, const std::string& run_name, const
   std::erase_if(truth.contacts, [&](const TrueContact& contact) {
     return contact.stamp < first || contact.stamp > run.last_step;
   });
-  std::vector<Pose2> way;
+  std::vector<Pose2> trajectory;
   for (const TruePose& pose : truth.poses) {
-    way.push_back(pose.T_scene_body);
+    trajectory.push_back(pose.T_scene_body);
   }
-  truth.path_m = path_lengths_m(way).back();
+  truth.path_m = path_lengths_m(trajectory).back();
   if (run.last_step - last > kLongestGap) {
-    remarks.push_back(fmt::format("{}: ends {:.1f} s before the run; nothing is known of the rest",
-                                  given.name, to_seconds(run.last_step - last)));
+    warnings.push_back(fmt::format("{}: ends {:.1f} s before the run; nothing is known of the rest",
+                                   given.name, to_seconds(run.last_step - last)));
   }
   if (const int in_gaps = keyframes_in_gaps(run, all); in_gaps > 0) {
-    remarks.push_back(
+    warnings.push_back(
         fmt::format("{}: has no pose for more than {} s around {} of {} keyframes; their true "
                     "poses are interpolated",
                     given.name, to_seconds(kLongestGap), in_gaps, run.result.keyframes.size()));

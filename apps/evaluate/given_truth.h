@@ -24,11 +24,11 @@ struct GivenTruth {
 /// ConfigError, with the file and line where there is one.
 GivenTruth read_given_truth(const std::filesystem::path& truth);
 
-/// The truth on the run's clock, from its first frame set to its last step. `remarks` gets what the
-/// user ought to know of how much of the run it tells. Throws ConfigError where the two clocks
+/// The truth on the run's clock, from its first frame set to its last step. `warnings` gets what
+/// the user ought to know of how much of the run it tells. Throws ConfigError where the two clocks
 /// cannot be matched, and where the truth does not reach from the first frame set to the last
 /// keyframe. `run_name` is for messages.
 RunTruth truth_during(const FinishedRun& run, const std::string& run_name, const GivenTruth& given,
-                      std::vector<std::string>& remarks);
+                      std::vector<std::string>& warnings);
 
 }  // namespace panoptes

@@ -92,40 +92,41 @@ std::vector<std::string> check_replay(const std::string& folder, Rig& rig) {
     Dataset dataset = read_dataset(folder);
     check_pictures(dataset, rig);
     hw::truth_of(folder, dataset);
-    dataset.remarks.push_back(folder +
-                              ": has no rig.yaml; to replay it, put one there, or write a mission "
-                              "with rig: and " +
-                              own_mission);
-    return dataset.remarks;
+    dataset.warnings.push_back(folder +
+                               ": has no rig.yaml; to replay it, put one there, or write a mission "
+                               "with rig: and " +
+                               own_mission);
+    return dataset.warnings;
   }
-  const auto mission =
-      load_mission<ExploreMission>(folder, {}, has_mission ? Needs::kDriver : Needs::kNothing);
+  const auto mission = load_mission<ExploreMission>(
+      folder, {}, has_mission ? CameraRequirement::kDriver : CameraRequirement::kNothing);
   OpenRobot open = open_robot(mission, Rng(mission.seed));
   rig = open.rig;
   if (!has_mission) {
-    open.remarks.push_back(folder +
-                           ": has no mission.yaml; it is replayed with every setting's default, or "
-                           "by a mission with " +
-                           own_mission);
+    open.warnings.push_back(
+        folder +
+        ": has no mission.yaml; it is replayed with every setting's default, or "
+        "by a mission with " +
+        own_mission);
   }
   if (!has_mission && !can_navigate(rig)) {
-    open.remarks.push_back(folder +
-                           "/rig.yaml: has not all of the roles loop_front, loop_back and floor; "
-                           "panoptes explore cannot map with it");
+    open.warnings.push_back(folder +
+                            "/rig.yaml: has not all of the roles loop_front, loop_back and floor; "
+                            "panoptes explore cannot map with it");
   }
-  return open.remarks;
+  return open.warnings;
 }
 
 // The exit status.
 int check_dataset(const std::string& folder) {
   Rig rig;
-  const std::vector<std::string> remarks = check_replay(folder, rig);
+  const std::vector<std::string> warnings = check_replay(folder, rig);
   const Dataset dataset = read_dataset(folder, rig);
   if (!dataset.ours) {
     tell_gathered(dataset, rig);
   }
-  for (const std::string& remark : remarks) {
-    std::printf("%s\n", remark.c_str());
+  for (const std::string& warning : warnings) {
+    std::printf("%s\n", warning.c_str());
   }
   return gap_lines(dataset, rig).empty() ? 0 : 1;
 }

@@ -70,7 +70,7 @@ std::string quoted(const std::string& text) {
 
 }  // namespace
 
-void bind(Fields& f, UntilOptions& o) {
+void bind(Fields& f, StopOptions& o) {
   f("duration_s", o.duration_s, between(1e-3, kForEver_s));
   f("keyframes", o.keyframes, at_least(1));
 }
@@ -107,7 +107,7 @@ void bind(Fields& f, PioneerOptions& o) {
             "standin:tcp");
   if (f.writing() ? o.standin != nullptr : f.present("standin")) {
     ExploreMission served = o.standin == nullptr ? ExploreMission() : *o.standin;
-    served.needs = Needs::kNothing;
+    served.needs = CameraRequirement::kNothing;
     f.require(stands_in, "standin", "must not be given: this base is no stand-in");
     f.file_or_inline("standin", served);
     f.require(std::holds_alternative<sim::SimulatedOptions>(served.platform), "standin",
@@ -140,8 +140,9 @@ void bind(Fields& f, ExploreMission& o) {
     o.rig = pioneer->standin->rig;
     o.robot = pioneer->standin->robot;
   }
-  const bool blind = pioneer != nullptr && pioneer->cameras == PioneerOptions::Cameras::kNone;
-  f.require(f.writing() || f.present("rig") || !o.rig.cameras.empty() || blind, "rig",
+  const bool without_cameras =
+      pioneer != nullptr && pioneer->cameras == PioneerOptions::Cameras::kNone;
+  f.require(f.writing() || f.present("rig") || !o.rig.cameras.empty() || without_cameras, "rig",
             recorded == nullptr ? "missing; it must be given"
                                 : "missing; the dataset has no rig.yaml to take it from");
   SaidRig rig{o.rig, !o.rig.cameras.empty()};
@@ -160,20 +161,20 @@ void bind(Fields& f, ExploreMission& o) {
             "must not be a route on a pioneer: a route is followed on the true pose, which only a "
             "simulated platform knows; use teleop, none or navigator");
   const std::vector<std::string> missing = missing_roles(o.rig);
-  f.require(
-      !blind ||
-          (o.needs != Needs::kNavigator && !std::holds_alternative<DriveByNavigator>(o.drive)) ||
-          o.needs == Needs::kNothing,
-      "platform",
-      "has cameras: none, and the navigator needs pictures; drive it with drive: "
-      "teleop or none");
+  f.require(!without_cameras ||
+                (o.needs != CameraRequirement::kNavigator &&
+                 !std::holds_alternative<DriveByNavigator>(o.drive)) ||
+                o.needs == CameraRequirement::kNothing,
+            "platform",
+            "has cameras: none, and the navigator needs pictures; drive it with drive: "
+            "teleop or none");
   const bool navigates =
-      o.needs == Needs::kNavigator ||
-      (o.needs == Needs::kDriver && std::holds_alternative<DriveByNavigator>(o.drive));
+      o.needs == CameraRequirement::kNavigator ||
+      (o.needs == CameraRequirement::kDriver && std::holds_alternative<DriveByNavigator>(o.drive));
   f.require(!navigates || !rig.said || missing.empty(), "rig",
             "has no camera with the role " + joined(missing, " or ") + "; the navigator of '" +
                 o.name + "' needs loop_front, loop_back and floor");
-  if (o.needs != Needs::kNothing) {
+  if (o.needs != CameraRequirement::kNothing) {
     for (const auto& [name, camera] : o.rig.cameras) {
       const bool recognises =
           std::any_of(camera.roles.begin(), camera.roles.end(),
@@ -206,7 +207,7 @@ void bind(Fields& f, ExploreMission& o) {
 
 template <>
 ExploreMission load_mission(const std::string& file, const std::vector<std::string>& overrides,
-                            Needs needs) {
+                            CameraRequirement needs) {
   ExploreMission defaults;
   defaults.needs = needs;
   if (is_dataset(file)) {

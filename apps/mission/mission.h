@@ -23,11 +23,11 @@
 namespace panoptes {
 
 /// When a run ends, whatever it is doing.
-struct UntilOptions {
+struct StopOptions {
   double duration_s = 600;
   std::optional<int> keyframes;
 };
-void bind(Fields& f, UntilOptions& o);
+void bind(Fields& f, StopOptions& o);
 
 /// Who drives. The navigator maps in any case.
 struct DriveByNavigator {
@@ -74,7 +74,7 @@ using PlatformOptions = std::variant<sim::SimulatedOptions, hw::RecordedOptions,
 
 /// For whom a rig must have what the navigator needs: a camera that looks ahead, one that looks
 /// back and one that sees the floor.
-enum class Needs {
+enum class CameraRequirement {
   kNavigator,  ///< the command always maps
   kDriver,     ///< it maps where it can, and must where the navigator drives
   kNothing     ///< it only looks
@@ -89,7 +89,7 @@ struct ExploreMission {
   Body robot;
   PlatformOptions platform;
   std::uint64_t seed = 1;
-  UntilOptions until;
+  StopOptions until;
   DriveOptions drive;
   std::vector<std::string> require;
   NavigatorOptions navigator;
@@ -98,7 +98,7 @@ struct ExploreMission {
   double frame_deadline_s = 1;       ///< longest wait for a frame set
   double command_valid_for_s = 0.4;  ///< the robot stops by itself when commands stop coming
 
-  Needs needs = Needs::kDriver;  ///< of the command, not of the file
+  CameraRequirement needs = CameraRequirement::kDriver;  ///< of the command, not of the file
 };
 void bind(Fields& f, ExploreMission& o);
 
@@ -107,10 +107,10 @@ void bind(Fields& f, ExploreMission& o);
 /// with, on the recording; of one without mission.yaml a mission with every setting's default.
 template <class Mission>
 Mission load_mission(const std::string& file, const std::vector<std::string>& overrides = {},
-                     Needs needs = Needs::kDriver);
+                     CameraRequirement needs = CameraRequirement::kDriver);
 template <>
 ExploreMission load_mission(const std::string& file, const std::vector<std::string>& overrides,
-                            Needs needs);
+                            CameraRequirement needs);
 
 /// The rig has every camera that the navigator needs.
 bool can_navigate(const Rig& rig);

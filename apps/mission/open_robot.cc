@@ -27,7 +27,7 @@ OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& missi
     out.true_pictures.things = robot->object_names();
   }
   out.capture = [eye = robot.get()](const std::string& camera) { return eye->capture(camera); };
-  out.paced = false;
+  out.real_time = false;
   out.rig = robot->rig();
   out.route_done = [] { return false; };
   if (const auto* along = std::get_if<DriveAlongRoute>(&mission.drive)) {
@@ -49,9 +49,9 @@ OpenRobot open(const hw::RecordedOptions& options, const ExploreMission& mission
   std::optional<hw::RecordedTruth> truth = hw::truth_of(options.dataset, dataset);
   auto robot = std::make_unique<hw::RecordedRobot>(std::move(dataset), out.rig, std::move(truth));
   out.length = robot->length();
-  out.remarks = robot->remarks();
-  out.remarks.insert(out.remarks.end(), gaps.begin(), gaps.end());
-  out.paced = false;
+  out.warnings = robot->remarks();
+  out.warnings.insert(out.warnings.end(), gaps.begin(), gaps.end());
+  out.real_time = false;
   out.recorded = robot.get();
   out.robot = std::move(robot);
   return out;
@@ -106,7 +106,7 @@ OpenRobot open_standin(const PioneerOptions& options, const ExploreMission& miss
   auto robot = sim::open_simulated(std::get<sim::SimulatedOptions>(served.platform), served.robot,
                                    sees ? served.rig : Rig(), rng, renderer);
   OpenRobot out;
-  out.paced = false;
+  out.real_time = false;
   out.route_done = [] { return false; };
   out.rig = sees ? believed_of(mission.rig, robot->rig()) : Rig();
   const hw::Robot* behind = robot.get();
@@ -133,7 +133,7 @@ OpenRobot open(const PioneerOptions& options, const ExploreMission& mission, con
   out.route_done = [] { return false; };
   auto base = std::make_unique<hw::PioneerBase>(options.base, mission.robot);
   hw::connect(*base);
-  base->with([&](hw::PioneerClient& client) { out.remarks = client.take_remarks(); });
+  base->with([&](hw::PioneerClient& client) { out.warnings = client.take_remarks(); });
   out.robot = std::make_unique<hw::PhysicalRobot>(std::move(base), hw::NextCameraSet(),
                                                   ramp_of(mission.robot));
   return out;
@@ -173,10 +173,11 @@ OpenRobot open_robot(const ExploreMission& mission, const Rng& rng,
                     mission.platform);
 }
 
-std::unique_ptr<hw::Robot> open_blind_robot(const ExploreMission& mission, const Rng& rng) {
+std::unique_ptr<hw::Robot> open_robot_without_cameras(const ExploreMission& mission,
+                                                      const Rng& rng) {
   if (const auto* wired = std::get_if<PioneerOptions>(&mission.platform);
       wired != nullptr && wired->standin != nullptr) {
-    return open_blind_robot(*wired->standin, rng);
+    return open_robot_without_cameras(*wired->standin, rng);
   }
   const auto* options = std::get_if<sim::SimulatedOptions>(&mission.platform);
   if (options == nullptr) {
@@ -184,7 +185,7 @@ std::unique_ptr<hw::Robot> open_blind_robot(const ExploreMission& mission, const
                       ": platform: neither a recording nor a real robot can be served; name a "
                       "mission whose platform is simulated");
   }
-  return sim::open_blind(*options, mission.robot, rng);
+  return sim::open_without_cameras(*options, mission.robot, rng);
 }
 
 void check_platform(const ExploreMission& mission) {

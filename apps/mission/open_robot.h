@@ -25,8 +25,8 @@ struct OpenRobot {
   hw::TruePictures true_pictures;     ///< empty where nobody knows them
   Capture capture;                    ///< empty where no camera can be asked
   Duration length = Duration::max();  ///< of a recording
-  bool paced = true;  ///< its time goes by as fast as the wall's, not as fast as it is observed
-  std::vector<std::string> remarks;             ///< what the user ought to know before it runs
+  bool real_time = true;  ///< its time goes by as fast as the wall's, not as fast as it is observed
+  std::vector<std::string> warnings;            ///< what the user ought to know before it runs
   const hw::RecordedRobot* recorded = nullptr;  ///< the robot, or what is inside of it
 };
 
@@ -37,7 +37,8 @@ OpenRobot open_robot(const ExploreMission& mission, const Rng& rng,
                      const sim::RendererOptions& renderer = {});
 
 /// The same robot of a simulated platform, without cameras: nothing is drawn.
-std::unique_ptr<hw::Robot> open_blind_robot(const ExploreMission& mission, const Rng& rng);
+std::unique_ptr<hw::Robot> open_robot_without_cameras(const ExploreMission& mission,
+                                                      const Rng& rng);
 
 /// Whether the platform can be opened, without making its pictures.
 void check_platform(const ExploreMission& mission);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/mission/until.h"
+#include "apps/mission/stop_condition.h"
 
 #include <array>
 #include <csignal>
@@ -29,7 +29,7 @@ extern "C" void on_signal(int signal) {
 
 }  // namespace
 
-Until::Until(const UntilOptions& options) : options_(options) {
+StopCondition::StopCondition(const StopOptions& options) : options_(options) {
   g_signals = 0;
   struct sigaction action = {};
   action.sa_handler = on_signal;
@@ -42,26 +42,26 @@ Until::Until(const UntilOptions& options) : options_(options) {
   }
 }
 
-Until::~Until() {
+StopCondition::~StopCondition() {
   for (std::size_t i = 0; i < kSignals.size(); ++i) {
     sigaction(kSignals[i], &before_[i], nullptr);
   }
 }
 
-bool Until::interrupted() const { return g_signals > 0; }
-bool Until::hurried() const { return g_signals > 1; }
+bool StopCondition::interrupted() const { return g_signals > 0; }
+bool StopCondition::hurried() const { return g_signals > 1; }
 
-void Until::hold(const Health& health) {
+void StopCondition::hold(const Health& health) {
   held_by_ = health.held_by;
   bumped_ = health.bumper_pressed;
 }
 
-bool Until::reached(Time now, std::size_t keyframes) const {
+bool StopCondition::reached(Time now, std::size_t keyframes) const {
   return interrupted() || !device_fault_.empty() || !held_by_.empty() ||
          !end_reason(now, keyframes).empty();
 }
 
-std::string Until::end_reason(Time now, std::size_t keyframes) const {
+std::string StopCondition::end_reason(Time now, std::size_t keyframes) const {
   if (now >= time_at(options_.duration_s)) {
     return "duration";
   }

@@ -15,12 +15,12 @@ namespace panoptes {
 /// Ends a run: its duration, its number of keyframes, a lost device, or the user (Ctrl-C, SIGTERM,
 /// SIGHUP). A second signal asks to leave out what can be made again from the files of the run; a
 /// third one ends the process at once.
-class Until {
+class StopCondition {
  public:
-  explicit Until(const UntilOptions& options);
-  ~Until();
-  Until(const Until&) = delete;
-  Until& operator=(const Until&) = delete;
+  explicit StopCondition(const StopOptions& options);
+  ~StopCondition();
+  StopCondition(const StopCondition&) = delete;
+  StopCondition& operator=(const StopCondition&) = delete;
 
   bool reached(Time now, std::size_t keyframes) const;
   bool interrupted() const;
@@ -39,7 +39,7 @@ class Until {
   std::string end_reason(Time now, std::size_t keyframes) const;  ///< "duration" or "keyframes"
 
  private:
-  UntilOptions options_;
+  StopOptions options_;
   std::array<struct sigaction, 3> before_ = {};
   std::string device_fault_;
   std::string held_by_;

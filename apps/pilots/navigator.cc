@@ -21,13 +21,14 @@ class NavigatorPilot : public Pilot {
   bool explored() const override { return navigator_.done(); }
 
   // A robot that cannot see where it goes stands as soon as it can, and does not wait for ever.
-  void heed(const Health& health, const PilotStep& step, hw::Robot& robot, Until& until) override {
-    Pilot::heed(health, step, robot, until);
-    if (step.blind) {
+  void handle_hold(const Health& health, const PilotStep& step, hw::Robot& robot,
+                   StopCondition& stop_condition) override {
+    Pilot::handle_hold(health, step, robot, stop_condition);
+    if (step.camera_lost) {
       robot.brake_hard();
     }
-    if (step.blind && !navigator_.given_up().empty()) {
-      until.lose_device(DeviceError(navigator_.given_up()));
+    if (step.camera_lost && !navigator_.lost_cameras().empty()) {
+      stop_condition.lose_device(DeviceError(navigator_.lost_cameras()));
     }
   }
 

@@ -15,10 +15,10 @@ namespace panoptes {
 #include "apps/pilots/pilots.inc"
 #undef PANOPTES_PILOT
 
-void Pilot::heed(const Health& health, const PilotStep& /*step*/, hw::Robot& /*robot*/,
-                 Until& until) {
+void Pilot::handle_hold(const Health& health, const PilotStep& /*step*/, hw::Robot& /*robot*/,
+                        StopCondition& stop_condition) {
   if (!health.held_by.empty()) {
-    until.hold(health);
+    stop_condition.hold(health);
   }
 }
 

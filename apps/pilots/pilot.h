@@ -6,7 +6,7 @@
 
 #include "apps/mission/mission.h"
 #include "apps/mission/open_robot.h"
-#include "apps/mission/until.h"
+#include "apps/mission/stop_condition.h"
 #include "apps/process/stage_clock.h"
 #include "core/base/rng.h"
 #include "core/base/time.h"
@@ -30,7 +30,8 @@ class Pilot {
   virtual bool explored() const { return false; }
 
   /// Sees to what holds the robot, or ends the run.
-  virtual void heed(const Health& health, const PilotStep& step, hw::Robot& robot, Until& until);
+  virtual void handle_hold(const Health& health, const PilotStep& step, hw::Robot& robot,
+                           StopCondition& stop_condition);
 
   /// The longest that it waits for pictures, and that a command of its may hold.
   virtual Duration longest_wait() const { return Duration::max(); }

@@ -38,7 +38,7 @@ class HandPilot : public OtherPilot {
 
   PilotStep step(const Observation& seen, const SlamStep& at) override {
     PilotStep step = OtherPilot::step(seen, at);
-    if (!open_.paced) {
+    if (!open_.real_time) {
       console_->keep_pace(open_.robot->now());
     }
     command(console_->command(seen, doing(slam(), step)), step);
@@ -47,8 +47,8 @@ class HandPilot : public OtherPilot {
   bool done() const override { return console_->left(); }
 
   // A person sees to what holds the robot.
-  void heed(const Health& /*health*/, const PilotStep& /*step*/, hw::Robot& robot,
-            Until& /*until*/) override {
+  void handle_hold(const Health& /*health*/, const PilotStep& /*step*/, hw::Robot& robot,
+                   StopCondition& /*stop_condition*/) override {
     if (console_->take_stop()) {
       robot.emergency_stop();
     } else if (console_->acknowledges()) {

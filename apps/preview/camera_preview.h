@@ -36,7 +36,7 @@ class CameraPreview {
     std::vector<std::vector<Vec2>> outlines_scene;  ///< of what stands in the robot's way
     Vec2 low_scene = Vec2::Zero();                  ///< corners of the world
     Vec2 high_scene = Vec2::Zero();
-    std::optional<double> clearance_m;  ///< from the body to the nearest thing; none outside
+    std::optional<double> clearance_m;  ///< from the body to the nearest object; none outside
     std::string fault;  ///< why no robot can stand there, in words; empty when one can
   };
   Views render(const Pose2& T_scene_body, Time at, const sim::RenderOutputs& outputs);

@@ -75,8 +75,9 @@ PlanCamera plan_camera(const CameraView& camera_view, const Colour& colour, cons
   out.colour = colour;
   out.eye_scene = camera_view.T_scene_camera.translation.head<2>();
   const auto heading = [&](double u) {
-    const Vec3 way = camera_view.T_scene_camera.rotation * edge_direction(lens, {u, lens.cy_px});
-    return std::atan2(way.y(), way.x());
+    const Vec3 direction =
+        camera_view.T_scene_camera.rotation * edge_direction(lens, {u, lens.cy_px});
+    return std::atan2(direction.y(), direction.x());
   };
   const Vec3 axis = camera_view.T_scene_camera.rotation * Vec3::UnitZ();
   const double middle = std::atan2(axis.y(), axis.x());
@@ -260,15 +261,15 @@ void draw_row(Canvas& canvas, const Row& row, int left, int top) {
 }  // namespace
 
 cv::Mat contact_sheet(const ExploreMission& mission, const Pose2& T_scene_body, double at_s,
-                      const CameraPreview::Views& sight) {
+                      const CameraPreview::Views& views) {
   PlanPicture plan;
-  plan.outlines_scene = sight.outlines_scene;
+  plan.outlines_scene = views.outlines_scene;
   plan.T_scene_body = T_scene_body;
   plan.radius_m = mission.robot.radius_m;
-  plan.low_scene = sight.low_scene;
-  plan.high_scene = sight.high_scene;
+  plan.low_scene = views.low_scene;
+  plan.high_scene = views.high_scene;
   std::vector<Row> rows;
-  for (const CameraView& camera_view : sight.cameras) {
+  for (const CameraView& camera_view : views.cameras) {
     const Colour colour = nth_colour(rows.size());
     rows.push_back(row_of(camera_view, mission.robot, colour));
     plan.cameras.push_back(plan_camera(camera_view, colour, mission.robot, T_scene_body));
@@ -307,10 +308,10 @@ cv::Mat contact_sheet(const ExploreMission& mission, const Pose2& T_scene_body, 
                   short_number(std::round(1e3 * rad_to_deg(T_scene_body.theta_rad)) / 1e3),
                   at_s > 0 ? ", at " + short_number(at_s) + " s" : "");
   canvas.text(title, {kGap_px, 30}, kInk, 20);
-  const std::string below = sight.fault.empty() ? fmt::format("{:.2f} m clear around the body",
-                                                              sight.clearance_m.value_or(0))
-                                                : "no robot can stand here: it " + sight.fault;
-  canvas.text(below, {kGap_px, 52}, sight.fault.empty() ? kFaint : kFault, 15);
+  const std::string below = views.fault.empty() ? fmt::format("{:.2f} m clear around the body",
+                                                              views.clearance_m.value_or(0))
+                                                : "no robot can stand here: it " + views.fault;
+  canvas.text(below, {kGap_px, 52}, views.fault.empty() ? kFaint : kFault, 15);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     draw_row(canvas, rows[i], places[i].left, places[i].top);
   }

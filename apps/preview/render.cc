@@ -16,7 +16,7 @@
 #include "apps/command/out_dir.h"
 #include "apps/draw/pictures.h"
 #include "apps/mission/mission.h"
-#include "apps/mission/until.h"
+#include "apps/mission/stop_condition.h"
 #include "apps/preview/camera_preview.h"
 #include "apps/preview/contact_sheet.h"
 #include "apps/process/fault.h"
@@ -154,21 +154,21 @@ void write_metrics(const std::filesystem::path& out_dir, const ExploreMission& m
 // What each camera of the rig would see from there, as believed to be mounted, without noise.
 int render(const RenderArguments& args) {
   const std::vector<AskedPose> poses = parse_poses(args.poses);
-  const auto mission =
-      load_mission<ExploreMission>(args.mission, args.common.overrides(), Needs::kNothing);
+  const auto mission = load_mission<ExploreMission>(args.mission, args.common.overrides(),
+                                                    CameraRequirement::kNothing);
   const auto* simulated = std::get_if<sim::SimulatedOptions>(&mission.platform);
   if (simulated == nullptr) {
     throw ConfigError(args.mission + ": platform: nothing to draw; render needs a simulated one");
   }
   OutDir out(args.common.out_dir.value_or(default_out_dir(mission)));
-  const Until until(mission.until);
+  const StopCondition stop_condition(mission.until);
   Json looked_at = Json::array();
   std::string outcome = "completed";
   Faults faults;
   try {
-    CameraPreview preview(mission, *simulated, patient_renderer(until, args.common.quiet));
+    CameraPreview preview(mission, *simulated, patient_renderer(stop_condition, args.common.quiet));
     for (const AskedPose& pose : poses) {
-      if (until.interrupted()) {
+      if (stop_condition.interrupted()) {
         outcome = "interrupted";
         break;
       }

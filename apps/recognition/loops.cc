@@ -150,7 +150,7 @@ std::vector<PlaceAnswer> by_signature(const std::vector<PlaceSignature>& signatu
 Json truth_figures(const RunRecognition& run, const Seen& seen, const PlaceTruth& truth) {
   std::vector<PlaceAnswer> answers;
   for (const Recognised& recognised : run.pictures) {
-    answers.push_back({recognised.earlier, recognised.confidence, recognised.believed});
+    answers.push_back({recognised.earlier, recognised.confidence, recognised.accepted});
   }
   std::vector<PlaceSignature> grids;
   for (const PlaceView& view : seen.views) {
@@ -236,7 +236,7 @@ void write_table(const fs::path& path, const std::vector<std::string>& files,
     }
     table << as_utf8(fs::path(files[found.earlier]).filename().string()) << found.emd_grey
           << found.inliers << found.support << found.seen_again << found.confidence
-          << (found.believed ? "same place" : "too little in common");
+          << (found.accepted ? "same place" : "too little in common");
     if (truth) {
       const SamePlace same = truth->at(static_cast<int>(i), found.earlier);
       table << (same == SamePlace::kYes  ? "same place"
@@ -260,7 +260,7 @@ cv::Mat drawn(const Seen& seen, const RunRecognition& run, const std::optional<P
           static_cast<float>(emd_grey(seen.views[i].signature, seen.views[j].signature));
     }
     const Recognised& found = run.pictures[i];
-    if (found.believed) {
+    if (found.accepted) {
       picture.found.push_back({i, found.earlier, std::nullopt});
       if (truth && truth->at(i, found.earlier) != SamePlace::kNotCounted) {
         picture.found.back().right = truth->at(i, found.earlier) == SamePlace::kYes;
@@ -290,7 +290,7 @@ int find_loops(const LoopsArguments& args) {
   });
   const double query_s = process_use().cpu_s - from_s;
   const auto found = std::count_if(run.pictures.begin(), run.pictures.end(),
-                                   [](const Recognised& one) { return one.believed; });
+                                   [](const Recognised& one) { return one.accepted; });
   const ProcessUse use = process_use();
   const auto count = static_cast<double>(files.size());
   clock.end_frame();

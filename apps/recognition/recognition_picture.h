@@ -9,7 +9,7 @@
 
 namespace panoptes {
 
-/// A believed answer in the matrix.
+/// An accepted answer in the matrix.
 struct FoundPlace {
   int picture = 0;
   int earlier = 0;

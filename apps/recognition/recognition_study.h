@@ -35,7 +35,7 @@ void bind(Fields& f, RecognitionStudyOptions& o);
 /// Why these cameras cannot take the pictures asked for; empty when they can.
 std::string pictures_fault(const RecognitionStudyOptions& options, const Rig& rig, bool recorded);
 
-/// One way to tell places apart, and what it found.
+/// One method to tell places apart, and what it found.
 struct RecognitionRow {
   std::string histogram;
   std::string distance;
@@ -65,7 +65,7 @@ class RecognitionStudy : public StepListener {
   /// Takes part in steps that make a keyframe of their frame set.
   void add(const Observation& seen, const SlamStep& at, const PilotStep& step) override;
 
-  /// A row for each combination. `path_m`: the true way up to each keyframe.
+  /// A row for each combination. `path_m`: the true path length up to each keyframe.
   std::vector<RecognitionRow> rows(const std::vector<Pose2>& true_T_scene_body,
                                    const std::vector<double>& path_m) const;
 

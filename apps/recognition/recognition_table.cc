@@ -14,36 +14,36 @@
 namespace panoptes {
 namespace {
 
-bool same_way(const RecognitionRow& a, const RecognitionRow& b) {
+bool same_method(const RecognitionRow& a, const RecognitionRow& b) {
   return a.histogram == b.histogram && a.distance == b.distance && a.pictures == b.pictures;
 }
 
 const RecognitionRow* find(const std::vector<RecognitionRow>& rows, const RecognitionRow& like) {
-  const auto found = std::find_if(rows.begin(), rows.end(),
-                                  [&](const RecognitionRow& row) { return same_way(row, like); });
+  const auto found = std::find_if(
+      rows.begin(), rows.end(), [&](const RecognitionRow& row) { return same_method(row, like); });
   return found == rows.end() ? nullptr : &*found;
 }
 
 // Every combination that some world has, in order of appearance.
-std::vector<RecognitionRow> ways_of(const std::vector<RecognitionWorld>& worlds) {
-  std::vector<RecognitionRow> ways;
+std::vector<RecognitionRow> methods_of(const std::vector<RecognitionWorld>& worlds) {
+  std::vector<RecognitionRow> methods;
   for (const RecognitionWorld& world : worlds) {
     for (const RecognitionRow& row : world.rows) {
-      if (find(ways, row) == nullptr) {
-        ways.push_back({row.histogram, row.distance, row.pictures, {}});
+      if (find(methods, row) == nullptr) {
+        methods.push_back({row.histogram, row.distance, row.pictures, {}});
       }
     }
   }
-  return ways;
+  return methods;
 }
 
 // Over the worlds that have it.
 std::optional<double> mean_recall(const std::vector<RecognitionWorld>& worlds,
-                                  const RecognitionRow& way) {
+                                  const RecognitionRow& method) {
   double sum = 0;
   int count = 0;
   for (const RecognitionWorld& world : worlds) {
-    const RecognitionRow* row = find(world.rows, way);
+    const RecognitionRow* row = find(world.rows, method);
     if (row != nullptr && row->recall()) {
       sum += *row->recall();
       ++count;
@@ -82,7 +82,7 @@ void add_rows(RecognitionWorld& world, const std::vector<RecognitionRow>& rows) 
   for (const RecognitionRow& row : rows) {
     const auto known =
         std::find_if(world.rows.begin(), world.rows.end(),
-                     [&](const RecognitionRow& other) { return same_way(row, other); });
+                     [&](const RecognitionRow& other) { return same_method(row, other); });
     if (known == world.rows.end()) {
       world.rows.push_back(row);
       continue;
@@ -97,10 +97,11 @@ void add_rows(RecognitionWorld& world, const std::vector<RecognitionRow>& rows) 
 }
 
 std::vector<std::string> recognition_table(const std::vector<RecognitionWorld>& worlds) {
-  std::vector<RecognitionRow> ways = ways_of(worlds);
-  std::stable_sort(ways.begin(), ways.end(), [&](const RecognitionRow& a, const RecognitionRow& b) {
-    return mean_recall(worlds, a) > mean_recall(worlds, b);
-  });
+  std::vector<RecognitionRow> methods = methods_of(worlds);
+  std::stable_sort(methods.begin(), methods.end(),
+                   [&](const RecognitionRow& a, const RecognitionRow& b) {
+                     return mean_recall(worlds, a) > mean_recall(worlds, b);
+                   });
   std::string head =
       fmt::format("{:<16}{:<14}{:<14}{:>5}", "histogram", "distance", "pictures", "mean");
   for (const RecognitionWorld& world : worlds) {
@@ -108,11 +109,11 @@ std::vector<std::string> recognition_table(const std::vector<RecognitionWorld>& 
   }
   std::vector<std::string> lines{
       "keyframes recognised at full precision, % (revisits, same / opposite heading, %)", head};
-  for (const RecognitionRow& way : ways) {
-    std::string line = fmt::format("{:<16}{:<14}{:<14}{:>5}", way.histogram, way.distance,
-                                   way.pictures, percent(mean_recall(worlds, way)));
+  for (const RecognitionRow& method : methods) {
+    std::string line = fmt::format("{:<16}{:<14}{:<14}{:>5}", method.histogram, method.distance,
+                                   method.pictures, percent(mean_recall(worlds, method)));
     for (const RecognitionWorld& world : worlds) {
-      const RecognitionRow* row = find(world.rows, way);
+      const RecognitionRow* row = find(world.rows, method);
       const std::string cell =
           row == nullptr
               ? "-"
@@ -120,7 +121,7 @@ std::vector<std::string> recognition_table(const std::vector<RecognitionWorld>& 
                             percent(row->recall_same()), percent(row->recall_opposite()));
       line += fmt::format("  {:>{}}", cell, std::max<std::size_t>(18, world.name.size()));
     }
-    lines.push_back(line + (way.is_thesis() ? "  the thesis's own" : ""));
+    lines.push_back(line + (method.is_thesis() ? "  the thesis's own" : ""));
   }
   return lines;
 }
@@ -136,10 +137,10 @@ cv::Mat draw_recognition_table(const std::vector<RecognitionWorld>& worlds) {
   std::vector<std::string> histograms;
   std::vector<std::string> distances;
   std::vector<std::string> pictures;
-  for (const RecognitionRow& way : ways_of(worlds)) {
-    note(histograms, way.histogram);
-    note(distances, way.distance);
-    note(pictures, way.pictures);
+  for (const RecognitionRow& method : methods_of(worlds)) {
+    note(histograms, method.histogram);
+    note(distances, method.distance);
+    note(pictures, method.pictures);
   }
   const double panel_px = kCell_px * static_cast<double>(distances.size()) + kMargin_px;
   const double block_px = kRow_px * static_cast<double>(histograms.size()) + kBetween_px;

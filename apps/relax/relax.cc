@@ -205,7 +205,7 @@ Json figures_of(const RelaxArguments& args, const GraphFile& file, const Solutio
                {"method", args.method},
                {"start", args.start},
                {"chi2", chi2},
-               {"freedom", solution.plausibility.freedom},
+               {"freedom", solution.plausibility.degrees_of_freedom},
                {"nodes", file.graph.T_map_node.size()},
                {"edges", file.graph.edges.size()},
                {"closures", std::count_if(file.graph.edges.begin(), file.graph.edges.end(),
@@ -294,11 +294,11 @@ void say_what_is_wrong(const RelaxArguments& args, const GraphFile& file, const 
                     args.robust ? "" : "; closures may be false, which --robust leaves out"));
   }
   if (!noise.plausible) {
-    say(
-        fmt::format("{}chi2 is {:.3g} per degree of freedom, and errors twice those stated give "
-                    "{:.3g} at most",
-                    args.robust ? "not to be trusted: " : "", relax.chi2_end / noise.freedom,
-                    noise.chi2_most / noise.freedom));
+    say(fmt::format(
+        "{}chi2 is {:.3g} per degree of freedom, and errors twice those stated give "
+        "{:.3g} at most",
+        args.robust ? "not to be trusted: " : "", relax.chi2_end / noise.degrees_of_freedom,
+        noise.chi2_most / noise.degrees_of_freedom));
     if (!noise.disagreeing.empty()) {
       say(fmt::format("{} closures {} disagree with the rest by more than such errors: {}{}",
                       noise.disagreeing.size(), args.robust ? "kept" : "given",
@@ -343,8 +343,8 @@ int relax_file(const RelaxArguments& args) {
   }
   const fs::path out = checked_out(args);
   const GraphFile file = read_graph(args.graph);
-  for (const std::string& remark : file.remarks) {
-    std::fprintf(stderr, "%s\n", remark.c_str());
+  for (const std::string& warning : file.warnings) {
+    std::fprintf(stderr, "%s\n", warning.c_str());
   }
   PoseGraph graph = file.graph;
   if (args.start == "odometry") {

@@ -26,7 +26,7 @@ struct RunInfo {
   std::uint64_t seed = 0;
   std::string mission_yaml;  ///< every setting as resolved
   std::vector<Requirement> require;
-  bool blind = false;                ///< without cameras: every observation is a frame set
+  bool no_cameras = false;           ///< without cameras: every observation is a frame set
   bool judged = true;                ///< whether `require` decides the exit status
   std::optional<Pose2> T_scene_map;  ///< of the run that founded the map; else this one's start
   std::optional<std::int64_t> start_unix_ns;  ///< physical and served runs

@@ -91,7 +91,7 @@ void Recorder::add(const Observation& seen, const SlamStep& at, const PilotStep&
   // a deadline that comes just before a late report tells of an instant after the report's
   const bool later = run_.frames.empty() || seen.stamp > run_.frames.back().stamp;
   // pictures that do not come stop the robot, which has to be told
-  const bool counts = run_.info.blind || step.blind;
+  const bool counts = run_.info.no_cameras || step.camera_lost;
   if (seen.pictures.empty() && !(counts && later)) {
     return;
   }

@@ -143,11 +143,11 @@ std::string outcome_of(const FinishedRun& run, const RunFindings& f) {
 
 void put_drive(Json& metrics, const FinishedRun& run, const RunFindings& f) {
   if (f.known == nullptr) {
-    std::vector<Pose2> way;
+    std::vector<Pose2> trajectory;
     for (const FinishedRun::Frame& frame : run.frames) {
-      way.push_back(frame.T_odom_body);
+      trajectory.push_back(frame.T_odom_body);
     }
-    metrics["distance_m"] = way.empty() ? 0 : path_lengths_m(way).back();
+    metrics["distance_m"] = trajectory.empty() ? 0 : path_lengths_m(trajectory).back();
     return;
   }
   const Truth& truth = f.known->truth;
@@ -252,8 +252,8 @@ Json exploration_json(const FinishedRun& run, const RunFindings& f) {
 }
 
 /// Where the finished map has the body at every frame set; nowhere without keyframes.
-std::vector<Pose2> estimated_way(const FinishedRun& run) {
-  std::vector<Pose2> way;
+std::vector<Pose2> estimated_trajectory(const FinishedRun& run) {
+  std::vector<Pose2> trajectory;
   const std::vector<KeyframePose>& keyframes = run.result.keyframes;
   std::size_t next = 1;  // what comes before the first keyframe is carried back from it
   for (const FinishedRun::Frame& frame : run.frames) {
@@ -262,10 +262,10 @@ std::vector<Pose2> estimated_way(const FinishedRun& run) {
     }
     if (!keyframes.empty()) {
       const KeyframePose& last = keyframes[next - 1];
-      way.push_back(last.T_map_body * last.T_odom_body.inverse() * frame.T_odom_body);
+      trajectory.push_back(last.T_map_body * last.T_odom_body.inverse() * frame.T_odom_body);
     }
   }
-  return way;
+  return trajectory;
 }
 
 /// Which run it is, and how it ended.
@@ -443,7 +443,7 @@ RunFindings find_out(const FinishedRun& run, const RunTruth* known) {
     f.T_map_body.push_back(keyframe.T_map_body);
     T_odom_body.push_back(keyframe.T_odom_body);
   }
-  f.T_map_frame = estimated_way(run);
+  f.T_map_frame = estimated_trajectory(run);
   for (const auto& [stamp, closure] : run.closures) {
     f.closures.push_back(closure);
   }
@@ -461,18 +461,18 @@ RunFindings find_out(const FinishedRun& run, const RunTruth* known) {
       f.T_scene_odometry.push_back(T_scene_odom * T_odom_body[i]);
     }
     // along every frame set, since keyframes cut corners
-    std::vector<Pose2> way;
+    std::vector<Pose2> trajectory;
     for (const TruePose& pose : truth.poses) {
-      way.push_back(pose.T_scene_body);
+      trajectory.push_back(pose.T_scene_body);
     }
-    const std::vector<double> way_m = path_lengths_m(way);
+    const std::vector<double> path_m = path_lengths_m(trajectory);
     for (std::size_t i = 0; i < f.path_m.size(); ++i) {
       const auto at =
           std::lower_bound(truth.poses.begin(), truth.poses.end(), run.result.keyframes[i].stamp,
                            [](const TruePose& pose, Time t) { return pose.stamp < t; });
       f.path_m[i] = at == truth.poses.end()
-                        ? way_m.back()
-                        : way_m[static_cast<std::size_t>(at - truth.poses.begin())];
+                        ? path_m.back()
+                        : path_m[static_cast<std::size_t>(at - truth.poses.begin())];
     }
     if (!truth.body.cells.empty()) {
       f.reachable = reachable_floor(truth.body, true_start.position());

@@ -28,7 +28,7 @@ struct RunFindings {
   std::vector<Pose2> T_scene_estimate;
   std::vector<Pose2> T_scene_odometry;
   std::vector<Pose2> true_T_scene_body;
-  std::vector<double> path_m;  ///< way up to each keyframe, by odometry without truth
+  std::vector<double> path_m;  ///< path length up to each keyframe, by odometry without truth
   std::vector<ClosureReport> closures;
   std::optional<TruthLayer> reachable;
   std::vector<CoverageSample> coverage;  ///< the last one of the finished map

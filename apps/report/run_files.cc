@@ -35,15 +35,15 @@ std::vector<Vec2> positions(const std::vector<Pose2>& poses) {
   return all;
 }
 
-std::vector<Pose2> true_way_map(const RunFindings& f) {
-  std::vector<Pose2> way;
+std::vector<Pose2> true_trajectory_map(const RunFindings& f) {
+  std::vector<Pose2> trajectory;
   if (f.known != nullptr) {
     const Pose2 T_map_scene = f.T_scene_map.inverse();
     for (const TruePose& pose : f.known->truth.poses) {
-      way.push_back(T_map_scene * pose.T_scene_body);
+      trajectory.push_back(T_map_scene * pose.T_scene_body);
     }
   }
-  return way;
+  return trajectory;
 }
 
 /// None where nobody knows of touches, and of a replay that would have driven elsewhere.
@@ -131,7 +131,7 @@ void write_loops(const fs::path& file, const FinishedRun& run, const RunFindings
 }
 
 cv::Mat drawn_map(const FinishedRun& run, const RunFindings& f) {
-  MapPicture picture{run.result.map, f.T_map_frame, positions(true_way_map(f)), {}, {}, {}};
+  MapPicture picture{run.result.map, f.T_map_frame, positions(true_trajectory_map(f)), {}, {}, {}};
   picture.title = fmt::format("{}: {:.1f} m2 of floor in {:.0f} s", name_of(run),
                               f.coverage.back().mapped_m2, to_seconds(run.last_step));
   for (const ClosureReport& closure : f.closures) {
@@ -204,10 +204,10 @@ void write_ground_truth(const fs::path& out_dir, const RunFindings& findings) {
   if (findings.known == nullptr) {
     return;
   }
-  const std::vector<Pose2> way_map = true_way_map(findings);
+  const std::vector<Pose2> trajectory_map = true_trajectory_map(findings);
   std::vector<TumPose> poses;
-  for (std::size_t i = 0; i < way_map.size(); ++i) {
-    poses.push_back({findings.known->truth.poses[i].stamp, on_floor(way_map[i])});
+  for (std::size_t i = 0; i < trajectory_map.size(); ++i) {
+    poses.push_back({findings.known->truth.poses[i].stamp, on_floor(trajectory_map[i])});
   }
   write_tum(out_dir / "ground_truth.tum", poses);
 }
@@ -279,7 +279,7 @@ std::vector<fs::path> draw_run(const fs::path& out_dir, const FinishedRun& run,
       pictures.push_back(out_dir / name);
     });
   };
-  const bool nothing_known = run.info.blind && findings.known == nullptr;
+  const bool nothing_known = run.info.no_cameras && findings.known == nullptr;
   if (!nothing_known) {
     keep("map.png", [&] { return drawn_map(run, findings); });
   }

@@ -24,8 +24,8 @@ int explore(const ExploreArguments& args) {
     keep_inputs();
     note_input("/proc/self/exe");
   }
-  const auto mission =
-      load_mission<ExploreMission>(args.mission, args.common.overrides(), Needs::kNavigator);
+  const auto mission = load_mission<ExploreMission>(args.mission, args.common.overrides(),
+                                                    CameraRequirement::kNavigator);
   const int status = run_mission(
       mission,
       {"explore", args.common.out_dir.value_or(default_out_dir(mission)), args.common.quiet, {}});

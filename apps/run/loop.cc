@@ -115,7 +115,7 @@ CameraReports lost_cameras(const CameraReports& cameras, Time now) {
 
 }  // namespace
 
-RunEnd run_end(const Until& until, const ExploreMission& mission, const Slam* slam,
+RunEnd run_end(const StopCondition& stop_condition, const ExploreMission& mission, const Slam* slam,
                const Pilot& pilot, const OpenRobot& open) {
   const bool replayed = open.recorded != nullptr;
   const std::optional<Time> diverged =
@@ -128,13 +128,13 @@ RunEnd run_end(const Until& until, const ExploreMission& mission, const Slam* sl
                   slam != nullptr ? slam->cameras() : CameraReports{},
                   !replayed || open.recorded->touches_known()};
   };
-  if (!until.device_fault().empty()) {
-    return end("device_lost", until.device_fault());
+  if (!stop_condition.device_fault().empty()) {
+    return end("device_lost", stop_condition.device_fault());
   }
-  if (!until.held_by().empty()) {
-    return end(until.held_outcome(), "the robot is held: " + until.held_by());
+  if (!stop_condition.held_by().empty()) {
+    return end(stop_condition.held_outcome(), "the robot is held: " + stop_condition.held_by());
   }
-  if (until.interrupted()) {
+  if (stop_condition.interrupted()) {
     return end("interrupted", "");
   }
   if (slam != nullptr) {  // a part of the map is not to be had
@@ -143,7 +143,7 @@ RunEnd run_end(const Until& until, const ExploreMission& mission, const Slam* sl
       return end("device_lost", lost);
     }
   }
-  const std::string reason = until.end_reason(open.robot->now(), keyframe_count(slam));
+  const std::string reason = stop_condition.end_reason(open.robot->now(), keyframe_count(slam));
   if (!reason.empty()) {
     return end("completed", reason);
   }
@@ -157,13 +157,14 @@ RunEnd run_end(const Until& until, const ExploreMission& mission, const Slam* sl
   return end("completed", explored ? "explored" : "goals_done");
 }
 
-sim::RendererOptions patient_renderer(const Until& until, bool quiet) {
+sim::RendererOptions patient_renderer(const StopCondition& stop_condition, bool quiet) {
   sim::RendererOptions options;
-  options.bake_progress = [&until, line = std::make_shared<ProgressLine>(quiet)](double done) {
+  options.bake_progress = [&stop_condition,
+                           line = std::make_shared<ProgressLine>(quiet)](double done) {
     if (line->due()) {
       line->show(share_line("light and shadow", done, line->wall_s()));
     }
-    return !until.interrupted();
+    return !stop_condition.interrupted();
   };
   return options;
 }

@@ -7,7 +7,7 @@
 
 #include "apps/mission/mission.h"
 #include "apps/mission/open_robot.h"
-#include "apps/mission/until.h"
+#include "apps/mission/stop_condition.h"
 #include "apps/pilots/pilot.h"
 #include "apps/process/stage_clock.h"
 #include "apps/report/recorder.h"
@@ -34,11 +34,11 @@ std::size_t keyframe_count(const Slam* slam);
 RunInfo run_info(const std::string& command, const ExploreMission& mission);
 RunResult run_result(const Slam* slam);
 KeptKeyframes kept_keyframes(const Slam* slam);
-RunEnd run_end(const Until& until, const ExploreMission& mission, const Slam* slam,
+RunEnd run_end(const StopCondition& stop_condition, const ExploreMission& mission, const Slam* slam,
                const Pilot& pilot, const OpenRobot& open);
 
 /// Drawing that tells how far the light is where it is not known yet, and stops when the user does.
-sim::RendererOptions patient_renderer(const Until& until, bool quiet);
+sim::RendererOptions patient_renderer(const StopCondition& stop_condition, bool quiet);
 
 /// The summary and the pictures' names on stdout.
 void print(const RunReport& report);

@@ -11,7 +11,7 @@
 
 #include "apps/command/out_dir.h"
 #include "apps/listeners/listeners.h"
-#include "apps/mission/until.h"
+#include "apps/mission/stop_condition.h"
 #include "apps/pilots/pilot.h"
 #include "apps/process/fault.h"
 #include "apps/process/stage_clock.h"
@@ -30,7 +30,7 @@ namespace {
 // refused before it has begun is thrown on.
 template <class Drive>
 Faults driven_to_its_end(const Drive& drive, const OpenRobot& open, const OutDir& out, Pilot& pilot,
-                         Recorder& recorder, Until& until) {
+                         Recorder& recorder, StopCondition& stop_condition) {
   Faults faults;
   std::exception_ptr refusal;
   faults.attempt([&] {
@@ -44,7 +44,7 @@ Faults driven_to_its_end(const Drive& drive, const OpenRobot& open, const OutDir
       refusal = std::current_exception();
     } catch (const DeviceError& error) {
       pilot.leave();
-      until.lose_device(error);
+      stop_condition.lose_device(error);
       throw;
     } catch (...) {
       pilot.leave();
@@ -66,7 +66,7 @@ Faults driven_to_its_end(const Drive& drive, const OpenRobot& open, const OutDir
 }  // namespace
 
 int run_mission(const ExploreMission& mission, const MissionRun& run) {
-  Until until(mission.until);
+  StopCondition stop_condition(mission.until);
   OutDir out(run.out_dir);
   auto console =
       by_hand(mission) ? std::make_unique<TeleopConsole>(mission.robot, run.quiet) : nullptr;
@@ -75,7 +75,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   info.judged = run.judged;
   OpenRobot open;
   try {
-    open = open_robot(mission, rng.fork("robot"), patient_renderer(until, run.quiet));
+    open = open_robot(mission, rng.fork("robot"), patient_renderer(stop_condition, run.quiet));
   } catch (const sim::BakeStopped&) {
     out.keep();
     Recorder nothing(run.out_dir, info, nullptr);
@@ -87,7 +87,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
     run.wrap(open, run.out_dir);
   }
   hw::Robot& robot = *open.robot;
-  info.blind = open.rig.cameras.empty();
+  info.no_cameras = open.rig.cameras.empty();
   info.start_unix_ns = robot.start_unix_ns();
   StageClock clock;
   const Rng navigation = rng.fork("navigator");
@@ -110,15 +110,16 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   for (const std::unique_ptr<StepListener>& other : others) {
     listeners.push_back(other.get());
   }
-  for (const std::string& remark : open.remarks) {
-    std::fprintf(stderr, "%s\n", remark.c_str());
+  for (const std::string& warning : open.warnings) {
+    std::fprintf(stderr, "%s\n", warning.c_str());
   }
 
   const Duration deadline = std::min(from_seconds(mission.frame_deadline_s), pilot->longest_wait());
   const Duration valid_for =
       std::min(from_seconds(mission.command_valid_for_s), pilot->longest_command());
   const auto drive = [&] {
-    while (!finished(*pilot, open) && !until.reached(robot.now(), keyframe_count(slam.get()))) {
+    while (!finished(*pilot, open) &&
+           !stop_condition.reached(robot.now(), keyframe_count(slam.get()))) {
       clock.begin("observe");
       const Observation seen = robot.observe(robot.now() + deadline);
       clock.end("observe");
@@ -127,9 +128,9 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
       const PilotStep step = pilot->step(seen, at);
       clock.end("step");
       refuse_bad_start(mission, slam.get());
-      pilot->heed(seen.health, step, robot, until);
+      pilot->handle_hold(seen.health, step, robot, stop_condition);
       robot.drive(step.command_body, valid_for);
-      if (step.blind) {
+      if (step.camera_lost) {
         robot.brake_hard();
       }
       out.keep();
@@ -139,7 +140,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
       clock.end_frame();
     }
   };
-  Faults faults = driven_to_its_end(drive, open, out, *pilot, recorder, until);
+  Faults faults = driven_to_its_end(drive, open, out, *pilot, recorder, stop_condition);
   out.keep();
   std::optional<Truth> truth;
   RunResult result;
@@ -148,10 +149,10 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   faults.attempt([&] { truth = robot.truth(); });
   faults.attempt([&] { result = run_result(slam.get()); });
   faults.attempt([&] { kept = kept_keyframes(slam.get()); });
-  faults.attempt([&] { end = run_end(until, mission, slam.get(), *pilot, open); });
-  const RunReport report = recorder.write_report(std::move(truth), result, std::move(end), kept,
-                                                 places ? &*places : nullptr, std::move(faults),
-                                                 [&until] { return until.hurried(); });
+  faults.attempt([&] { end = run_end(stop_condition, mission, slam.get(), *pilot, open); });
+  const RunReport report = recorder.write_report(
+      std::move(truth), result, std::move(end), kept, places ? &*places : nullptr,
+      std::move(faults), [&stop_condition] { return stop_condition.hurried(); });
   print(report);
   return report.exit_status;
 }

@@ -14,7 +14,7 @@
 #include "apps/command/out_dir.h"
 #include "apps/mission/mission.h"
 #include "apps/mission/open_robot.h"
-#include "apps/mission/until.h"
+#include "apps/mission/stop_condition.h"
 #include "apps/process/fault.h"
 #include "apps/process/progress.h"
 #include "apps/serve/served_run.h"
@@ -56,16 +56,16 @@ std::string doing(const hw::WireServer& server, const Truth& known, Time now) {
 
 // Serves the mission's robot over a Pioneer's wire, in wall-clock time, until it is stopped.
 int serve(const ServeArguments& args) {
-  const auto mission =
-      load_mission<ExploreMission>(args.mission, args.common.overrides(), Needs::kNothing);
-  const Until until({args.common.duration_s.value_or(kForEver_s), std::nullopt});
+  const auto mission = load_mission<ExploreMission>(args.mission, args.common.overrides(),
+                                                    CameraRequirement::kNothing);
+  const StopCondition stop_condition({args.common.duration_s.value_or(kForEver_s), std::nullopt});
   OutDir out(args.common.out_dir.value_or(default_out_dir(mission)));
   std::vector<std::unique_ptr<hw::Endpoint>> endpoints = open_endpoints(args);
   std::string names;
   for (const auto& endpoint : endpoints) {
     names += " " + endpoint->name();
   }
-  const auto robot = open_blind_robot(mission, Rng(mission.seed).fork("robot"));
+  const auto robot = open_robot_without_cameras(mission, Rng(mission.seed).fork("robot"));
   const auto* wired = std::get_if<PioneerOptions>(&mission.platform);
   const hw::StandInOptions standin = wired != nullptr ? wired->controller : hw::StandInOptions();
   hw::StandInController controller(*robot, mission.robot, standin);
@@ -77,7 +77,7 @@ int serve(const ServeArguments& args) {
   ProgressLine line(args.common.quiet);
   const auto go_on = [&] {
     run.keep(*robot);
-    return !until.reached(controller.now(), 0);
+    return !stop_condition.reached(controller.now(), 0);
   };
   Faults faults;
   faults.attempt([&] {
@@ -89,12 +89,12 @@ int serve(const ServeArguments& args) {
     }
   });
   faults.attempt([&] { robot->stop(); });
-  const char* outcome = until.interrupted() ? "interrupted" : "completed";
+  const char* outcome = stop_condition.interrupted() ? "interrupted" : "completed";
   faults.attempt([&] {
     run.write_metrics(faults.none() ? outcome : "failed", controller.now(), faults.text());
   });
   std::printf("%s\n", doing(server, run.known(), controller.now()).c_str());
-  return !faults.none() ? faults.status() : until.interrupted() ? kInterrupted : 0;
+  return !faults.none() ? faults.status() : stop_condition.interrupted() ? kInterrupted : 0;
 }
 
 }  // namespace

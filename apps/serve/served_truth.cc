@@ -104,7 +104,7 @@ ServedTruth read(const fs::path& folder) {
   const std::vector<TumPose> poses =
       parse_tum((folder / kPoses).string(), whole_lines(folder / kPoses));
   const CsvTable clearance = read_grown(folder / kClearance, kClearanceColumns);
-  std::vector<Pose2> way;
+  std::vector<Pose2> trajectory;
   for (std::size_t i = 0; i < std::min(poses.size(), clearance.rows.size()); ++i) {
     if (clearance.stamp(i, 0) != poses[i].stamp) {
       throw clearance.fault(i, "stamp_s must be " + seconds(poses[i].stamp) + ", as in " + kPoses +
@@ -114,10 +114,10 @@ ServedTruth read(const fs::path& folder) {
     pose.stamp = poses[i].stamp;
     pose.T_scene_body = floor_pose(poses[i]);
     pose.clearance_m = clearance_at(clearance, i);
-    way.push_back(pose.T_scene_body);
+    trajectory.push_back(pose.T_scene_body);
     served.truth.poses.push_back(pose);
   }
-  served.truth.path_m = way.empty() ? 0 : path_lengths_m(way).back();
+  served.truth.path_m = trajectory.empty() ? 0 : path_lengths_m(trajectory).back();
   const CsvTable contacts = read_grown(folder / kContacts, kContactColumns);
   for (std::size_t i = 0; i < contacts.rows.size(); ++i) {
     served.truth.contacts.push_back({contacts.stamp(i, 0),

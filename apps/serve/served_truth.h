@@ -13,7 +13,7 @@ namespace panoptes {
 
 /// Writes what a robot that is served to others truly does, so that their runs can be evaluated:
 ///  - ground_truth.tum: the body in `scene`, a line a frame set;
-///  - clearance.csv: `stamp_s, clearance_m` of the same instants, inf in a world without a thing;
+///  - clearance.csv: `stamp_s, clearance_m` of the same instants, inf in an empty world;
 ///  - contacts.csv: `stamp_s, x_m, y_m, object, while_moving` of each contact;
 ///  - floor.yaml, floor.pgm, body.yaml, body.pgm: the layers of the world as maps of ROS
 ///    map_server in `scene`, occupied where set, else free; none of a layer without cells;
@@ -41,7 +41,7 @@ class ServedTruthWriter {
 };
 
 struct ServedTruth {
-  Truth truth;  ///< its layer `seen` is empty; the way is summed along the poses
+  Truth truth;  ///< its layer `seen` is empty; the path length is summed along the poses
   std::int64_t start_unix_ns = 0;
 };
 

@@ -16,7 +16,7 @@
 #include <unistd.h>
 
 #include "apps/command/folder_lock.h"
-#include "apps/mission/until.h"
+#include "apps/mission/stop_condition.h"
 #include "apps/process/fault.h"
 #include "apps/process/progress.h"
 #include "apps/process/stage_clock.h"
@@ -131,7 +131,7 @@ FolderLock claim_trials_dir(const std::filesystem::path& out_dir) {
 }
 
 int run_planned(const TrialsOptions& options, std::vector<Trial>& trials, double from_s) {
-  const Until until{UntilOptions()};
+  const StopCondition stop_condition{StopOptions()};
   for (Trial& trial : trials) {
     is_finished(trial);
   }
@@ -157,7 +157,7 @@ int run_planned(const TrialsOptions& options, std::vector<Trial>& trials, double
           }
         }
       }
-      const int asked = (until.interrupted() ? 1 : 0) + (until.hurried() ? 1 : 0);
+      const int asked = (stop_condition.interrupted() ? 1 : 0) + (stop_condition.hurried() ? 1 : 0);
       for (; passed_on < asked; ++passed_on) {
         interrupted = true;
         under_way.ask();

@@ -39,7 +39,7 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
 /// The means over the seeds on stdout.
 void print_table(const std::vector<TrialGroup>& groups);
 
-/// What the runs found that compared ways to tell places apart, if any did.
+/// What the runs found that compared methods to tell places apart, if any did.
 void report_recognition(const TrialsOptions& options, const std::vector<Trial>& trials);
 
 }  // namespace panoptes

@@ -46,7 +46,7 @@ int trials(const TrialsArguments& args) {
       "runs/trials-" + std::filesystem::path(args.missions.front()).stem().string());
   options.resolve = [&](const std::string& file, const std::vector<std::string>& set) {
     keep_inputs();
-    const auto mission = load_mission<ExploreMission>(file, set, Needs::kNavigator);
+    const auto mission = load_mission<ExploreMission>(file, set, CameraRequirement::kNavigator);
     if (by_hand(mission)) {
       throw ConfigError(file +
                         ": drive: teleop cannot be tried many times; record it once and give the "

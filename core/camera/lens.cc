@@ -291,15 +291,15 @@ std::string lens_fault(const Intrinsics& lens) {
   }
   const double right_px = lens.width_px - 0.5;
   const double bottom_px = lens.height_px - 0.5;
-  const auto blind = [&lens](double x_px, double y_px) {
+  const auto sees_nothing = [&lens](double x_px, double y_px) {
     return !lens.direction({x_px, y_px}).has_value();
   };
   bool all_seen = true;
   for (double x_px = -0.5; x_px <= right_px && all_seen; ++x_px) {
-    all_seen = !blind(x_px, -0.5) && !blind(x_px, bottom_px);
+    all_seen = !sees_nothing(x_px, -0.5) && !sees_nothing(x_px, bottom_px);
   }
   for (double y_px = -0.5; y_px <= bottom_px && all_seen; ++y_px) {
-    all_seen = !blind(-0.5, y_px) && !blind(right_px, y_px);
+    all_seen = !sees_nothing(-0.5, y_px) && !sees_nothing(right_px, y_px);
   }
   if (all_seen) {
     return {};

@@ -52,7 +52,7 @@ bool is_correct(const ClosureReport& closure, const std::vector<Pose2>& true_T_s
 /// Keyframe i is on a revisit when an earlier j exists with at least 5 m of true path between them,
 /// true positions within 0.5 m, headings within 20 degrees or beyond 160, and three keyframes on
 /// each side of both. Those of one class with gaps under 1 m of true path are one revisit.
-/// `path_m` is the true way up to each keyframe.
+/// `path_m` is the true path length up to each keyframe.
 std::vector<TrueRevisit> revisits(const std::vector<Pose2>& true_T_scene_body,
                                   const std::vector<double>& path_m);
 

@@ -11,7 +11,7 @@
 namespace panoptes {
 namespace {
 
-constexpr double kBetween_m = 5.0;  // of way between the two visits, as revisits() has it
+constexpr double kBetween_m = 5.0;  // of path between the two visits, as revisits() has it
 
 std::size_t at(int keyframe) { return static_cast<std::size_t>(keyframe); }
 

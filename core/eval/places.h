@@ -34,7 +34,7 @@ struct DiagonalCandidate {
   float distance = 0;  ///< the largest on its diagonal
 };
 
-/// What a way to tell places apart finds when it accepts all it can without one that is wrong.
+/// What a method to tell places apart finds when it accepts all it can without one that is wrong.
 struct PlaceRecall {
   int keyframes = 0;   ///< that are on a revisit of either heading
   int recognised = 0;  ///< those whose candidate is closer than the closest wrong one of any
@@ -56,7 +56,7 @@ std::vector<DiagonalCandidate> diagonal_candidates(const DistanceTable& distance
                                                    bool both_headings,
                                                    const std::vector<int>& until);
 
-/// With the seven of the thesis, at least 5 m of way before and on other keyframes altogether.
+/// With the seven of the thesis, at least 5 m of path before and on other keyframes altogether.
 std::vector<DiagonalCandidate> place_candidates(const DistanceTable& distances, bool both_headings,
                                                 const std::vector<double>& path_m);
 

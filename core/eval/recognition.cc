@@ -53,12 +53,12 @@ RecognitionFigures recognition_figures(const std::vector<PlaceAnswer>& answers,
     const SamePlace same = truth.at(picture, answer.earlier);
     if (same == SamePlace::kNo) {
       surest_wrong = std::max(surest_wrong, answer.confidence);
-      figures.wrong += answer.believed ? 1 : 0;
+      figures.wrong += answer.accepted ? 1 : 0;
     } else if (same == SamePlace::kYes && revisit) {
       right.push_back(answer.confidence);
-      figures.right += answer.believed ? 1 : 0;
+      figures.right += answer.accepted ? 1 : 0;
     } else {
-      figures.not_counted += answer.believed ? 1 : 0;
+      figures.not_counted += answer.accepted ? 1 : 0;
     }
   }
   if (figures.right + figures.wrong > 0) {

@@ -31,17 +31,17 @@ class PlaceTruth {
 struct PlaceAnswer {
   int earlier = -1;  ///< -1: no place seen before
   double confidence = 0;
-  bool believed = false;
+  bool accepted = false;
 };
 
 struct RecognitionFigures {
   int revisits = 0;
-  int right = 0;  ///< of the answers that are believed,
+  int right = 0;  ///< of the answers that are accepted,
   int wrong = 0;
   int not_counted = 0;
   double precision = 1;
   double recall = 0;
-  double recall_at_full_precision = 0;  ///< were those believed that are surer than any wrong one
+  double recall_at_full_precision = 0;  ///< were those accepted that are surer than any wrong one
 };
 
 /// An answer for each picture against the truth. Where the truth does not count a pair, an answer

@@ -31,7 +31,7 @@ struct TruePose {
   Time stamp;
   Pose2 T_scene_body;
   Twist2 twist_body;
-  double clearance_m = 0;  ///< from the body's outline to the nearest thing
+  double clearance_m = 0;  ///< from the body's outline to the nearest object
   double pitch_rad = 0;    ///< of a body that does not stay level: its nose down,
   double roll_rad = 0;     ///< its right side down,
   double heave_m = 0;      ///< and all of it lifted
@@ -64,7 +64,7 @@ struct Truth {
   TruthLayer body;    ///< 1 cm: 1 where something is between 2 cm and the top of the robot's mast
   TruthLayer seen;    ///< 5 cm: 1 where the mapped part of a floor camera saw the floor or the foot
                       ///< of a thing, unoccluded, at some frame set
-  double path_m = 0;  ///< length of the true way
+  double path_m = 0;  ///< length of the true path
 };
 
 }  // namespace panoptes

@@ -68,7 +68,7 @@ FixedCell fixed_cell(const OccupancyMap& map, const Vec2& p_map) {
 void cast_rays(const DirectedOptions& o, const FloorWedge& wedge, const ClearanceMap& map,
                const std::vector<std::uint8_t>& possibly_traversable,
                const std::vector<Vec2>& directions, const Vec2& place,
-               std::vector<double>& gains_m2) {
+               std::vector<double>& information_gains_m2) {
   const double step_m = map.map.cell_m;
   const double sector_rad = kTwoPi / static_cast<double>(directions.size());
   for (std::size_t k = 0; k < directions.size(); ++k) {
@@ -96,20 +96,20 @@ void cast_rays(const DirectedOptions& o, const FloorWedge& wedge, const Clearanc
         }
       }
     }
-    gains_m2[k] = gain;
+    information_gains_m2[k] = gain;
   }
 }
 
-/// The direction a way has after its first or before its last half metre.
-double heading_of(const std::vector<Vec2>& way, bool at_end) {
-  if (way.size() < 2) {
+/// The direction of a path after its first or before its last half metre.
+double heading_of(const std::vector<Vec2>& path, bool at_end) {
+  if (path.size() < 2) {
     return 0;
   }
   constexpr double kBase_m = 0.5;
-  const Vec2 from = at_end ? way.back() : way.front();
+  const Vec2 from = at_end ? path.back() : path.front();
   Vec2 other = from;
-  for (std::size_t i = 1; i < way.size(); ++i) {
-    other = at_end ? way[way.size() - 1 - i] : way[i];
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    other = at_end ? path[path.size() - 1 - i] : path[i];
     if ((other - from).norm() >= kBase_m) {
       break;
     }
@@ -132,8 +132,10 @@ void bind(Fields& f, DirectedOptions& o) {
   f("unknown_depth_m", o.unknown_depth_m, positive);
   f("pace_mps", o.pace_mps, positive);
   f("turn_pace_radps", o.turn_pace_radps, positive);
-  f("settle_s", o.settle_s, not_negative);
-  f("loyalty", o.loyalty, at_least(1));
+  f("fixed_cost_s", o.fixed_cost_s, not_negative);
+  f("hysteresis", o.hysteresis, at_least(1));
+  f.renamed("settle_s", "fixed_cost_s");
+  f.renamed("loyalty", "hysteresis");
 }
 
 void bind(Fields& f, RandomOptions& o) {
@@ -145,36 +147,37 @@ void bind(Fields& f, RandomOptions& o) {
 void bind(Fields& f, ExploreOptions& o) {
   f.choice("method", o.method);
   f("search", o.search);
-  f("least_gain", o.least_gain, positive);
+  f("min_information_gain", o.min_information_gain, positive);
   f("blacklist_m", o.blacklist_m, not_negative);
   f("blacklist_s", o.blacklist_s, positive);
+  f.renamed("least_gain", "min_information_gain");
 }
 
 Explorer::Explorer(const ExploreOptions& options, const Body& body, const FloorWedge& wedge,
                    Rng rng)
     : options_(options), body_(body), wedge_(wedge), rng_(rng) {}
 
-bool Explorer::given_up(const Vec2& p_map, Time now) const {
-  return std::any_of(given_up_.begin(), given_up_.end(), [&](const GivenUp& g) {
+bool Explorer::is_abandoned(const Vec2& p_map, Time now) const {
+  return std::any_of(abandoned_.begin(), abandoned_.end(), [&](const AbandonedGoal& g) {
     return now < g.until && (g.place.p_map() - p_map).norm() <= options_.blacklist_m;
   });
 }
 
-void Explorer::give_up(Time now) {
+void Explorer::abandon(Time now) {
   if (!goal_) {
     return;
   }
   double for_s = options_.blacklist_s;
-  const HeldPose place = *goal_place_;
+  const AnchoredPose place = *goal_place_;
   goal_.reset();
-  for (GivenUp& g : given_up_) {
+  for (AbandonedGoal& g : abandoned_) {
     if ((g.place.p_map() - place.p_map()).norm() <= options_.blacklist_m) {
       g.for_s *= 2;
       g.until = now + from_seconds(g.for_s);
       return;
     }
   }
-  given_up_.push_back({place, now + from_seconds(for_s), for_s});
+  abandoned_.push_back({place, now + from_seconds(for_s), for_s});
 }
 
 void Explorer::reached() {
@@ -189,7 +192,7 @@ void Explorer::follow(std::span<const Pose2> T_map_keyframes) {
     goal_place_->follow(T_map_keyframes);
     goal_->pose_map = goal_place_->T_map_place();
   }
-  for (GivenUp& g : given_up_) {
+  for (AbandonedGoal& g : abandoned_) {
     g.place.follow(T_map_keyframes);
   }
   for (InVain& cell : looked_in_vain_) {
@@ -233,7 +236,7 @@ void Explorer::strike_off(const DrivableGrid& grid,
     if (const auto again = before.find(cell); again != before.end()) {
       ++looked_in_vain_[again->second].times;
     } else {
-      looked_in_vain_.push_back({HeldPose({centre.x(), centre.y(), 0}, T_map_keyframes), 1});
+      looked_in_vain_.push_back({AnchoredPose({centre.x(), centre.y(), 0}, T_map_keyframes), 1});
     }
   }
 }
@@ -296,7 +299,8 @@ Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& gr
     const double angle = kTwoPi * (static_cast<double>(k) + 0.5) / static_cast<double>(rays);
     views.directions[k] = {std::cos(angle), std::sin(angle)};
   }
-  views.least_m2 = options_.least_gain * std::numbers::pi * body_.radius_m * body_.radius_m;
+  views.least_m2 =
+      options_.min_information_gain * std::numbers::pi * body_.radius_m * body_.radius_m;
   return views;
 }
 
@@ -318,14 +322,14 @@ std::optional<Explorer::View> Explorer::best_view(const Views& views, int cell,
   if (all < views.least_m2) {
     return std::nullopt;
   }
-  const std::vector<Vec2> way = way_to(views.grid, views.field, cell);
+  const std::vector<Vec2> path = path_to(views.grid, views.field, cell);
   const double drive_s = views.field.cost_m[cell] / o.pace_mps;
   double first_s = 0;
   double arrival_rad = views.T_map_body.theta_rad;
-  if (way.size() > 1) {
-    first_s = std::abs(wrap_angle(heading_of(way, false) - views.T_map_body.theta_rad)) /
+  if (path.size() > 1) {
+    first_s = std::abs(wrap_angle(heading_of(path, false) - views.T_map_body.theta_rad)) /
               o.turn_pace_radps;
-    arrival_rad = heading_of(way, true);
+    arrival_rad = heading_of(path, true);
   }
   std::optional<View> found;
   double sum = 0;
@@ -340,7 +344,7 @@ std::optional<Explorer::View> Explorer::best_view(const Views& views, int cell,
     if (tried && sum >= views.least_m2) {
       const double turn_s = std::abs(wrap_angle(heading - arrival_rad)) / o.turn_pace_radps;
       const double cost_s = first_s + drive_s + turn_s;
-      const double worth = sum / (cost_s + o.settle_s);
+      const double worth = sum / (cost_s + o.fixed_cost_s);
       if (!found || worth > found->worth) {
         found = View{{{place.x(), place.y(), heading}, true, sum, cost_s}, worth};
       }
@@ -353,7 +357,7 @@ std::optional<Explorer::View> Explorer::best_view(const Views& views, int cell,
 // Cells to look from, those first that are near. Only places from which unknown floor is in range
 // can show any.
 std::vector<std::pair<double, int>> Explorer::places_to_look_from(const Views& views, Time now,
-                                                                  bool& given_up_some) const {
+                                                                  bool& some_abandoned) const {
   const DrivableGrid& grid = views.grid;
   const OccupancyMap& map = grid.clearance.map;
   std::vector<std::uint8_t> wanted(map.cells.size(), 0);
@@ -367,12 +371,12 @@ std::vector<std::pair<double, int>> Explorer::places_to_look_from(const Views& v
   for (int row = 0; row < map.rows; row += stride) {
     for (int column = 0; column < map.columns; column += stride) {
       const std::size_t cell = grid.clearance.index(column, row);
-      if (!std::isfinite(views.field.cost_m[cell]) || grid.room_m[cell] < 0 ||
+      if (!std::isfinite(views.field.cost_m[cell]) || grid.clearance_m[cell] < 0 ||
           to_wanted_m[cell] > wedge_.far_m) {
         continue;
       }
-      if (given_up(map.centre(column, row), now)) {
-        given_up_some = true;
+      if (is_abandoned(map.centre(column, row), now)) {
+        some_abandoned = true;
         continue;
       }
       candidates.emplace_back(views.field.cost_m[cell], static_cast<int>(cell));
@@ -390,7 +394,7 @@ std::optional<Explorer::View> Explorer::present_view(const Views& views, Time no
   const Pose2& pose_map = goal_->pose_map;
   const int column = views.grid.clearance.column(pose_map.position());
   const int row = views.grid.clearance.row(pose_map.position());
-  if (!views.grid.drivable(column, row) || given_up(pose_map.position(), now)) {
+  if (!views.grid.drivable(column, row) || is_abandoned(pose_map.position(), now)) {
     return std::nullopt;
   }
   const std::size_t cell = views.grid.clearance.index(column, row);
@@ -409,13 +413,13 @@ ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
                                         std::span<const Pose2> T_map_keyframes) {
   ExploreChoice out;
   const Views views = this->views(o, grid, T_map_body, T_map_keyframes);
-  bool given_up_some = false;
+  bool some_abandoned = false;
   // No view is worth more than the whole wedge of unknown floor: most of what is farther is ruled
   // out unseen.
   const double most_m2 = 0.5 * wedge_.width_rad * wedge_.far_m * wedge_.far_m;
   std::optional<View> best;
-  for (const auto& [cost_m, cell] : places_to_look_from(views, now, given_up_some)) {
-    if (best && most_m2 / (cost_m / o.pace_mps + o.settle_s) <= best->worth) {
+  for (const auto& [cost_m, cell] : places_to_look_from(views, now, some_abandoned)) {
+    if (best && most_m2 / (cost_m / o.pace_mps + o.fixed_cost_s) <= best->worth) {
       break;
     }
     const std::optional<View> found = best_view(views, cell, std::nullopt);
@@ -424,19 +428,19 @@ ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
     }
   }
   if (!best) {
-    out.reason = given_up_some ? "only places given up are left to look from"
-                               : "no unknown floor can be seen from anywhere reachable";
+    out.reason = some_abandoned ? "only places given up are left to look from"
+                                : "no unknown floor can be seen from anywhere reachable";
     return out;
   }
   out.frontier_reachable = true;
   // The present goal is kept while nothing is clearly better.
   if (const std::optional<View> kept = present_view(views, now);
-      kept && best->worth <= o.loyalty * kept->worth) {
+      kept && best->worth <= o.hysteresis * kept->worth) {
     best = kept;
   }
   out.goal = best->goal;
-  out.reason = describe("%.2f m2 of unknown floor in view after %.1f s", best->goal.gain_m2,
-                        best->goal.cost_s);
+  out.reason = describe("%.2f m2 of unknown floor in view after %.1f s",
+                        best->goal.information_gain_m2, best->goal.cost_s);
   return out;
 }
 
@@ -456,7 +460,7 @@ ExploreChoice Explorer::choose_random(const RandomOptions& o, Time now, const Dr
     const int column = grid.clearance.column(p);
     const int row = grid.clearance.row(p);
     return grid.drivable(column, row) &&
-           std::isfinite(field.cost_m[grid.clearance.index(column, row)]) && !given_up(p, now);
+           std::isfinite(field.cost_m[grid.clearance.index(column, row)]) && !is_abandoned(p, now);
   };
   if (goal_ && reachable(goal_->pose_map.position())) {
     out.goal = goal_;

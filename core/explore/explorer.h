@@ -13,7 +13,7 @@
 #include "core/base/time.h"
 #include "core/config/fields.h"
 #include "core/geometry/body.h"
-#include "core/graph/held_pose.h"
+#include "core/graph/anchored_pose.h"
 #include "core/plan/path_search.h"
 
 namespace panoptes {
@@ -34,14 +34,14 @@ struct DirectedOptions {
   double unknown_depth_m = 1.5;  ///< a ray is believed this far into the unknown
   double pace_mps = 0.4;         ///< what driving to a goal is reckoned at
   double turn_pace_radps = 1.0;  ///< what turning is reckoned at
-  double settle_s =
-      2.0;               ///< added to every way, so that near places do not win by being near alone
-  double loyalty = 1.3;  ///< another goal must be this many times better
+  double fixed_cost_s =
+      2.0;  ///< added to the cost of every path, so that near places do not win by being near alone
+  double hysteresis = 1.3;  ///< another goal must be this many times better
 };
 void bind(Fields& f, DirectedOptions& o);
 
-/// The thesis's way: a point drawn from a square around the robot, from farther away after too long
-/// in the same area.
+/// The thesis's method: a point drawn from a square around the robot, from farther away after too
+/// long in the same area.
 struct RandomOptions {
   static constexpr std::string_view kName = "random";
   double window_m = 3.0;
@@ -53,8 +53,8 @@ void bind(Fields& f, RandomOptions& o);
 struct ExploreOptions {
   std::variant<DirectedOptions, RandomOptions> method;
   SearchOptions search;
-  double least_gain =
-      0.25;  ///< of the robot's own area: less unknown floor in view is not worth a way
+  double min_information_gain =
+      0.25;  ///< of the robot's own area: less unknown floor in view is not worth a drive
   double blacklist_m = 0.3;  ///< around a goal given up
   double blacklist_s = 30;   ///< doubled every time it is given up again
 };
@@ -62,9 +62,9 @@ void bind(Fields& f, ExploreOptions& o);
 
 struct ExploreGoal {
   Pose2 pose_map;
-  bool heading_matters = false;  ///< turn to the pose's heading on arrival
-  double gain_m2 = 0;            ///< unknown floor expected to come into view
-  double cost_s = 0;             ///< time reckoned to get there
+  bool heading_matters = false;    ///< turn to the pose's heading on arrival
+  double information_gain_m2 = 0;  ///< unknown floor expected to come into view
+  double cost_s = 0;               ///< time reckoned to get there
 };
 
 struct ExploreChoice {
@@ -85,20 +85,20 @@ class Explorer {
                        std::span<const Pose2> T_map_keyframes = {});
 
   /// The present goal could not be reached: leave its surroundings alone for a while.
-  void give_up(Time now);
+  void abandon(Time now);
 
   /// The present goal has been reached; the next choice owes it nothing. What should have come into
-  /// view there and did not, twice, is not hoped for again.
+  /// view there and did not, twice, is not counted again.
   void reached();
 
  private:
-  struct GivenUp {
-    HeldPose place;
+  struct AbandonedGoal {
+    AnchoredPose place;
     Time until;
     double for_s;
   };
   struct InVain {  // a cell that did not come into view
-    HeldPose place;
+    AnchoredPose place;
     int times;
   };
 
@@ -111,25 +111,25 @@ class Explorer {
   std::optional<View> best_view(const Views& views, int cell,
                                 std::optional<double> only_heading) const;
   std::vector<std::pair<double, int>> places_to_look_from(const Views& views, Time now,
-                                                          bool& given_up_some) const;
+                                                          bool& some_abandoned) const;
   std::optional<View> present_view(const Views& views, Time now) const;
   ExploreChoice choose_random(const RandomOptions& o, Time now, const DrivableGrid& grid,
                               const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes);
   void strike_off(const DrivableGrid& grid, const std::vector<std::uint8_t>& possibly_traversable,
                   const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes);
   void follow(std::span<const Pose2> T_map_keyframes);
-  bool given_up(const Vec2& p_map, Time now) const;
+  bool is_abandoned(const Vec2& p_map, Time now) const;
 
   ExploreOptions options_;
   Body body_;
   FloorWedge wedge_;
   Rng rng_;
   std::optional<ExploreGoal> goal_;
-  std::optional<HeldPose> goal_place_;
-  std::vector<GivenUp> given_up_;
-  std::optional<HeldPose> looked_;  // from here, since the last choice
+  std::optional<AnchoredPose> goal_place_;
+  std::vector<AbandonedGoal> abandoned_;
+  std::optional<AnchoredPose> looked_;  // from here, since the last choice
   std::vector<InVain> looked_in_vain_;
-  std::optional<HeldPose> area_;  // where the thesis's way has been staying
+  std::optional<AnchoredPose> area_;  // where the thesis's method has been staying
   Time area_since_;
 };
 

@@ -12,14 +12,15 @@ void bind(Fields& f, RevisitOptions& o) {
   f("blacklist_m", o.blacklist_m, not_negative);
   f("pace_mps", o.pace_mps, positive);
   f("turn_pace_radps", o.turn_pace_radps, positive);
-  f("settle_s", o.settle_s, positive);
+  f("fixed_cost_s", o.fixed_cost_s, positive);
+  f.renamed("settle_s", "fixed_cost_s");
 }
 
-std::optional<Revisit> choose_revisit(const RevisitOptions& options, const SearchOptions& search,
-                                      const Body& body, const OccupancyMap& map,
-                                      const Pose2& T_map_body, Time now,
-                                      const std::vector<Place>& places,
-                                      const std::vector<Vec2>& avoid) {
+std::optional<RevisitPlan> choose_revisit(const RevisitOptions& options,
+                                          const SearchOptions& search, const Body& body,
+                                          const OccupancyMap& map, const Pose2& T_map_body,
+                                          Time now, const std::vector<VisitedPose>& places,
+                                          const std::vector<Vec2>& avoid) {
   const DrivableGrid grid = drivable_grid(search, body, map);
   const CostField field = flood(search, grid, T_map_body.position());
   const auto cost_m = [&](const Vec2& p) -> std::optional<double> {
@@ -32,13 +33,13 @@ std::optional<Revisit> choose_revisit(const RevisitOptions& options, const Searc
     return field.cost_m[grid.clearance.index(column, row)];
   };
   const int count = static_cast<int>(places.size());
-  std::optional<Revisit> best;
+  std::optional<RevisitPlan> best;
   double best_worth = 0;
   for (int first = 0; first < count; ++first) {
-    for (const int way : {1, -1}) {
-      // A run along the earlier way, forwards or against it, all of it old and drivable still.
-      Revisit run;
-      run.same_heading = way > 0;
+    for (const int direction : {1, -1}) {
+      // A run along the earlier path, forwards or against it, all of it old and drivable still.
+      RevisitPlan run;
+      run.same_heading = direction > 0;
       const Vec2 entry = places[first].T_map_body.position();
       if (std::any_of(avoid.begin(), avoid.end(),
                       [&](const Vec2& p) { return (p - entry).norm() <= options.blacklist_m; })) {
@@ -47,7 +48,7 @@ std::optional<Revisit> choose_revisit(const RevisitOptions& options, const Searc
       double length = 0;
       double owed = 0;  // what closing with each of its places would be worth
       bool whole = true;
-      for (int i = first; length < options.run_m; i += way) {
+      for (int i = first; length < options.run_m; i += direction) {
         if (i < 0 || i >= count || to_seconds(now - places[i].visited) < options.least_age_s ||
             !std::isfinite(places[i].uncertainty_m) || !cost_m(places[i].T_map_body.position())) {
           whole = false;
@@ -65,13 +66,13 @@ std::optional<Revisit> choose_revisit(const RevisitOptions& options, const Searc
         continue;
       }
       const double heading =
-          wrap_angle(places[first].T_map_body.theta_rad + (way > 0 ? 0.0 : deg_to_rad(180)));
+          wrap_angle(places[first].T_map_body.theta_rad + (direction > 0 ? 0.0 : deg_to_rad(180)));
       run.cost_s = *cost_m(entry) / options.pace_mps +
                    std::abs(wrap_angle(heading - T_map_body.theta_rad)) / options.turn_pace_radps;
       // Certain places are worth a visit too, the longer ago the more: 1 cm a minute.
       const double age_min = to_seconds(now - places[first].visited) / 60;
       const double worth = (owed / static_cast<double>(run.places.size()) + 0.01 * age_min) /
-                           (run.cost_s + length / options.pace_mps + options.settle_s);
+                           (run.cost_s + length / options.pace_mps + options.fixed_cost_s);
       if (!best || worth > best_worth) {
         best_worth = worth;
         best = std::move(run);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/graph/held_pose.h"
+#include "core/graph/anchored_pose.h"
 
 #include <algorithm>
 
 namespace panoptes {
 
-HeldPose::HeldPose(const Pose2& T_map_place, std::span<const Pose2> T_map_keyframes)
+AnchoredPose::AnchoredPose(const Pose2& T_map_place, std::span<const Pose2> T_map_keyframes)
     : T_map_place_(T_map_place) {
   const Vec2 p = T_map_place.position();
   const auto nearest = std::min_element(
@@ -18,7 +18,7 @@ HeldPose::HeldPose(const Pose2& T_map_place, std::span<const Pose2> T_map_keyfra
   }
 }
 
-void HeldPose::follow(std::span<const Pose2> T_map_keyframes) {
+void AnchoredPose::follow(std::span<const Pose2> T_map_keyframes) {
   if (keyframe_ < 0 || keyframe_ >= std::ssize(T_map_keyframes)) {
     return;
   }

@@ -9,10 +9,10 @@ namespace panoptes {
 
 /// A place of the map that is remembered. It is held by the keyframe nearest to it when it was
 /// noted and goes where relaxation takes that, as the floor does that was seen from there.
-class HeldPose {
+class AnchoredPose {
  public:
   /// Without keyframes it stays where it is.
-  HeldPose(const Pose2& T_map_place, std::span<const Pose2> T_map_keyframes);
+  AnchoredPose(const Pose2& T_map_place, std::span<const Pose2> T_map_keyframes);
 
   const Pose2& T_map_place() const { return T_map_place_; }
   Vec2 p_map() const { return T_map_place_.position(); }

@@ -365,12 +365,13 @@ RelaxReport relax(PoseGraph& graph, RelaxStart start, const RelaxProgress& progr
   }
   NormalEquations normals(graph, 0);
   const PoseGraph given = graph;
-  const double freedom = std::max(3.0, 3.0 * static_cast<double>(graph.edges.size()) -
-                                           3.0 * static_cast<double>(graph.T_map_node.size() - 1));
+  const double degrees_of_freedom =
+      std::max(3.0, 3.0 * static_cast<double>(graph.edges.size()) -
+                        3.0 * static_cast<double>(graph.T_map_node.size() - 1));
   const bool from_given = start == RelaxStart::kCurrent;
   if (from_given) {
     report = descend(graph, normals, progress, stop);
-    if (report.converged && report.chi2_end <= kBadStart * freedom) {
+    if (report.converged && report.chi2_end <= kBadStart * degrees_of_freedom) {
       return report;
     }
   }
@@ -464,17 +465,17 @@ std::vector<Mat3> path_covariances(const PoseGraph& graph, int from) {
       Mat3 turn = Mat3::Identity();
       turn.topLeftCorner<2, 2>() = T_from_node[edge.from].rotation();
       step = turn * step * turn.transpose();
-      const Vec2 way = T_from_node[next].position() - T_from_node[node].position();
+      const Vec2 offset = T_from_node[next].position() - T_from_node[node].position();
       if (edge.from != node) {
-        // walked backwards, an error of heading at the far end swings the way back
+        // walked backwards, an error of heading at the far end swings the path back
         Mat3 swing = Mat3::Identity();
-        swing(0, 2) = -way.y();
-        swing(1, 2) = way.x();
+        swing(0, 2) = -offset.y();
+        swing(1, 2) = offset.x();
         step = swing * step * swing.transpose();
       }
       Mat3 carry = Mat3::Identity();
-      carry(0, 2) = -way.y();
-      carry(1, 2) = way.x();
+      carry(0, 2) = -offset.y();
+      carry(1, 2) = offset.x();
       const double to_next = cost[node] + step(0, 0) + step(1, 1) + kLever_m2 * step(2, 2);
       if (to_next < cost[next]) {
         cost[next] = to_next;

@@ -18,7 +18,7 @@ constexpr int kDescentSweeps = 10;  // most of what the descent gains from a tre
 constexpr int kPatience = 30;
 constexpr double kHopeless = 2;
 
-// Poses along fewest edges from the first node; of two such ways that through the earlier edge.
+// Poses along fewest edges from the first node; of two such paths that through the earlier edge.
 void reckon_by_tree(PoseGraph& graph) {
   const std::size_t nodes = graph.T_map_node.size();
   std::vector<std::vector<int>> edges_of(nodes);

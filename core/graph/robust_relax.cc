@@ -292,7 +292,7 @@ struct Cycle {
   const Chain& chain;
   const Closure& a;
   const Closure& b;
-  bool same;  // b leads the way a does
+  bool same;  // b points in the direction of a
   int k;      // the end of b on the side of a.from
   int l;
   Motion T_i_odom, T_i_l, T_i_k, T_i_odom_back;
@@ -544,10 +544,10 @@ class Judge {
   // numbers more. Tails reach to what the information says, or else to one step.
   void set_tails(const PoseGraph& trusted) {
     constexpr double kSupportCount = 10;
-    const double freedom =
+    const double degrees_of_freedom =
         3.0 * static_cast<double>(trusted.edges.size() - trusted.T_map_node.size() + 1);
     const double scale2 =
-        (chi2(trusted) + kSupportCount * support_scale2_) / (freedom + kSupportCount);
+        (chi2(trusted) + kSupportCount * support_scale2_) / (degrees_of_freedom + kSupportCount);
     tails2_.clear();
     const double most = std::max(1.0, 4 * scale2);
     for (double tail2 = scale2; tail2 <= most && tails2_.size() < kMostTails; tail2 *= 4) {
@@ -659,14 +659,15 @@ RobustReport relax_robustly(PoseGraph& graph, const CycleProgress& cycles,
 Plausibility plausibility(const PoseGraph& relaxed) {
   constexpr double kSigma = 3.09;  // a Gaussian exceeds it once in a thousand
   Plausibility result;
-  result.freedom = 3 * static_cast<int>(relaxed.edges.size()) -
-                   3 * static_cast<int>(relaxed.T_map_node.size()) + 3;
-  if (result.freedom <= 0) {
+  result.degrees_of_freedom = 3 * static_cast<int>(relaxed.edges.size()) -
+                              3 * static_cast<int>(relaxed.T_map_node.size()) + 3;
+  if (result.degrees_of_freedom <= 0) {
     return result;
   }
   // the quantile of chi2 by Wilson and Hilferty (1931)
-  const double ninth = 2.0 / (9.0 * result.freedom);
-  const double quantile = result.freedom * std::pow(1 - ninth + kSigma * std::sqrt(ninth), 3);
+  const double ninth = 2.0 / (9.0 * result.degrees_of_freedom);
+  const double quantile =
+      result.degrees_of_freedom * std::pow(1 - ninth + kSigma * std::sqrt(ninth), 3);
   result.chi2_most = kScales2.front() * quantile;
   result.plausible = chi2(relaxed) <= result.chi2_most;
   for (int e = 0; e < static_cast<int>(relaxed.edges.size()); ++e) {

@@ -20,9 +20,9 @@ struct RobustReport {
 
 /// Whether what is left of a relaxed graph's errors can be noise.
 struct Plausibility {
-  int freedom = 0;        ///< 3 (edges - nodes + 1)
-  double chi2_most = 0;   ///< that errors twice those stated exceed once in a thousand graphs
-  bool plausible = true;  ///< chi2 does not; so where nothing is free
+  int degrees_of_freedom = 0;  ///< 3 (edges - nodes + 1)
+  double chi2_most = 0;        ///< that errors twice those stated exceed once in a thousand graphs
+  bool plausible = true;       ///< chi2 does not; so where nothing is free
   std::vector<int> disagreeing;  ///< closures that are off by more than such errors, an edge each
 };
 Plausibility plausibility(const PoseGraph& relaxed);

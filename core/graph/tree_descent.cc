@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kConverged = 1e-5;  // relative change of chi2 in a sweep that is worth no other
 
-// Fewest edges from the first node to every other one; of two ways that through earlier nodes.
+// Fewest edges from the first node to every other one; of two paths that through earlier nodes.
 struct Tree {
   std::vector<int> parent;  // -1: the root, or not joined to it
   std::vector<int> level;   // -1: not joined to the root

@@ -19,7 +19,7 @@
 #include "core/io/dataset_rows.h"
 #include "core/io/dataset_table.h"
 #include "core/io/file.h"
-#include "core/io/gathering.h"
+#include "core/io/frame_set_assembly.h"
 #include "core/io/picture.h"
 
 namespace panoptes {
@@ -102,7 +102,7 @@ class Reader {
     if (dataset_.ours) {
       read_ours();
     } else {
-      gather(dataset_, rig, text_);
+      assemble_observations(dataset_, rig, text_);
     }
     dataset_.believed = beliefs(folder_, text_);
     return std::move(dataset_);
@@ -121,9 +121,9 @@ class Reader {
     }
     DatasetTable read(in_folder(folder_, file), *text, columns);
     if (read.torn()) {
-      dataset_.remarks.push_back(read.file() +
-                                 ": the last row is torn, for the recording was cut short; it is "
-                                 "left out");
+      dataset_.warnings.push_back(read.file() +
+                                  ": the last row is torn, for the recording was cut short; it is "
+                                  "left out");
     }
     return read;
   }
@@ -295,7 +295,7 @@ class Reader {
                            "is over an hour after the row before; that is no single drive: cut the "
                            "dataset there, or mend the stamp");
     }
-    check_way(odometry, row, before.odometry, seen.odometry, seen.stamp - before.stamp);
+    check_speed(odometry, row, before.odometry, seen.odometry, seen.stamp - before.stamp);
   }
 
   // Pictures that no observation took, after the last one that could have: the frame set that was
@@ -314,8 +314,8 @@ class Reader {
       throw no_row_for(*first_left, "of " + std::string(kOdometryFile));
     }
     if (left > 0) {
-      dataset_.remarks.push_back(in_folder(folder_, "mav0") + ": " + std::to_string(left) +
-                                 " pictures of an incomplete frame set at the end are left out");
+      dataset_.warnings.push_back(in_folder(folder_, "mav0") + ": " + std::to_string(left) +
+                                  " pictures of an incomplete frame set at the end are left out");
     }
   }
 

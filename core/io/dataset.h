@@ -76,8 +76,8 @@ struct Dataset {
   std::vector<RecordedObservation> observations;
   std::vector<RecordedCommand> commands;
   RecordedBeliefs believed;
-  std::vector<std::string> remarks;  ///< what a recording that was cut short lacks, in words
-  Duration epoch{};                  ///< what its files call the instant that is 0 here
+  std::vector<std::string> warnings;  ///< what a recording that was cut short lacks, in words
+  Duration epoch{};                   ///< what its files call the instant that is 0 here
   bool ours = true;  ///< it says of itself what was perceived together; else that was gathered
   std::vector<Time> odometry_rows = {};  ///< of others: when the wheels were read
 };
@@ -93,9 +93,10 @@ using DatasetText = std::function<std::optional<std::string>(const std::string& 
 /// its folders of pictures. A recording of ours that was cut short is read to its last complete
 /// frame set. A dataset that has no file of ours (recording.yaml, mav0/events.csv, mav0/cmd0), or
 /// whose odometry is mostly of instants without a picture, is somebody else's: its frame sets are
-/// gathered (core/io/gathering.h) from the cameras of `rig` (all where it has none of them),
-/// and the first of them is at 0. Throws ConfigError with the file and line for what is missing or
-/// wrong: rows that are lost or swapped before the end, and odometry that no robot on wheels has.
+/// gathered (core/io/frame_set_assembly.h) from the cameras of `rig` (all where it has none of
+/// them), and the first of them is at 0. Throws ConfigError with the file and line for what is
+/// missing or wrong: rows that are lost or swapped before the end, and odometry that no robot on
+/// wheels has.
 Dataset parse_dataset(const std::string& folder, const std::vector<std::string>& cameras,
                       const DatasetText& text, const Rig& rig = {});
 

@@ -46,13 +46,13 @@ Odometry odometry_row(const DatasetTable& rows, std::size_t row) {
   return odometry;
 }
 
-void check_way(const DatasetTable& rows, std::size_t row, const Odometry& before,
-               const Odometry& here, Duration between) {
+void check_speed(const DatasetTable& rows, std::size_t row, const Odometry& before,
+                 const Odometry& here, Duration between) {
   constexpr double kJump_m = 1;  // what odometry may jump besides, where stamps are rough
-  const double way_m = (here.T_odom_body.position() - before.T_odom_body.position()).norm();
+  const double distance_m = (here.T_odom_body.position() - before.T_odom_body.position()).norm();
   const double time_s = std::abs(to_seconds(between));
-  if (way_m > kJump_m + kFastest_mps * time_s) {
-    throw rows.fault(row, "jumps " + shortest(way_m) + " m in " + shortest(time_s) +
+  if (distance_m > kJump_m + kFastest_mps * time_s) {
+    throw rows.fault(row, "jumps " + shortest(distance_m) + " m in " + shortest(time_s) +
                               " s; no robot on wheels is faster than " + shortest(kFastest_mps) +
                               " m/s: mend or remove what is wrong");
   }

@@ -33,7 +33,7 @@ std::vector<RecordedPicture> picture_rows(const DatasetTable& rows, const std::s
 Odometry odometry_row(const DatasetTable& rows, std::size_t row);
 
 /// Throws ConfigError where no robot on wheels gets from one row to this one in the time between.
-void check_way(const DatasetTable& rows, std::size_t row, const Odometry& before,
-               const Odometry& here, Duration between);
+void check_speed(const DatasetTable& rows, std::size_t row, const Odometry& before,
+                 const Odometry& here, Duration between);
 
 }  // namespace panoptes

@@ -39,7 +39,7 @@ cv::Mat millimetres(const cv::Mat& depth_m);
 /// How to read it, for a camera with this lens.
 std::string depth_comment(const Intrinsics& lens);
 
-/// The table that names the numbers of labels: of a world's things from 1, in order; 0 is nothing.
+/// The table that names the numbers of labels: of a world's objects from 1, in order; 0 is nothing.
 std::string things_csv(const std::vector<std::string>& things);
 
 /// Writes a dataset in the layout of EuRoC (Burri et al. 2016) while a robot drives: whatever kills

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/io/gathering.h"
+#include "core/io/frame_set_assembly.h"
 
 #include <algorithm>
 #include <iterator>
@@ -83,7 +83,7 @@ std::vector<RecordedObservation> led_by(const std::string& leader, Duration most
 
 }  // namespace
 
-std::vector<RecordedObservation> gathered(Cameras cameras) {
+std::vector<RecordedObservation> assemble_frame_sets(Cameras cameras) {
   std::vector<RecordedObservation> sets;
   std::erase_if(cameras, [](const auto& camera) { return camera.second.empty(); });
   const Duration most_apart =
@@ -139,10 +139,10 @@ void add_velocities(std::vector<StampedOdometry>& rows) {
     while (rows[from + 1].stamp <= row.stamp - kAbout) {
       ++from;
     }
-    const Pose2 way = rows[from].odometry.T_odom_body.inverse() * rows[to].odometry.T_odom_body;
+    const Pose2 motion = rows[from].odometry.T_odom_body.inverse() * rows[to].odometry.T_odom_body;
     const double time_s = to_seconds(rows[to].stamp - rows[from].stamp);
-    const Vec2 ahead = Pose2{0, 0, -way.theta_rad / 2} * way.position();
-    row.odometry.twist_body = {ahead.x() / time_s, way.theta_rad / time_s};
+    const Vec2 ahead = Pose2{0, 0, -motion.theta_rad / 2} * motion.position();
+    row.odometry.twist_body = {ahead.x() / time_s, motion.theta_rad / time_s};
   }
 }
 
@@ -167,7 +167,7 @@ std::vector<StampedOdometry> read_odometry(const std::string& folder, const Data
       if (here.stamp <= rows.back().stamp) {
         throw table.fault(row, "is not after the row before; rows must be in the order of time");
       }
-      check_way(table, row, rows.back().odometry, here.odometry, here.stamp - rows.back().stamp);
+      check_speed(table, row, rows.back().odometry, here.odometry, here.stamp - rows.back().stamp);
     }
     rows.push_back(here);
   }
@@ -227,7 +227,7 @@ void keep_covered(std::vector<RecordedObservation>& sets, const std::vector<Stam
         last.time_since_epoch().count()));
   }
   if (left_out > 0) {
-    dataset.remarks.push_back(fmt::format(
+    dataset.warnings.push_back(fmt::format(
         "{}: begins {:.2f} s after the first pictures and ends {:.2f} s before the last; {} of {} "
         "frame sets are left out",
         file, std::max(0.0, to_seconds(rows.front().stamp - first)),
@@ -237,9 +237,9 @@ void keep_covered(std::vector<RecordedObservation>& sets, const std::vector<Stam
 
 }  // namespace
 
-void gather(Dataset& dataset, const Rig& rig, const DatasetText& text) {
+void assemble_observations(Dataset& dataset, const Rig& rig, const DatasetText& text) {
   const std::vector<StampedOdometry> rows = read_odometry(dataset.folder, text);
-  std::vector<RecordedObservation> sets = gathered(read_cameras(dataset, rig, text));
+  std::vector<RecordedObservation> sets = assemble_frame_sets(read_cameras(dataset, rig, text));
   keep_covered(sets, rows, dataset);
   dataset.epoch = sets.front().stamp.time_since_epoch();
   const Pose2 T_first_odom = odometry_at(rows, sets.front().stamp).T_odom_body.inverse();

@@ -20,7 +20,7 @@ struct StampedOdometry {
 /// one, and takes the nearest picture of every other camera within half the fastest one's period
 /// (median). What is left, where the fastest lacks a picture, is gathered among itself. A set is of
 /// the instant of its first camera's picture, and was perceived when its last picture was there.
-std::vector<RecordedObservation> gathered(
+std::vector<RecordedObservation> assemble_frame_sets(
     std::map<std::string, std::vector<RecordedPicture>> cameras);
 
 /// Odometry at an instant between two rows: the pose on the arc between theirs, the velocity
@@ -36,6 +36,6 @@ void add_velocities(std::vector<StampedOdometry>& rows);
 /// ConfigError with the file and line for what is missing or wrong, and where odometry does not
 /// reach over most of the frame sets; what it does not reach over at the ends is left out with a
 /// remark.
-void gather(Dataset& dataset, const Rig& rig, const DatasetText& text);
+void assemble_observations(Dataset& dataset, const Rig& rig, const DatasetText& text);
 
 }  // namespace panoptes

@@ -127,7 +127,7 @@ class Parser {
     if (!poses_given_) {
       file.graph = std::move(reckoned);
     }
-    file.remarks = std::move(remarks_);
+    file.warnings = std::move(warnings_);
     return file;
   }
 
@@ -170,9 +170,9 @@ class Parser {
       edge(kind->word, values);
     } else if (!left_out_) {
       left_out_ = true;
-      remark(number_, kind->format == Format::kToro
-                          ? "EQUIV lines are left out: no two vertices are made one"
-                          : "FIX lines are left out: relaxing holds the vertex of the least id");
+      warning(number_, kind->format == Format::kToro
+                           ? "EQUIV lines are left out: no two vertices are made one"
+                           : "FIX lines are left out: relaxing holds the vertex of the least id");
     }
   }
 
@@ -247,7 +247,7 @@ class Parser {
         if (neighbours) {
           blame(raw.line, what);
         } else {
-          remark(raw.line, what + "; both count");
+          warning(raw.line, what + "; both count");
         }
       }
       graph.edges.push_back(edge);
@@ -275,8 +275,8 @@ class Parser {
       faults_.push_back(name_ + ":" + std::to_string(line) + ": " + what);
     }
   }
-  void remark(int line, const std::string& what) {
-    remarks_.push_back(name_ + ":" + std::to_string(line) + ": " + what);
+  void warning(int line, const std::string& what) {
+    warnings_.push_back(name_ + ":" + std::to_string(line) + ": " + what);
   }
   void refuse() const {
     if (!faults_.empty()) {
@@ -293,7 +293,7 @@ class Parser {
   std::map<int, Vertex> vertices_;
   std::vector<RawEdge> edges_;
   std::vector<std::string> faults_;
-  std::vector<std::string> remarks_;
+  std::vector<std::string> warnings_;
 };
 
 }  // namespace

@@ -12,10 +12,10 @@ namespace panoptes {
 
 /// What a pose-graph file holds.
 struct GraphFile {
-  PoseGraph graph;                   ///< nodes in the order of their ids
-  std::vector<int> ids;              ///< of each node, as the file calls it
-  bool poses_given = false;          ///< else they are dead reckoned along the edges
-  std::vector<std::string> remarks;  ///< `file:line: ...` what is odd, but no fault
+  PoseGraph graph;                    ///< nodes in the order of their ids
+  std::vector<int> ids;               ///< of each node, as the file calls it
+  bool poses_given = false;           ///< else they are dead reckoned along the edges
+  std::vector<std::string> warnings;  ///< `file:line: ...` what is odd, but no fault
 };
 
 /// A pose graph in g2o's text form (VERTEX_SE2, EDGE_SE2, FIX) or TORO's (VERTEX2, EDGE2, EQUIV);

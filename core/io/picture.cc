@@ -102,7 +102,7 @@ struct Anymap {
   std::size_t pixels_at = 0;
 };
 
-/// The next number of an anymap, behind white space and remarks.
+/// The next number of an anymap, behind white space and comments.
 std::optional<std::uint32_t> next_number(std::string_view bytes, std::size_t& at) {
   while (at < bytes.size()) {
     if (bytes[at] == '#') {

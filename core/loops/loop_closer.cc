@@ -23,7 +23,7 @@ constexpr int kHalf = 3;      // keyframes on either side of the middle of seven
 constexpr int kWords = 1000;  // of a vocabulary: each costs time with every picture
 constexpr int kLearned = 10;  // distances needed before their quantile means something
 constexpr double kNearbyQuantile = 0.95;
-constexpr int kRowsNeeded = 4;  // of seven: two ways may share only part of seven keyframes
+constexpr int kRowsNeeded = 4;  // of seven: two paths may share only part of seven keyframes
 constexpr int kSuppress = 4;    // keyframes to either side of a chosen candidate
 constexpr double kThreeSigma = 3;
 constexpr double kPriorFloor_m = 0.1;  // the graph is never trusted more than this when searching
@@ -92,8 +92,8 @@ double largest_sigma_m(const Mat3& covariance) {
 void bind(Fields& f, HistogramMethod& o) { f("threshold_grey", o.threshold_grey, positive); }
 
 void bind(Fields& f, VerifiedMethod& o) {
-  f("reach_m", o.reach_m, between(0.1, 3));
-  f.angle("reach", o.reach_rad, between(0.05, 1.2));
+  f("tolerance_m", o.tolerance_m, between(0.1, 3));
+  f.angle("tolerance", o.tolerance_rad, between(0.05, 1.2));
   f("gate_probability", o.gate_probability, between(0.5, 0.999999));
   f("chi2_probability", o.chi2_probability, between(0.5, 0.999999));
   f("verify_per_keyframe", o.verify_per_keyframe, between(1, 20));
@@ -109,6 +109,9 @@ void bind(Fields& f, VerifiedMethod& o) {
   f("contour_ambiguity", o.contour_ambiguity, between(0, 1));
   f("contour_apart_m", o.contour_apart_m, between(0, 10));
   f.angle("contour_apart", o.contour_apart_rad, between(0, 1));
+  f.renamed("reach_m", "tolerance_m");
+  f.renamed("reach_deg", "tolerance_deg");
+  f.renamed("reach_rad", "tolerance_rad");
 }
 
 void bind(Fields& f, LoopOptions& o) {
@@ -118,10 +121,11 @@ void bind(Fields& f, LoopOptions& o) {
   f.require(
       o.shortlist == Shortlist::kSignature || std::holds_alternative<VerifiedMethod>(o.method),
       "shortlist", "words needs the verified method: the histogram method has no shortlist");
-  f("min_way_m", o.min_way_m, at_least(1));
+  f("min_path_m", o.min_path_m, at_least(1));
   f("spacing_m", o.spacing_m, not_negative);
   f("features", o.features);
   f("motion", o.motion);
+  f.renamed("min_way_m", "min_path_m");
 }
 
 GraphEdge closure_edge(const ClosureReport& closure) {
@@ -153,22 +157,22 @@ std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const PoseGraph& g
   remembered.place = std::move(place);
   if (!places_.empty()) {
     const Pose2& before = graph.T_map_node[places_.size() - 1];
-    remembered.way_m = places_.back().way_m +
-                       (graph.T_map_node[places_.size()].position() - before.position()).norm();
+    remembered.path_m = places_.back().path_m +
+                        (graph.T_map_node[places_.size()].position() - before.position()).norm();
   }
   places_.push_back(std::move(remembered));
   if (words_) {
     words_->add(places_.back().place.features);
   }
   depths(newest(), graph);
-  if (places_.size() >= 3 && !places_.back().place.blind() &&
-      !places_[places_.size() - 3].place.one_eyed) {
+  if (places_.size() >= 3 && !places_.back().place.featureless() &&
+      !places_[places_.size() - 3].place.partial) {
     const auto emd = static_cast<float>(
         emd_grey(places_.back().place.signature, places_[places_.size() - 3].place.signature));
     nearby_emd_.insert(std::upper_bound(nearby_emd_.begin(), nearby_emd_.end(), emd), emd);
   }
   const int recent = newest() - kHalf;
-  if (recent < kHalf || places_[recent].place.blind()) {
+  if (recent < kHalf || places_[recent].place.featureless()) {
     return {};
   }
   if (const auto* histogram = std::get_if<HistogramMethod>(&options_.method)) {
@@ -185,14 +189,14 @@ std::optional<PlanarMotion> LoopCloser::motion_to(const LoopPlace& place, int fr
 }
 
 bool LoopCloser::spaced(int recent, Heading heading) const {
-  return places_[recent].way_m >=
-         accepted_way_m_[static_cast<std::size_t>(heading)] + options_.spacing_m;
+  return places_[recent].path_m >=
+         accepted_path_m_[static_cast<std::size_t>(heading)] + options_.spacing_m;
 }
 
 void LoopCloser::accept(ClosureReport& report) {
   report.verdict = "accepted";
   report.accepted = true;
-  accepted_way_m_[static_cast<std::size_t>(report.heading)] = places_[report.recent].way_m;
+  accepted_path_m_[static_cast<std::size_t>(report.heading)] = places_[report.recent].path_m;
 }
 
 double LoopCloser::nearby_threshold_grey() const {
@@ -255,20 +259,20 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
       words_ ? words_->shared(recent, recent) : std::vector<std::array<double, 2>>();
   std::vector<Candidate> candidates;
   for (int earlier = kHalf; earlier < recent - 2 * kHalf &&
-                            places_[recent].way_m - places_[earlier].way_m >= options_.min_way_m;
+                            places_[recent].path_m - places_[earlier].path_m >= options_.min_path_m;
        ++earlier) {
     const Pose2 T_recent_earlier = T_recent_map * graph.T_map_node[earlier];
     const Mat3& covariance = covariances[earlier];
     const double distance_m = T_recent_earlier.position().norm();
-    const double beyond = std::max(0.0, distance_m - method.reach_m);
-    if (places_[earlier].place.one_eyed || !covariance.allFinite() ||
+    const double beyond = std::max(0.0, distance_m - method.tolerance_m);
+    if (places_[earlier].place.partial || !covariance.allFinite() ||
         !(beyond <= kThreeSigma * largest_sigma_m(covariance))) {
       continue;
     }
     for (const Heading heading : headings) {
       const double turned =
           std::abs(wrap_angle(T_recent_earlier.theta_rad - class_heading(heading)));
-      if (!(turned - method.reach_rad <= kThreeSigma * std::sqrt(covariance(2, 2)))) {
+      if (!(turned - method.tolerance_rad <= kThreeSigma * std::sqrt(covariance(2, 2)))) {
         continue;
       }
       Candidate candidate;
@@ -281,20 +285,21 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
         continue;
       }
       // where the graph expects it, within what one place can mean
-      const Vec3 reach(square(method.reach_m), square(method.reach_m), square(method.reach_rad));
+      const Vec3 tolerance(square(method.tolerance_m), square(method.tolerance_m),
+                           square(method.tolerance_rad));
       const Vec3 floor(square(kPriorFloor_m), square(kPriorFloor_m), square(kPriorFloor_rad));
       const Pose2 T_earlier_recent = T_recent_earlier.inverse();
       Mat3 expected = inverted(T_recent_earlier, covariance);
       expected.diagonal() += floor;
       const Pose2 centre{0, 0, class_heading(heading)};
-      const Mat3 gain = expected * (expected + Mat3(reach.asDiagonal())).inverse();
+      const Mat3 gain = expected * (expected + Mat3(tolerance.asDiagonal())).inverse();
       const Vec3 pulled = gain * difference(centre, T_earlier_recent);
       candidate.prior.T_a_b = {T_earlier_recent.x_m + pulled.x(), T_earlier_recent.y_m + pulled.y(),
                                wrap_angle(T_earlier_recent.theta_rad + pulled.z())};
       const Mat3 together = expected - gain * expected;
       candidate.prior.covariance = 0.5 * (together + together.transpose());
       const Vec3 off = difference(centre, T_earlier_recent);
-      const Mat3 allowed = expected + Mat3(reach.asDiagonal());
+      const Mat3 allowed = expected + Mat3(tolerance.asDiagonal());
       const double unlike = words_ ? 1 - shared[earlier][static_cast<std::size_t>(heading)]
                                    : candidate.emd_grey / std::max(threshold_grey, 1e-3);
       candidate.score = unlike + squared_sigmas(off, allowed);
@@ -321,7 +326,7 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
   return chosen;
 }
 
-struct LoopCloser::Trial {
+struct LoopCloser::CandidateCheck {
   const VerifiedMethod& method;
   const Candidate& candidate;
   const PoseGraph& graph;
@@ -344,8 +349,8 @@ std::vector<ClosureReport> LoopCloser::close_verified(const VerifiedMethod& meth
     reports.push_back(report_of(recent, candidate.earlier, candidate.heading));
     ClosureReport& report = reports.back();
     report.T_earlier_recent = candidate.prior.T_a_b;
-    Trial trial{method, candidate, graph, contours, report};
-    if (const std::optional<Refusal> refusal = verify(trial)) {
+    CandidateCheck check{method, candidate, graph, contours, report};
+    if (const std::optional<Refusal> refusal = verify(check)) {
       report.verdict = refusal->why;
     } else {
       accept(report);
@@ -355,20 +360,20 @@ std::vector<ClosureReport> LoopCloser::close_verified(const VerifiedMethod& meth
   return reports;
 }
 
-std::optional<LoopCloser::Refusal> LoopCloser::verify(Trial& trial) {
-  std::optional<Refusal> refusal = check_diagonals(trial);
-  refusal = refusal ? refusal : check_features(trial);
-  refusal = refusal ? refusal : check_certainty(trial);
-  refusal = refusal ? refusal : check_cameras(trial);
-  refusal = refusal ? refusal : check_gate(trial);
-  refusal = refusal ? refusal : check_reach(trial);
-  refusal = refusal ? refusal : check_contours(trial);
-  return refusal ? refusal : check_graph(trial);
+std::optional<LoopCloser::Refusal> LoopCloser::verify(CandidateCheck& check) {
+  std::optional<Refusal> refusal = check_diagonals(check);
+  refusal = refusal ? refusal : check_features(check);
+  refusal = refusal ? refusal : check_certainty(check);
+  refusal = refusal ? refusal : check_cameras(check);
+  refusal = refusal ? refusal : check_gate(check);
+  refusal = refusal ? refusal : check_tolerance(check);
+  refusal = refusal ? refusal : check_contours(check);
+  return refusal ? refusal : check_graph(check);
 }
 
 // Enough of the keyframes to either side look alike as well.
-std::optional<LoopCloser::Refusal> LoopCloser::check_diagonals(const Trial& trial) const {
-  const ClosureReport& report = trial.report;
+std::optional<LoopCloser::Refusal> LoopCloser::check_diagonals(const CandidateCheck& check) const {
+  const ClosureReport& report = check.report;
   const double threshold_grey = nearby_threshold_grey();
   int rows = 0;
   for (int row = 0; row <= 2 * kHalf; ++row) {
@@ -388,35 +393,35 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_diagonals(const Trial& tria
 }
 
 // Enough features agree on one motion.
-std::optional<LoopCloser::Refusal> LoopCloser::check_features(Trial& trial) {
-  const VerifiedMethod& method = trial.method;
-  ClosureReport& report = trial.report;
+std::optional<LoopCloser::Refusal> LoopCloser::check_features(CandidateCheck& check) {
+  const VerifiedMethod& method = check.method;
+  ClosureReport& report = check.report;
   const PlaceFeatures& features_earlier = places_[report.earlier].place.features;
   const PlaceFeatures& features_recent = places_[report.recent].place.features;
-  trial.matches = match_places(options_.features, features_earlier, features_recent,
+  check.matches = match_places(options_.features, features_earlier, features_recent,
                                report.heading == Heading::kOpposite);
-  const std::vector<PlaceMatch>& matches = trial.matches;
+  const std::vector<PlaceMatch>& matches = check.matches;
   if (static_cast<int>(matches.size()) < method.min_inliers) {
     return Refusal{format("features: %d matches, %d needed", static_cast<int>(matches.size()),
                           method.min_inliers)};
   }
-  const PlaceDepths& depths_earlier = depths(report.earlier, trial.graph);
-  const PlaceDepths& depths_recent = depths(report.recent, trial.graph);
+  const PlaceDepths& depths_earlier = depths(report.earlier, check.graph);
+  const PlaceDepths& depths_recent = depths(report.recent, check.graph);
   Rng rng = rng_.fork(std::to_string(report.recent) + "-" + std::to_string(report.earlier));
   const auto too_few = [&](const std::optional<PlanarMotion>& motion) {
     return !motion || motion->inliers < method.min_inliers ||
            motion->inliers < method.min_inlier_share * motion->matches;
   };
-  trial.tolerant = options_.motion;
+  check.tolerant = options_.motion;
   std::optional<PlanarMotion> motion =
-      motion_by_features(trial.tolerant, cameras_, features_earlier, depths_earlier,
-                         features_recent, depths_recent, matches, trial.candidate.prior, &rng);
+      motion_by_features(check.tolerant, cameras_, features_earlier, depths_earlier,
+                         features_recent, depths_recent, matches, check.candidate.prior, &rng);
   if (too_few(motion) && report.heading == Heading::kOpposite) {
-    trial.floor_share = kMountingShare;
-    trial.tolerant.noise_px = std::max(trial.tolerant.noise_px, method.mounting_px);
+    check.floor_share = kMountingShare;
+    check.tolerant.noise_px = std::max(check.tolerant.noise_px, method.mounting_px);
     motion =
-        motion_by_features(trial.tolerant, cameras_, features_earlier, depths_earlier,
-                           features_recent, depths_recent, matches, trial.candidate.prior, &rng);
+        motion_by_features(check.tolerant, cameras_, features_earlier, depths_earlier,
+                           features_recent, depths_recent, matches, check.candidate.prior, &rng);
   }
   if (motion) {
     report.feature_inliers = motion->inliers;
@@ -427,41 +432,41 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_features(Trial& trial) {
                           static_cast<int>(matches.size()), method.min_inliers,
                           100 * method.min_inlier_share)};
   }
-  trial.motion = *motion;
+  check.motion = *motion;
   return std::nullopt;
 }
 
 // The pictures alone tell where it is, and surely enough to be worth its risk.
-std::optional<LoopCloser::Refusal> LoopCloser::check_certainty(Trial& trial) const {
-  const std::optional<Mat3> seen = inverse_of(trial.motion.information_seen);
+std::optional<LoopCloser::Refusal> LoopCloser::check_certainty(CandidateCheck& check) const {
+  const std::optional<Mat3> seen = inverse_of(check.motion.information_seen);
   if (!seen) {
     return Refusal{"features: the pose is not known in every direction"};
   }
-  trial.covariance = *seen;
-  const double sigma_m = largest_sigma_m(trial.covariance);
-  if (!(sigma_m <= trial.method.max_sigma_m) ||
-      !(trial.covariance(2, 2) <= square(trial.method.max_sigma_rad))) {
+  check.covariance = *seen;
+  const double sigma_m = largest_sigma_m(check.covariance);
+  if (!(sigma_m <= check.method.max_sigma_m) ||
+      !(check.covariance(2, 2) <= square(check.method.max_sigma_rad))) {
     return Refusal{format("features: pose known to %.2f m only", sigma_m)};
   }
-  const Vec3 floor = square(trial.floor_share) * Vec3(square(trial.method.min_sigma_m),
-                                                      square(trial.method.min_sigma_m),
-                                                      square(trial.method.min_sigma_rad));
-  trial.floor = floor.asDiagonal();
-  trial.covariance += trial.floor;
-  trial.report.T_earlier_recent = trial.motion.T_a_b_seen;
-  trial.report.information = trial.covariance.inverse();
+  const Vec3 floor = square(check.floor_share) * Vec3(square(check.method.min_sigma_m),
+                                                      square(check.method.min_sigma_m),
+                                                      square(check.method.min_sigma_rad));
+  check.floor = floor.asDiagonal();
+  check.covariance += check.floor;
+  check.report.T_earlier_recent = check.motion.T_a_b_seen;
+  check.report.information = check.covariance.inverse();
   return std::nullopt;
 }
 
 // Front and back alone say the same. A camera before a plain wall says nothing, with infinite
 // covariance.
-std::optional<LoopCloser::Refusal> LoopCloser::check_cameras(Trial& trial) {
-  const int earlier = trial.report.earlier;
-  const int recent = trial.report.recent;
+std::optional<LoopCloser::Refusal> LoopCloser::check_cameras(CandidateCheck& check) {
+  const int earlier = check.report.earlier;
+  const int recent = check.report.recent;
   const auto alone = motion_by_each_camera(
-      trial.tolerant, cameras_, places_[earlier].place.features, depths(earlier, trial.graph),
-      places_[recent].place.features, depths(recent, trial.graph), trial.matches,
-      {trial.motion.T_a_b, trial.candidate.prior.covariance});
+      check.tolerant, cameras_, places_[earlier].place.features, depths(earlier, check.graph),
+      places_[recent].place.features, depths(recent, check.graph), check.matches,
+      {check.motion.T_a_b, check.candidate.prior.covariance});
   const auto says = [&](std::size_t camera) {
     return alone[camera] ? inverse_of(alone[camera]->information_seen) : std::nullopt;
   };
@@ -471,70 +476,70 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_cameras(Trial& trial) {
     return std::nullopt;
   }
   const Vec3 off = difference(alone[kLoopFront]->T_a_b_seen, alone[kLoopBack]->T_a_b_seen);
-  const Mat3 allowed = *front + *back + 2 * trial.floor;
-  trial.report.cameras_sigma = std::sqrt(squared_sigmas(off, allowed));
-  if (!(square(trial.report.cameras_sigma) <= trial.limit)) {
+  const Mat3 allowed = *front + *back + 2 * check.floor;
+  check.report.cameras_sigma = std::sqrt(squared_sigmas(off, allowed));
+  if (!(square(check.report.cameras_sigma) <= check.limit)) {
     return Refusal{format("cameras: front and back are %.1f sigma apart, %.1f allowed",
-                          trial.report.cameras_sigma, std::sqrt(trial.limit))};
+                          check.report.cameras_sigma, std::sqrt(check.limit))};
   }
   return std::nullopt;
 }
 
 // The graph expects it there.
-std::optional<LoopCloser::Refusal> LoopCloser::check_gate(const Trial& trial) const {
-  const int earlier = trial.report.earlier;
-  const int recent = trial.report.recent;
-  const Pose2 expected = trial.graph.T_map_node[earlier].inverse() * trial.graph.T_map_node[recent];
-  const Vec3 surprise = difference(trial.motion.T_a_b_seen, expected);
-  const Mat3 allowed = relative_covariance(trial.graph, earlier, recent) + trial.covariance;
-  trial.report.gate_sigma = std::sqrt(squared_sigmas(surprise, allowed));
-  if (!(square(trial.report.gate_sigma) <= trial.limit)) {
+std::optional<LoopCloser::Refusal> LoopCloser::check_gate(const CandidateCheck& check) const {
+  const int earlier = check.report.earlier;
+  const int recent = check.report.recent;
+  const Pose2 expected = check.graph.T_map_node[earlier].inverse() * check.graph.T_map_node[recent];
+  const Vec3 surprise = difference(check.motion.T_a_b_seen, expected);
+  const Mat3 allowed = relative_covariance(check.graph, earlier, recent) + check.covariance;
+  check.report.gate_sigma = std::sqrt(squared_sigmas(surprise, allowed));
+  if (!(square(check.report.gate_sigma) <= check.limit)) {
     return Refusal{format("gate: %.1f sigma from where the graph expects it, %.1f allowed",
-                          trial.report.gate_sigma, std::sqrt(trial.limit))};
+                          check.report.gate_sigma, std::sqrt(check.limit))};
   }
   return std::nullopt;
 }
 
 // It is one place.
-std::optional<LoopCloser::Refusal> LoopCloser::check_reach(const Trial& trial) const {
-  const double apart_m = trial.motion.T_a_b_seen.position().norm();
-  if (!(apart_m <= trial.method.reach_m)) {
-    return Refusal{format("place: %.2f m apart, %.2f allowed", apart_m, trial.method.reach_m)};
+std::optional<LoopCloser::Refusal> LoopCloser::check_tolerance(const CandidateCheck& check) const {
+  const double apart_m = check.motion.T_a_b_seen.position().norm();
+  if (!(apart_m <= check.method.tolerance_m)) {
+    return Refusal{format("place: %.2f m apart, %.2f allowed", apart_m, check.method.tolerance_m)};
   }
   const double turned =
-      std::abs(wrap_angle(trial.motion.T_a_b_seen.theta_rad - class_heading(trial.report.heading)));
-  if (!(turned <= trial.method.reach_rad)) {
+      std::abs(wrap_angle(check.motion.T_a_b_seen.theta_rad - class_heading(check.report.heading)));
+  if (!(turned <= check.method.tolerance_rad)) {
     return Refusal{format("place: turned by %.1f degrees, %.1f allowed", rad_to_deg(turned),
-                          rad_to_deg(trial.method.reach_rad))};
+                          rad_to_deg(check.method.tolerance_rad))};
   }
   return std::nullopt;
 }
 
 // The free space around both does not contradict. Contours that share too little, or fit elsewhere
 // as well, say nothing.
-std::optional<LoopCloser::Refusal> LoopCloser::check_contours(const Trial& trial) const {
-  if (!trial.contours) {
+std::optional<LoopCloser::Refusal> LoopCloser::check_contours(const CandidateCheck& check) const {
+  if (!check.contours) {
     return std::nullopt;
   }
-  ClosureReport& report = trial.report;
-  report.contour_earlier = trial.contours(report.earlier);
-  report.contour_recent = trial.contours(report.recent);
+  ClosureReport& report = check.report;
+  report.contour_earlier = check.contours(report.earlier);
+  report.contour_recent = check.contours(report.recent);
   const std::optional<ContourMatch> match =
-      align_contours(trial.method.contours, report.contour_earlier, report.contour_recent,
-                     trial.motion.T_a_b_seen);
+      align_contours(check.method.contours, report.contour_earlier, report.contour_recent,
+                     check.motion.T_a_b_seen);
   if (!match) {
     return std::nullopt;
   }
   report.contour_cost_m = match->mean_distance_m;
   report.contour_overlap = match->overlap;
-  const Vec3 off = difference(match->T_fixed_moving, trial.motion.T_a_b_seen);
-  Mat3 tolerated = trial.covariance + match->covariance;
-  tolerated.diagonal() += Vec3(square(trial.method.contour_apart_m / kThreeSigma),
-                               square(trial.method.contour_apart_m / kThreeSigma),
-                               square(trial.method.contour_apart_rad / kThreeSigma));
-  if (match->overlap >= trial.method.contour_overlap &&
-      match->ambiguity() <= trial.method.contour_ambiguity &&
-      !(squared_sigmas(off, tolerated) <= trial.limit)) {
+  const Vec3 off = difference(match->T_fixed_moving, check.motion.T_a_b_seen);
+  Mat3 tolerated = check.covariance + match->covariance;
+  tolerated.diagonal() += Vec3(square(check.method.contour_apart_m / kThreeSigma),
+                               square(check.method.contour_apart_m / kThreeSigma),
+                               square(check.method.contour_apart_rad / kThreeSigma));
+  if (match->overlap >= check.method.contour_overlap &&
+      match->ambiguity() <= check.method.contour_ambiguity &&
+      !(squared_sigmas(off, tolerated) <= check.limit)) {
     return Refusal{format("contours: fit %.2f m and %.1f degrees away from the features",
                           off.head<2>().norm(), rad_to_deg(std::abs(off.z())))};
   }
@@ -542,15 +547,15 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_contours(const Trial& trial
 }
 
 // The whole graph agrees after relaxing.
-std::optional<LoopCloser::Refusal> LoopCloser::check_graph(const Trial& trial) const {
-  PoseGraph tried = trial.graph;
+std::optional<LoopCloser::Refusal> LoopCloser::check_graph(const CandidateCheck& check) const {
+  PoseGraph tried = check.graph;
   const double before = chi2(tried);
-  tried.edges.push_back(closure_edge(trial.report));
+  tried.edges.push_back(closure_edge(check.report));
   const RelaxReport relaxed = relax(tried, RelaxStart::kCurrent);
-  trial.report.chi2_growth = relaxed.chi2_end - before;
-  const double limit = chi_square_3_quantile(trial.method.chi2_probability);
-  if (!relaxed.converged || !(trial.report.chi2_growth <= limit)) {
-    return Refusal{format("chi2: grows by %.1f, %.1f allowed", trial.report.chi2_growth, limit)};
+  check.report.chi2_growth = relaxed.chi2_end - before;
+  const double limit = chi_square_3_quantile(check.method.chi2_probability);
+  if (!relaxed.converged || !(check.report.chi2_growth <= limit)) {
+    return Refusal{format("chi2: grows by %.1f, %.1f allowed", check.report.chi2_growth, limit)};
   }
   return std::nullopt;
 }
@@ -559,10 +564,10 @@ std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod&
                                                           const ContourSource& contours) {
   std::optional<ClosureReport> best;
   for (int earlier = kHalf; earlier < recent - 2 * kHalf &&
-                            places_[recent].way_m - places_[earlier].way_m >= options_.min_way_m;
+                            places_[recent].path_m - places_[earlier].path_m >= options_.min_path_m;
        ++earlier) {
     for (const Heading heading : kHeadings) {
-      if (!spaced(recent, heading) || places_[earlier].place.blind() ||
+      if (!spaced(recent, heading) || places_[earlier].place.featureless() ||
           emd_grey(places_[recent].place.signature, places_[earlier].place.signature,
                    heading == Heading::kOpposite) >= method.threshold_grey) {
         continue;

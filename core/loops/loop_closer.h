@@ -35,8 +35,8 @@ void bind(Fields& f, HistogramMethod& o);
 /// geometry, contours, and the whole graph's agreement after relaxing.
 struct VerifiedMethod {
   static constexpr std::string_view kName = "verified";
-  double reach_m = 0.45;    ///< how far apart two keyframes of one place may be
-  double reach_rad = 0.44;  ///< and how much turned: two thirds of an 80 degree picture remain
+  double tolerance_m = 0.45;    ///< how far apart two keyframes of one place may be
+  double tolerance_rad = 0.44;  ///< and how much turned: two thirds of an 80 degree picture remain
   double gate_probability =
       0.9973;  ///< of three sigma: what the graph expects, with this certainty
   double chi2_probability = 0.9973;  ///< by how much the relaxed graph's chi2 may grow, with this
@@ -46,7 +46,7 @@ struct VerifiedMethod {
   double mounting_px = 3;         ///< a place seen the other way round pairs front with back: their
                                   ///< mounting may be wrong by this much, a degree, in a second try
   double min_sigma_m = 0.01;      ///< lens, mounting and floor are not as ideal as the model: no
-  double min_sigma_rad = 0.003;   ///< closure is believed to be surer,
+  double min_sigma_rad = 0.003;   ///< closure is taken for surer,
   double max_sigma_m = 0.15;      ///< and one less sure is not worth its risk
   double max_sigma_rad = 0.026;
   ContourOptions contours;
@@ -67,7 +67,7 @@ enum class Shortlist {
 struct LoopOptions {
   std::variant<VerifiedMethod, HistogramMethod> method;
   Shortlist shortlist = Shortlist::kSignature;
-  double min_way_m = 5;  ///< driven since an earlier place before coming back counts
+  double min_path_m = 5;  ///< driven since an earlier place before coming back counts
   double spacing_m = 1;  ///< driven between two accepted closures of one heading: one is enough for
                          ///< a revisit
   FeatureOptions features;
@@ -75,17 +75,17 @@ struct LoopOptions {
 };
 void bind(Fields& f, LoopOptions& o);
 
-/// One keyframe as loops see it. A camera that shows nothing, or nothing to be believed, has no
+/// One keyframe as loops see it. A camera that shows nothing, or nothing that was accepted, has no
 /// features.
 struct LoopPlace {
   PlaceSignature signature;
   PlaceFeatures features;
-  bool one_eyed = false;  ///< front or back was lost: the signature is half a one
+  bool partial = false;  ///< front or back was lost: the signature is half a one
 
   /// Such a place is never closed, however alike another looks, and teaches nothing.
-  bool blind() const {
-    return one_eyed || std::all_of(features.begin(), features.end(),
-                                   [](const LocalFeatures& one) { return one.px.empty(); });
+  bool featureless() const {
+    return partial || std::all_of(features.begin(), features.end(),
+                                  [](const LocalFeatures& one) { return one.px.empty(); });
   }
 };
 
@@ -125,7 +125,7 @@ class LoopCloser {
  private:
   struct Remembered {
     LoopPlace place;
-    double way_m = 0;       ///< driven up to here
+    double path_m = 0;      ///< driven up to here
     PlaceDepths depths;     ///< by the neighbours known when last asked
     int depths_until = -1;  ///< the last keyframe they were seen from
   };
@@ -154,16 +154,16 @@ class LoopCloser {
   struct Refusal {
     std::string why;
   };
-  struct Trial;  // of one pair: what the checks hand on to those after them
-  std::optional<Refusal> verify(Trial& trial);
-  std::optional<Refusal> check_diagonals(const Trial& trial) const;
-  std::optional<Refusal> check_features(Trial& trial);
-  std::optional<Refusal> check_certainty(Trial& trial) const;
-  std::optional<Refusal> check_cameras(Trial& trial);
-  std::optional<Refusal> check_gate(const Trial& trial) const;
-  std::optional<Refusal> check_reach(const Trial& trial) const;
-  std::optional<Refusal> check_contours(const Trial& trial) const;
-  std::optional<Refusal> check_graph(const Trial& trial) const;
+  struct CandidateCheck;  // of one pair: what the checks hand on to those after them
+  std::optional<Refusal> verify(CandidateCheck& check);
+  std::optional<Refusal> check_diagonals(const CandidateCheck& check) const;
+  std::optional<Refusal> check_features(CandidateCheck& check);
+  std::optional<Refusal> check_certainty(CandidateCheck& check) const;
+  std::optional<Refusal> check_cameras(CandidateCheck& check);
+  std::optional<Refusal> check_gate(const CandidateCheck& check) const;
+  std::optional<Refusal> check_tolerance(const CandidateCheck& check) const;
+  std::optional<Refusal> check_contours(const CandidateCheck& check) const;
+  std::optional<Refusal> check_graph(const CandidateCheck& check) const;
 
   LoopOptions options_;
   LoopCameras cameras_;
@@ -171,7 +171,7 @@ class LoopCloser {
   std::vector<Remembered> places_;
   std::optional<WordIndex> words_;  ///< where they make the shortlist
   std::vector<float> nearby_emd_;   ///< between keyframes two apart, sorted
-  std::array<double, 2> accepted_way_m_{
+  std::array<double, 2> accepted_path_m_{
       -1e9, -1e9};  ///< driven up to the last accepted closure of each heading
 };
 

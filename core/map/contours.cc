@@ -17,8 +17,8 @@ constexpr std::size_t kPointsMin = 20;
 // The distance of each cell from the fixed contour, cut off at reach, on a lattice around it.
 class DistanceField {
  public:
-  DistanceField(const std::vector<Vec2>& fixed, double cell_m, double margin_m, double reach_m)
-      : cell_m_(cell_m), reach_m_(static_cast<float>(reach_m)) {
+  DistanceField(const std::vector<Vec2>& fixed, double cell_m, double margin_m, double cutoff_m)
+      : cell_m_(cell_m), cutoff_m_(static_cast<float>(cutoff_m)) {
     Vec2 low = fixed.front();
     Vec2 high = fixed.front();
     for (const Vec2& p : fixed) {
@@ -35,14 +35,14 @@ class DistanceField {
     }
     cv::distanceTransform(empty, distance_, cv::DIST_L2, 5, CV_32F);
     distance_ *= cell_m;
-    distance_ = cv::min(distance_, reach_m);
+    distance_ = cv::min(distance_, cutoff_m);
   }
 
   float at(double x_m, double y_m) const {
     const auto c = static_cast<int>((x_m - origin_.x()) / cell_m_);
     const auto r = static_cast<int>((y_m - origin_.y()) / cell_m_);
     if (x_m < origin_.x() || y_m < origin_.y() || c >= distance_.cols || r >= distance_.rows) {
-      return reach_m_;
+      return cutoff_m_;
     }
     return distance_.ptr<float>(r)[c];
   }
@@ -63,7 +63,7 @@ class DistanceField {
     const Vec2 base(std::floor(at.x()), std::floor(at.y()));
     if (!(base.x() >= 0 && base.y() >= 0 && base.x() + 1 < distance_.cols &&
           base.y() + 1 < distance_.rows)) {
-      return {0, 0, reach_m_};
+      return {0, 0, cutoff_m_};
     }
     const Vec2 f = at - base;
     const float* low =
@@ -88,7 +88,7 @@ class DistanceField {
 
  private:
   double cell_m_;
-  float reach_m_;
+  float cutoff_m_;
   Vec2 origin_;
   cv::Mat distance_;
 };
@@ -333,11 +333,12 @@ Mat3 information_of(const Search& search, const std::vector<Vec2>& points, const
 void bind(Fields& f, ContourOptions& o) {
   f("search_m", o.search_m, between(0.02, 3));
   f.angle("search", o.search_rad, between(0.005, 1));
-  f("reach_m", o.reach_m, between(0.05, 2));
+  f("cutoff_m", o.cutoff_m, between(0.05, 2));
   f("partner_m", o.partner_m, between(0.01, 1));
   f("correlation_m", o.correlation_m, between(0.01, 1));
   f("sigma_m", o.sigma_m, positive);
   f("points_max", o.points_max, at_least(20));
+  f.renamed("reach_m", "cutoff_m");
 }
 
 std::vector<Vec2> obstacle_contour(const OccupancyMap& map, double free_min_m2,
@@ -397,7 +398,7 @@ std::optional<ContourMatch> align_contours(const ContourOptions& options,
     return std::nullopt;
   }
   constexpr double kFieldCell_m = 0.01;
-  const DistanceField field(fixed, kFieldCell_m, options.reach_m, options.reach_m);
+  const DistanceField field(fixed, kFieldCell_m, options.cutoff_m, options.cutoff_m);
   const std::vector<Vec2> points = thinned(moving, options.points_max);
   const std::vector<Vec2> coarse_points = thinned(moving, std::max(20, options.points_max / 4));
 
@@ -414,7 +415,7 @@ std::optional<ContourMatch> align_contours(const ContourOptions& options,
     search.arm_m += (p - window.middle).norm();
   }
   search.arm_m = std::max(search.arm_m / static_cast<double>(points.size()), 0.1);
-  search.step_m = std::min({0.08, options.reach_m / 3, options.search_m});
+  search.step_m = std::min({0.08, options.cutoff_m / 3, options.search_m});
   search.step_rad = std::min(search.step_m / search.arm_m, options.search_rad);
 
   const std::vector<Offset> finalists =
@@ -423,7 +424,7 @@ std::optional<ContourMatch> align_contours(const ContourOptions& options,
   ContourMatch match;
   match.T_fixed_moving = window.pose(best.dx, best.dy, best.dtheta);
   match.mean_distance_m = best.cost;
-  match.second_distance_m = options.reach_m;
+  match.second_distance_m = options.cutoff_m;
   match.T_fixed_second = match.T_fixed_moving;
   for (const Offset& o : finalists) {
     if (separate(o, best, 2 * search.step_m, 2 * search.step_rad)) {

@@ -19,7 +19,7 @@ std::vector<Vec2> obstacle_contour(const OccupancyMap& map, double free_min_m2 =
 struct ContourOptions {
   double search_m = 0.5;        ///< to both sides of the prior
   double search_rad = 0.18;     ///< to both sides of the prior
-  double reach_m = 0.3;         ///< distances are cut off here: such points have no partner
+  double cutoff_m = 0.3;        ///< distances are cut off here: such points have no partner
   double partner_m = 0.06;      ///< a point nearer than this has a partner
   double correlation_m = 0.10;  ///< length of contour whose errors are one
   double sigma_m = 0.02;        ///< of a contour point
@@ -29,13 +29,13 @@ void bind(Fields& f, ContourOptions& o);
 
 struct ContourMatch {
   Pose2 T_fixed_moving;
-  double mean_distance_m = 0;  ///< of moving points to the fixed contour, cut off at reach_m
+  double mean_distance_m = 0;  ///< of moving points to the fixed contour, cut off at cutoff_m
   double overlap = 0;          ///< share of moving points with a partner
   Mat3 information =
       Mat3::Zero();  ///< of x, y, theta in the frame of `fixed`; from the curvature of the cost
   Mat3 covariance = Mat3::Zero();  ///< its inverse; no larger than the search window allows
   double second_distance_m =
-      0;  ///< best mean distance of a separate minimum; reach_m when there is none
+      0;  ///< best mean distance of a separate minimum; cutoff_m when there is none
   Pose2 T_fixed_second;
   double ambiguity() const {  ///< 0: one clear minimum; 1: another as good
     return second_distance_m > 0 ? mean_distance_m / second_distance_m : 1;
@@ -44,7 +44,7 @@ struct ContourMatch {
 
 /// Lays one contour on another (thesis Eq. 6.1) by a search around the prior, coarse to fine, over
 /// the distance transform of the fixed one. Empty when either has fewer than 20 points. What the
-/// contours do not determine, such as the way along an aisle, has a large covariance.
+/// contours do not determine, such as the position along an aisle, has a large covariance.
 std::optional<ContourMatch> align_contours(const ContourOptions& options,
                                            const std::vector<Vec2>& fixed,
                                            const std::vector<Vec2>& moving,

@@ -69,7 +69,7 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
   evidence_.assign(rays * rows, 0);
   first_.assign(rays, 0);
 
-  // An upright thing of height z at range r hides the floor from r to r h / (h - z).
+  // An upright object of height z at range r hides the floor from r to r h / (h - z).
   const double low = std::min(options_.obstacle_height_m, 0.5 * p.height_m);
   const double stretch = p.height_m / (p.height_m - low);
   min_run_.resize(rows);
@@ -97,12 +97,12 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
       }
       const int u = p.pixel[i] % width;
       const int v = p.pixel[i] / width;
-      const Vec3 h = p.H_look_px * Vec3(u, v, 1);
+      const Vec3 h = p.H_view_px * Vec3(u, v, 1);
       const Vec2 at = h.hnormalized();
       if (at.norm() <= trusted_radius) {
         trusted_.push_back(p.pixel[i]);
       }
-      const double side = std::abs(at.y() - p.foot_look.y()) / p.range_m[i];
+      const double side = std::abs(at.y() - p.foot_view.y()) / p.range_m[i];
       if (side < least_side) {
         least_side = side;
         ahead_ray_ = ray;
@@ -111,7 +111,7 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
   }
 }
 
-void FloorMapper::look_at_start(const cv::Mat& bgr) {
+void FloorMapper::learn_at_start(const cv::Mat& bgr) {
   fault_.clear();
   colour_ = FloorColour(options_.colour);
   if (trusted_.size() < 100) {
@@ -139,7 +139,7 @@ void FloorMapper::look_at_start(const cv::Mat& bgr) {
     fault_ = "what lies just ahead of the robot has too many colours to be one floor";
     return;
   }
-  // One floor, or two where they meet; three colours that no shading joins are a thing's.
+  // One floor, or two where they meet; three colours that no shading joins are an object's.
   if (colour_.voting() > 2) {
     fault_ = "what lies just ahead of the robot has more colours than two floors that meet";
     return;
@@ -156,7 +156,7 @@ void FloorMapper::look_at_start(const cv::Mat& bgr) {
 // columns of the picture keep the colour of the trusted patch until the floor would be too far.
 bool FloorMapper::reaches_horizon(const cv::Mat& bgr) {
   constexpr int kGap_px = 3;  // what is thinner does not end it
-  const Mat3& H = projection_->H_look_px;
+  const Mat3& H = projection_->H_view_px;
   std::map<int, int> lowest;  // of the trusted pixels in each column
   for (const std::int32_t pixel : trusted_) {
     int& v = lowest[pixel % bgr.cols];
@@ -232,7 +232,7 @@ void FloorMapper::scan() {
         ++row;
         continue;
       }
-      // a run of another colour: a thing if it is as tall as one, else a stain
+      // a run of another colour: an object if it is as tall as one, else a stain
       const auto wanted = static_cast<std::size_t>(min_run_[row]);
       std::size_t end = row;
       int total = 0;
@@ -247,7 +247,7 @@ void FloorMapper::scan() {
       const bool left_picture = end == rows || p.pixel[end * rays + ray] < 0;
       if (end - row < wanted && !left_picture) {
         // floor goes on behind a stain as clearly as before it; what merely resembles floor there
-        // is a thing of nearly its colour that stands on its own shadow
+        // is an object of nearly its colour that stands on its own shadow
         int beyond = 0;
         int samples = 0;
         for (std::size_t k = end; k < rows && k < end + wanted; ++k) {
@@ -308,7 +308,7 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
                  "the floor camera's picture is 8-bit BGR of the size its rig says");
   const cv::Mat picture = bgr.isContinuous() ? bgr : bgr.clone();
   if (!sees_floor_) {  // nor has it so far
-    look_at_start(picture);
+    learn_at_start(picture);
   }
   const FloorProjection& p = *projection_;
   FloorReading reading;
@@ -320,7 +320,7 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
   if (sees_floor_ && may_learn) {
     if (parallax_) {
       for (const ColourGaussian& g :
-           parallax_->look(picture, T_odom_body * projection_->T_body_look, smooth_, first_)) {
+           parallax_->learn(picture, T_odom_body * projection_->T_body_view, smooth_, first_)) {
         colour_.adopt(g);
         reading.learned_new_floor = true;
       }
@@ -347,7 +347,7 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
     const std::size_t i = row * static_cast<std::size_t>(p.rays) + ahead;
     free_to = p.pixel[i] >= 0 ? static_cast<double>(p.range_m[i]) : free_to;
   }
-  reading.free_ahead_m = std::max(0.0, p.foot_look.x() + free_to - body_radius_m_);
+  reading.free_ahead_m = std::max(0.0, p.foot_view.x() + free_to - body_radius_m_);
   reading.floors = colour_.voting();
   return reading;
 }

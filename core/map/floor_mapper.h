@@ -25,7 +25,7 @@ struct FloorMapperOptions {
   double foot_depth_m = 0.04;       ///< how far behind its foot an obstacle is taken to reach
   double trusted_m = 0.1;  ///< depth of the floor ahead that is taken to be floor at the start
   double start_far_m =
-      20;  ///< one colour from the robot to beyond this is a thing's face, no floor
+      20;  ///< one colour from the robot to beyond this is the face of an object, no floor
   double learn_to_m = 1.5;  ///< floor farther from the camera's foot is too coarse to learn from
   int learn_every = 3;      ///< frames
 };
@@ -59,7 +59,7 @@ class FloorMapper {
   const FloorColour& colour() const { return colour_; }
 
  private:
-  void look_at_start(const cv::Mat& bgr);
+  void learn_at_start(const cv::Mat& bgr);
   bool reaches_horizon(const cv::Mat& bgr);
   void rate(const cv::Mat& bgr);
   void scan();

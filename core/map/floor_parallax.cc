@@ -37,7 +37,7 @@ constexpr double kApart_cells = 1.5;
 
 void bind(Fields& f, FloorParallaxOptions& o) {
   f("cell_m", o.cell_m, between(0.005, 0.1));
-  f("reach_m", o.reach_m, between(0.2, 5));
+  f("range_m", o.range_m, between(0.2, 5));
   f("step_m", o.step_m, between(0.01, 1));
   f("baseline_m", o.baseline_m, between(0.02, 1));
   f.angle("turn_max", o.turn_max_rad, between(0, 3));
@@ -48,15 +48,16 @@ void bind(Fields& f, FloorParallaxOptions& o) {
   f("pairs_min", o.pairs_min, at_least(1));
   f("upright_share_max", o.upright_share_max, between(0, 1));
   f("memory", o.memory, between(0, 1));
+  f.renamed("reach_m", "range_m");
 }
 
 FloorParallax::FloorParallax(const FloorParallaxOptions& options,
                              std::shared_ptr<const FloorProjection> projection)
     : options_(options), projection_(std::move(projection)) {
   const FloorProjection& p = *projection_;
-  origin_look_ = p.origin_look;
+  origin_view_ = p.origin_view;
   columns_ =
-      static_cast<int>(std::min(options_.reach_m, p.cell_columns * p.cell_m) / options_.cell_m);
+      static_cast<int>(std::min(options_.range_m, p.cell_columns * p.cell_m) / options_.cell_m);
   rows_ = static_cast<int>(p.cell_rows * p.cell_m / options_.cell_m);
   const auto cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
   sample_.assign(cells, -1);
@@ -119,7 +120,7 @@ std::vector<float> FloorParallax::rectify(const cv::Mat& bgr) const {
 }
 
 struct FloorParallax::SeenCell {
-  Vec2 p_before;  // in look of the earlier picture
+  Vec2 p_before;  // in view of the earlier picture
   double grey;
   std::size_t sample;
 };
@@ -128,23 +129,23 @@ struct FloorParallax::Earlier {
   const FloorParallax& parallax;
   const Rectified& before;
   Pose2 T_before_now;
-  double way_m;  // driven by the camera since
-  Vec2 slide;    // a cell along it
+  double baseline_m;  // driven by the camera since
+  Vec2 slide;         // a cell along it
 
-  Earlier(const FloorParallax& parallax_now, const Rectified& rectified, const Pose2& T_odom_look)
+  Earlier(const FloorParallax& parallax_now, const Rectified& rectified, const Pose2& T_odom_view)
       : parallax(parallax_now),
         before(rectified),
-        T_before_now(before.T_odom_look.inverse() * T_odom_look) {
-    const Vec2 foot_before = T_before_now.inverse() * parallax.projection_->foot_look;
-    const Vec2 way = parallax.projection_->foot_look - foot_before;  // in look now
-    way_m = way.norm();
-    slide = T_before_now.rotation() * way / way_m * parallax.options_.cell_m;
+        T_before_now(before.T_odom_view.inverse() * T_odom_view) {
+    const Vec2 foot_before = T_before_now.inverse() * parallax.projection_->foot_view;
+    const Vec2 baseline = parallax.projection_->foot_view - foot_before;  // in view now
+    baseline_m = baseline.norm();
+    slide = T_before_now.rotation() * baseline / baseline_m * parallax.options_.cell_m;
   }
 
   // The grey at a point; negative where nothing was seen.
   double grey(const Vec2& p_before) const {
     const int columns = parallax.columns_;
-    const Vec2 at = (p_before - parallax.origin_look_) / parallax.options_.cell_m - Vec2(0.5, 0.5);
+    const Vec2 at = (p_before - parallax.origin_view_) / parallax.options_.cell_m - Vec2(0.5, 0.5);
     const double column = std::floor(at.x());
     const double row = std::floor(at.y());
     if (!(column >= 0 && row >= 0 && column + 1 < columns && row + 1 < parallax.rows_)) {
@@ -164,8 +165,8 @@ struct FloorParallax::Earlier {
     return (1 - fy) * ((1 - fx) * a + fx * b) + fy * ((1 - fx) * c + fx * d);
   }
 
-  // Mean squared difference of cells from what was seen before so many cells farther along the way,
-  // their mean difference taken out.
+  // Mean squared difference of cells from what was seen before so many cells farther along the
+  // motion, their mean difference taken out.
   std::optional<double> mean_square(const std::vector<SeenCell>& cells, double shift_cells) const {
     double sum = 0;
     double square = 0;
@@ -191,7 +192,7 @@ struct FloorParallax::UnknownBlock {
   std::vector<SeenCell> cells;
   int row = 0;
   int column = 0;
-  double lift_cells = 0;  // how far an upright thing that begins at the first obstacle slides
+  double lift_cells = 0;  // how far an upright object that begins at the first obstacle slides
 };
 
 struct FloorParallax::Sorted {
@@ -225,7 +226,7 @@ FloorParallax::Sorted FloorParallax::sort_blocks(const std::vector<float>& now,
           const auto i = static_cast<std::size_t>(s);
           const auto ray = i % static_cast<std::size_t>(p.rays);
           const auto sample_row = i / static_cast<std::size_t>(p.rays);
-          const Vec2 at = origin_look_ + options_.cell_m * Vec2(column + 0.5, row + 0.5);
+          const Vec2 at = origin_view_ + options_.cell_m * Vec2(column + 0.5, row + 0.5);
           const SeenCell here{earlier.T_before_now * at, now[cell], i};
           if (static_cast<int>(sample_row) < first[ray]) {
             if (known[i] > 0) {
@@ -249,7 +250,7 @@ FloorParallax::Sorted FloorParallax::sort_blocks(const std::vector<float>& now,
       }
       if (unknown.cells.size() >= enough && 4 * strange >= block * block) {
         unknown.lift_cells =
-            lift / static_cast<double>(unknown.cells.size()) * earlier.way_m / options_.cell_m;
+            lift / static_cast<double>(unknown.cells.size()) * earlier.baseline_m / options_.cell_m;
         if (unknown.lift_cells >= kApart_cells) {
           unknown.row = row0 / block;
           unknown.column = column0 / block;
@@ -300,10 +301,10 @@ double FloorParallax::log_odds_of(const Earlier& earlier, const UnknownBlock& un
 std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
                                                        const std::vector<float>& now,
                                                        const Rectified& before,
-                                                       const Pose2& T_odom_look,
+                                                       const Pose2& T_odom_view,
                                                        const std::vector<std::int8_t>& known,
                                                        const std::vector<std::int16_t>& first) {
-  const Earlier earlier(*this, before, T_odom_look);
+  const Earlier earlier(*this, before, T_odom_view);
   const Sorted sorted = sort_blocks(now, earlier, known, first);
   if (sorted.known_blocks >= 3) {
     known_mean_square_ = std::max(sorted.known_sum / sorted.known_blocks, 1.0);
@@ -328,20 +329,20 @@ std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
   return blocks;
 }
 
-std::vector<ColourGaussian> FloorParallax::look(const cv::Mat& bgr, const Pose2& T_odom_look,
-                                                const std::vector<std::int8_t>& known,
-                                                const std::vector<std::int16_t>& first) {
+std::vector<ColourGaussian> FloorParallax::learn(const cv::Mat& bgr, const Pose2& T_odom_view,
+                                                 const std::vector<std::int8_t>& known,
+                                                 const std::vector<std::int16_t>& first) {
   if (!past_.empty()) {
-    const Vec2 moved = T_odom_look.position() - past_.back().T_odom_look.position();
+    const Vec2 moved = T_odom_view.position() - past_.back().T_odom_view.position();
     if (moved.norm() < options_.step_m) {
       return {};
     }
   }
-  Rectified now{T_odom_look, rectify(bgr)};
+  Rectified now{T_odom_view, rectify(bgr)};
   const Rectified* before = nullptr;
   double best = 0.5 * options_.baseline_m;  // how far from the wanted baseline it may be
   for (const Rectified& r : past_) {
-    const Pose2 T_then_now = r.T_odom_look.inverse() * T_odom_look;
+    const Pose2 T_then_now = r.T_odom_view.inverse() * T_odom_view;
     const double off = std::abs(T_then_now.position().norm() - options_.baseline_m);
     if (off <= best && std::abs(T_then_now.theta_rad) <= options_.turn_max_rad) {
       best = off;
@@ -350,7 +351,7 @@ std::vector<ColourGaussian> FloorParallax::look(const cv::Mat& bgr, const Pose2&
   }
   std::vector<Block> blocks;
   if (before != nullptr) {
-    blocks = judge(bgr, now.grey, *before, T_odom_look, known, first);
+    blocks = judge(bgr, now.grey, *before, T_odom_view, known, first);
   }
   past_.push_back(std::move(now));
   while (past_.size() > 12) {
@@ -362,7 +363,7 @@ std::vector<ColourGaussian> FloorParallax::look(const cv::Mat& bgr, const Pose2&
 }
 
 void FloorParallax::drop_scattered(std::vector<Block>& blocks) const {
-  // A floor is flat over a wide place; here and there a block of a thing looks flat by chance.
+  // A floor is flat over a wide place; here and there a block of an object looks flat by chance.
   const int columns = columns_ / options_.block + 1;
   const int rows = rows_ / options_.block + 1;
   std::vector<int> group(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), -1);

@@ -16,7 +16,7 @@ namespace panoptes {
 
 struct FloorParallaxOptions {
   double cell_m = 0.02;  ///< of the rectified pictures that are compared
-  double reach_m = 1.6;  ///< from the nearest mapped floor; beyond, a pixel is larger than a cell
+  double range_m = 1.6;  ///< from the nearest mapped floor; beyond, a pixel is larger than a cell
   double step_m = 0.04;  ///< a rectified picture is kept this often
   double baseline_m = 0.16;        ///< pictures this far apart are compared
   double turn_max_rad = 0.5;       ///< and turned by no more than this
@@ -30,9 +30,9 @@ struct FloorParallaxOptions {
 };
 void bind(Fields& f, FloorParallaxOptions& o);
 
-/// Tells another floor from an upright thing of the same colour by how its texture moves: seen from
-/// two places, the floor's points keep their place on the floor, while those of a thing at height z
-/// slide along the way driven by z / (height - z) of it. What has no texture along that way, and a
+/// Tells another floor from an upright object of the same colour by how its texture moves: seen
+/// from two places, the floor's points keep their place on the floor, while those of an object at
+/// height z slide along the motion by z / (height - z) of it. What has no texture along it, and a
 /// turn on the spot, say nothing.
 class FloorParallax {
  public:
@@ -41,13 +41,13 @@ class FloorParallax {
 
   /// `known`: the scan's smoothed colour ratio; `first`: the first obstacle's row along each ray.
   /// Returns the colours that have proved to be floor.
-  std::vector<ColourGaussian> look(const cv::Mat& bgr, const Pose2& T_odom_look,
-                                   const std::vector<std::int8_t>& known,
-                                   const std::vector<std::int16_t>& first);
+  std::vector<ColourGaussian> learn(const cv::Mat& bgr, const Pose2& T_odom_view,
+                                    const std::vector<std::int8_t>& known,
+                                    const std::vector<std::int16_t>& first);
 
  private:
   struct Rectified {
-    Pose2 T_odom_look;
+    Pose2 T_odom_view;
     std::vector<float> grey;  // negative where nothing is seen
   };
   struct Block {
@@ -67,7 +67,7 @@ class FloorParallax {
   void drop_scattered(std::vector<Block>& blocks) const;
   std::vector<ColourGaussian> weigh(const std::vector<Block>& blocks);
   std::vector<Block> judge(const cv::Mat& bgr, const std::vector<float>& now,
-                           const Rectified& before, const Pose2& T_odom_look,
+                           const Rectified& before, const Pose2& T_odom_view,
                            const std::vector<std::int8_t>& known,
                            const std::vector<std::int16_t>& first);
 
@@ -84,7 +84,7 @@ class FloorParallax {
   std::shared_ptr<const FloorProjection> projection_;
   int columns_ = 0;
   int rows_ = 0;
-  Vec2 origin_look_ = Vec2::Zero();
+  Vec2 origin_view_ = Vec2::Zero();
   std::vector<std::int32_t> pixel_;          // mapped pixels and
   std::vector<std::int32_t> cell_;           // the cell each falls into
   std::vector<std::int32_t> sample_;         // the scan's sample at each cell's centre, -1 outside

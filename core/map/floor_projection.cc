@@ -54,16 +54,16 @@ Mat3 believed_homography(const RigCamera& camera) {
 
 // Where the camera of a homography is: K^-1 H^-1 holds the first two axes of its rotation and its
 // translation up to scale (Zhang 2000).
-Vec3 camera_of(const Mat3& H_look_px, const Intrinsics& k) {
+Vec3 camera_of(const Mat3& H_view_px, const Intrinsics& k) {
   Mat3 K;
   K << k.fx_px, 0, k.cx_px, 0, k.fy_px, k.cy_px, 0, 0, 1;
-  Mat3 G = K.inverse() * H_look_px.inverse();
+  Mat3 G = K.inverse() * H_view_px.inverse();
   G *= 2 / (G.col(0).norm() + G.col(1).norm());
   Mat3 axes;
   axes << G.col(0), G.col(1), G.col(0).cross(G.col(1));
   const Eigen::JacobiSVD<Mat3> svd(axes, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Mat3 R_camera_look = svd.matrixU() * svd.matrixV().transpose();
-  return -(R_camera_look.transpose() * G.col(2));
+  const Mat3 R_camera_view = svd.matrixU() * svd.matrixV().transpose();
+  return -(R_camera_view.transpose() * G.col(2));
 }
 
 double cross(const Vec2& a, const Vec2& b, const Vec2& c) {
@@ -91,8 +91,8 @@ std::vector<Vec2> convex_hull(std::vector<Vec2> points) {  // monotone chain (An
 
 // Which pixels are mapped, and where they lie.
 struct Mapped {
-  Mat3 H_look_px;
-  Mat3 H_px_look;
+  Mat3 H_view_px;
+  Mat3 H_px_view;
   int width = 0;
   int height = 0;
   int top_row = 0;
@@ -100,11 +100,11 @@ struct Mapped {
   double high_x = 0;
 
   // The pixel under a floor point; -1 when it is not mapped.
-  std::int32_t pixel(const Vec2& p_look) const {
-    if (p_look.x() < low_x || p_look.x() > high_x) {
+  std::int32_t pixel(const Vec2& p_view) const {
+    if (p_view.x() < low_x || p_view.x() > high_x) {
       return -1;
     }
-    const std::optional<Vec2> px = transfer(H_px_look, p_look);
+    const std::optional<Vec2> px = transfer(H_px_view, p_view);
     if (!px) {
       return -1;
     }
@@ -122,19 +122,19 @@ Mapped mapped_by(const RigCamera& camera, const Body& body, double heading_rad) 
   const FloorView& view = *camera.floor;
   const Intrinsics& k = camera.intrinsics;
   Mapped mapped;
-  Mat3 H_look_body = Mat3::Identity();
-  H_look_body.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-heading_rad).toRotationMatrix();
-  mapped.H_look_px = H_look_body * believed_homography(camera);
-  if (!(std::abs(mapped.H_look_px.determinant()) > 0) || !mapped.H_look_px.allFinite()) {
+  Mat3 H_view_body = Mat3::Identity();
+  H_view_body.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-heading_rad).toRotationMatrix();
+  mapped.H_view_px = H_view_body * believed_homography(camera);
+  if (!(std::abs(mapped.H_view_px.determinant()) > 0) || !mapped.H_view_px.allFinite()) {
     throw ConfigError("floor.homography: is singular; must map pixels to floor points");
   }
   // the bottom of the picture is before the horizon, so there the third coordinate is positive
-  const Vec3 bottom = mapped.H_look_px * Vec3(k.cx_px, k.height_px - 1.0, 1);
-  mapped.H_look_px *= (bottom.z() > 0 ? 1 : -1) / mapped.H_look_px.norm();
-  mapped.H_px_look = mapped.H_look_px.inverse();
-  const Vec2 bottom_look = bottom.hnormalized();
-  if ((mapped.H_px_look * bottom_look.homogeneous()).z() < 0) {
-    mapped.H_px_look = -mapped.H_px_look;
+  const Vec3 bottom = mapped.H_view_px * Vec3(k.cx_px, k.height_px - 1.0, 1);
+  mapped.H_view_px *= (bottom.z() > 0 ? 1 : -1) / mapped.H_view_px.norm();
+  mapped.H_px_view = mapped.H_view_px.inverse();
+  const Vec2 bottom_view = bottom.hnormalized();
+  if ((mapped.H_px_view * bottom_view.homogeneous()).z() < 0) {
+    mapped.H_px_view = -mapped.H_px_view;
   }
   mapped.width = k.width_px;
   mapped.height = k.height_px;
@@ -157,15 +157,15 @@ struct Covered {
   double y_high = -std::numeric_limits<double>::infinity();
 };
 
-Covered covered_by(const Mapped& mapped, const Vec2& foot_look) {
+Covered covered_by(const Mapped& mapped, const Vec2& foot_view) {
   Covered covered;
   for (int v = mapped.top_row; v < mapped.height; ++v) {
     for (int u = 0; u < mapped.width; ++u) {
-      const std::optional<Vec2> p = transfer(mapped.H_look_px, Vec2(u, v));
+      const std::optional<Vec2> p = transfer(mapped.H_view_px, Vec2(u, v));
       if (!p || p->x() < mapped.low_x || p->x() > mapped.high_x) {
         continue;
       }
-      const Vec2 d = *p - foot_look;
+      const Vec2 d = *p - foot_view;
       const double az = std::atan2(d.y(), d.x());
       covered.az_low = std::min(covered.az_low, az);
       covered.az_high = std::max(covered.az_high, az);
@@ -187,8 +187,8 @@ Covered covered_by(const Mapped& mapped, const Vec2& foot_look) {
 
 // Length of floor along a direction that the pixel at `p` covers.
 double depth_at(const Mapped& mapped, const Vec2& p, const Vec2& along) {
-  const Vec3 a = mapped.H_px_look * p.homogeneous();
-  const Vec3 b = mapped.H_px_look * Vec3(along.x(), along.y(), 0);
+  const Vec3 a = mapped.H_px_view * p.homogeneous();
+  const Vec3 b = mapped.H_px_view * Vec3(along.x(), along.y(), 0);
   const Vec2 px_per_m = (b.head<2>() - a.hnormalized() * b.z()) / a.z();
   return 1 / px_per_m.norm();
 }
@@ -206,15 +206,15 @@ Lattice lattice_of(const Mapped& mapped, const Covered& covered, FloorProjection
   const double az_middle = std::clamp(0.0, covered.az_low, covered.az_high);
   const Vec2 middle(std::cos(az_middle), std::sin(az_middle));
   const Vec2 farthest =
-      out.foot_look + middle * std::min(covered.range_high, mapped.high_x - out.foot_look.x());
+      out.foot_view + middle * std::min(covered.range_high, mapped.high_x - out.foot_view.x());
   const Vec2 sideways(-middle.y(), middle.x());
   Lattice lattice;
   lattice.az_low = covered.az_low;
-  lattice.az_step = depth_at(mapped, farthest, sideways) / (farthest - out.foot_look).norm();
+  lattice.az_step = depth_at(mapped, farthest, sideways) / (farthest - out.foot_view).norm();
   out.rays = static_cast<int>(std::ceil((covered.az_high - covered.az_low) / lattice.az_step)) + 1;
   for (double r = covered.range_low; r <= covered.range_high;) {
     lattice.ranges.push_back(r);
-    r += std::max(depth_at(mapped, out.foot_look + middle * r, middle), 0.75 * out.cell_m);
+    r += std::max(depth_at(mapped, out.foot_view + middle * r, middle), 0.75 * out.cell_m);
   }
   out.rows = static_cast<int>(lattice.ranges.size());
   PANOPTES_CHECK(out.rays < 32768 && out.rows < 32768, "a picture has few enough pixels");
@@ -234,7 +234,7 @@ void fill_samples(const Mapped& mapped, const Lattice& lattice, FloorProjection&
       const std::size_t i = static_cast<std::size_t>(row) * static_cast<std::size_t>(out.rays) +
                             static_cast<std::size_t>(ray);
       const double r = lattice.ranges[static_cast<std::size_t>(row)];
-      const Vec2 p = out.foot_look + along * r;
+      const Vec2 p = out.foot_view + along * r;
       out.range_m[i] = static_cast<float>(r);
       out.pixel[i] = mapped.pixel(p);
       if (out.pixel[i] >= 0) {
@@ -254,7 +254,7 @@ int sample_under(const Mapped& mapped, const Lattice& lattice, const FloorProjec
     return -1;
   }
   const std::vector<double>& ranges = lattice.ranges;
-  const Vec2 d = p - out.foot_look;
+  const Vec2 d = p - out.foot_view;
   const int ray =
       static_cast<int>(std::lround((std::atan2(d.y(), d.x()) - lattice.az_low) / lattice.az_step));
   const double range = d.norm();
@@ -275,7 +275,7 @@ void fill_cells(const Mapped& mapped, const Covered& covered, const Lattice& lat
   const double cell_m = out.cell_m;
   const double column_low = std::floor(covered.x_low / cell_m);
   const double row_low = std::floor(covered.y_low / cell_m);
-  out.origin_look = cell_m * Vec2(column_low, row_low);
+  out.origin_view = cell_m * Vec2(column_low, row_low);
   out.cell_columns = static_cast<int>(std::ceil(covered.x_high / cell_m) - column_low);
   out.cell_rows = static_cast<int>(std::ceil(covered.y_high / cell_m) - row_low);
   out.sample.assign(
@@ -286,7 +286,7 @@ void fill_cells(const Mapped& mapped, const Covered& covered, const Lattice& lat
     int first = -1;
     int last = -1;
     for (int column = 0; column < out.cell_columns; ++column) {
-      const Vec2 p = out.origin_look + cell_m * Vec2(column + 0.5, r + 0.5);
+      const Vec2 p = out.origin_view + cell_m * Vec2(column + 0.5, r + 0.5);
       const int i = sample_under(mapped, lattice, out, p);
       if (i < 0) {
         continue;
@@ -301,15 +301,15 @@ void fill_cells(const Mapped& mapped, const Covered& covered, const Lattice& lat
     }
     if (first >= 0) {
       for (const int column : {first, last + 1}) {
-        corners.push_back(out.origin_look + cell_m * Vec2(column, r));
-        corners.push_back(out.origin_look + cell_m * Vec2(column, r + 1));
+        corners.push_back(out.origin_view + cell_m * Vec2(column, r));
+        corners.push_back(out.origin_view + cell_m * Vec2(column, r + 1));
       }
     }
   }
   if (corners.empty()) {
     throw ConfigError("floor: no cell of the floor between near_m and far_m lies in the picture");
   }
-  out.outline_look = convex_hull(std::move(corners));
+  out.outline_view = convex_hull(std::move(corners));
   out.front_m = std::isfinite(nearest_ahead) ? nearest_ahead : covered.x_low;
 }
 
@@ -324,17 +324,17 @@ FloorProjection project_floor(const RigCamera& camera, const Body& body, double 
   const double heading_rad = floor_heading_rad(camera.T_body_camera);
   const Mapped mapped = mapped_by(camera, body, heading_rad);
   FloorProjection out;
-  out.T_body_look = {0, 0, heading_rad};
-  out.H_look_px = mapped.H_look_px;
+  out.T_body_view = {0, 0, heading_rad};
+  out.H_view_px = mapped.H_view_px;
   out.cell_m = cell_m;
-  const Vec3 c = camera_of(mapped.H_look_px, k);
-  out.foot_look = c.head<2>();
+  const Vec3 c = camera_of(mapped.H_view_px, k);
+  out.foot_view = c.head<2>();
   out.height_m = std::abs(c.z());
-  const Covered covered = covered_by(mapped, out.foot_look);
+  const Covered covered = covered_by(mapped, out.foot_view);
   const Lattice lattice = lattice_of(mapped, covered, out);
   fill_samples(mapped, lattice, out);
   fill_cells(mapped, covered, lattice, out);
-  out.blind_gap_m = out.front_m - body.radius_m;
+  out.blind_zone_m = out.front_m - body.radius_m;
   return out;
 }
 

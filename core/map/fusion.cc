@@ -49,7 +49,7 @@ Bounds own_bounds(const GridCrop& grid) {
   }
   Bounds bounds{grid.cell_m * Vec2(begin, grid.first_row),
                 grid.cell_m * Vec2(end, grid.first_row + static_cast<int>(grid.rows.size()))};
-  for (const Vec2& p : grid.driven) {
+  for (const Vec2& p : grid.traversed) {
     bounds.low = bounds.low.cwiseMin(p - Vec2::Constant(grid.body_radius_m));
     bounds.high = bounds.high.cwiseMax(p + Vec2::Constant(grid.body_radius_m));
   }
@@ -158,7 +158,8 @@ void for_each_contribution(const PlacedGrid& placed, double cell_m, const Each& 
 
 }  // namespace
 
-EvidenceSum::EvidenceSum(double cell_m, Driven driven) : cell_m_(cell_m), driven_(driven) {
+EvidenceSum::EvidenceSum(double cell_m, Traversed traversed)
+    : cell_m_(cell_m), traversed_(traversed) {
   PANOPTES_CHECK(cell_m > 0, "a map has cells of some size");
 }
 
@@ -199,7 +200,7 @@ void EvidenceSum::reserve(int low_column, int low_row, int high_column, int high
 template <int kSign>
 void EvidenceSum::apply(const PlacedGrid& placed) {
   PANOPTES_CHECK(placed.grid != nullptr, "a placed grid is there");
-  if (placed.grid->rows.empty() && placed.grid->driven.empty()) {
+  if (placed.grid->rows.empty() && placed.grid->traversed.empty()) {
     return;
   }
   finer_m_ = placed.grid->cell_m;
@@ -223,7 +224,7 @@ void EvidenceSum::apply(const PlacedGrid& placed) {
       sum.occupied -= kSign * evidence;
     }
   });
-  if (driven_ == Driven::kFree) {
+  if (traversed_ == Traversed::kFree) {
     drive_over(placed, kSign);
   }
 }
@@ -231,7 +232,7 @@ void EvidenceSum::apply(const PlacedGrid& placed) {
 // Cells that lie wholly under the body, so that nothing beside it is taken for floor.
 void EvidenceSum::drive_over(const PlacedGrid& placed, int sign) {
   const double radius = placed.grid->body_radius_m / cell_m_;
-  for (const Vec2& p_keyframe : placed.grid->driven) {
+  for (const Vec2& p_keyframe : placed.grid->traversed) {
     const Vec2 p = placed.T_map_keyframe * p_keyframe / cell_m_;
     for (int row = static_cast<int>(std::floor(p.y() - radius)); row < p.y() + radius; ++row) {
       const double dy = std::max(p.y() - row, row + 1 - p.y());
@@ -244,7 +245,7 @@ void EvidenceSum::drive_over(const PlacedGrid& placed, int sign) {
       for (int column = begin; column < end; ++column) {
         sums_[static_cast<std::size_t>(row - first_row_) * static_cast<std::size_t>(columns_) +
               static_cast<std::size_t>(column - first_column_)]
-            .driven += sign;
+            .traversed += sign;
       }
     }
   }
@@ -254,7 +255,7 @@ void EvidenceSum::add(const PlacedGrid& placed) { apply<1>(placed); }
 void EvidenceSum::subtract(const PlacedGrid& placed) { apply<-1>(placed); }
 
 Cell EvidenceSum::verdict(const Sum& sum, double finer_m) const {
-  if (sum.driven > 0) {
+  if (sum.traversed > 0) {
     return Cell::kFree;
   }
   // A wall one grid cell thick fills one of `ratio` grid cells of a coarser cell, so its evidence
@@ -287,7 +288,7 @@ OccupancyMap EvidenceSum::map() const {
   for (int row = 0; row < rows_; ++row) {
     const Sum* sums = &sums_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_)];
     for (int column = 0; column < columns_; ++column) {
-      if (sums[column].free != 0 || sums[column].occupied != 0 || sums[column].driven != 0) {
+      if (sums[column].free != 0 || sums[column].occupied != 0 || sums[column].traversed != 0) {
         low_column = std::min(low_column, column);
         high_column = std::max(high_column, column);
         low_row = std::min(low_row, row);
@@ -381,7 +382,7 @@ OccupancyMap fuse(std::span<const PlacedGrid> grids, double cell_m) {
   Bounds all;
   bool any = false;
   for (const PlacedGrid& grid : grids) {
-    if (!grid.grid->rows.empty() || !grid.grid->driven.empty()) {
+    if (!grid.grid->rows.empty() || !grid.grid->traversed.empty()) {
       const Bounds one = placed_bounds(own_bounds(*grid.grid), grid.T_map_keyframe);
       all = any ? Bounds{all.low.cwiseMin(one.low), all.high.cwiseMax(one.high)} : one;
       any = true;
@@ -402,7 +403,7 @@ OccupancyMap fuse(std::span<const PlacedGrid> grids, double cell_m) {
 }
 
 LocalMap::LocalMap(double cell_m, double half_width_m, int keyframes)
-    : half_width_m_(half_width_m), keep_(keyframes), sum_(cell_m, Driven::kAsSeen) {
+    : half_width_m_(half_width_m), keep_(keyframes), sum_(cell_m, Traversed::kAsSeen) {
   PANOPTES_CHECK(half_width_m > 0 && keyframes >= 0, "a window has a size");
 }
 
@@ -411,8 +412,8 @@ void LocalMap::close(std::shared_ptr<const GridCrop> grid, const Pose2& T_odom_k
   if (static_cast<int>(closed_.size()) > keep_) {
     closed_.erase(closed_.begin());
   }
-  // made anew, so that it stays as large as the window and not as the way driven
-  sum_ = EvidenceSum(sum_.cell_m(), Driven::kAsSeen);
+  // made anew, so that it stays as large as the window and not as the path driven
+  sum_ = EvidenceSum(sum_.cell_m(), Traversed::kAsSeen);
   for (const PlacedGrid& placed : closed_) {
     sum_.add(placed);
   }

@@ -22,16 +22,16 @@ struct PlacedGrid {
 /// made): 800 m a side with cells of 5 cm.
 inline constexpr double kMostCells = 1 << 28;
 
-/// What the body has driven over: floor, for the map of a place; for the window that is driven by,
+/// What the body has traversed: floor, for the map of a place; for the local map,
 /// where somebody may have stepped in behind it, evidence as any other.
-enum class Driven { kFree, kAsSeen };
+enum class Traversed { kFree, kAsSeen };
 
 /// Sums of evidence on a lattice that grows: cell (column, row) covers
 /// cell_m * [column, column + 1) x [row, row + 1). Free and occupied are summed apart, so that a
 /// thin obstacle does not drown in the free floor of a coarser cell.
 class EvidenceSum {
  public:
-  explicit EvidenceSum(double cell_m, Driven driven = Driven::kFree);
+  explicit EvidenceSum(double cell_m, Traversed traversed = Traversed::kFree);
 
   /// Throws ConfigError where the lattice would get more than kMostCells.
   void add(const PlacedGrid& placed);
@@ -45,7 +45,7 @@ class EvidenceSum {
   struct Sum {
     std::int32_t free = 0;
     std::int32_t occupied = 0;
-    std::int32_t driven = 0;  ///< places of the body that the whole cell lay under
+    std::int32_t traversed = 0;  ///< places of the body that the whole cell lay under
   };
 
  private:
@@ -57,7 +57,7 @@ class EvidenceSum {
   Cell verdict(const Sum& sum, double finer_m) const;
 
   double cell_m_;
-  Driven driven_;
+  Traversed traversed_;
   double finer_m_ = 0.01;  // cell of the grids
   int first_column_ = 0;
   int first_row_ = 0;
@@ -102,8 +102,8 @@ class GlobalMap {
 /// and so on, where it would have more than kMostCells.
 OccupancyMap fuse(std::span<const PlacedGrid> grids, double cell_m);
 
-/// The window around the robot that is driven by: the last few keyframes and the open one, in
-/// `odom`.
+/// The local map around the robot, which the driver uses: the last few keyframes and the open one,
+/// in `odom`.
 class LocalMap {
  public:
   LocalMap(double cell_m, double half_width_m, int keyframes);
@@ -111,7 +111,7 @@ class LocalMap {
   /// Takes the keyframe that was closed.
   void close(std::shared_ptr<const GridCrop> grid, const Pose2& T_odom_keyframe);
 
-  /// The window about the robot with the open keyframe as it is now.
+  /// The local map about the robot with the open keyframe as it is now.
   OccupancyMap map(const KeyframeGrid& open, const Pose2& T_odom_open, const Vec2& robot_odom);
 
   const std::vector<PlacedGrid>& keyframes() const { return closed_; }

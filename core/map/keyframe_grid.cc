@@ -98,24 +98,25 @@ void KeyframeGrid::reserve(const Vec2& low, const Vec2& high) {
   rows_ = new_rows;
 }
 
-void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body, int eye) {
+void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body,
+                       int floor_camera) {
   PANOPTES_CHECK(reading.projection != nullptr, "a reading of the floor knows where it lies");
   const FloorProjection& p = *reading.projection;
   PANOPTES_CHECK(reading.evidence.size() == p.sample.size(), "a reading fills its raster");
-  const auto [last, first_look] = T_keyframe_last_.try_emplace(eye, T_keyframe_body);
+  const auto [last, first_reading] = T_keyframe_last_.try_emplace(floor_camera, T_keyframe_body);
   const Pose2 T_last_body = last->second.inverse() * T_keyframe_body;
-  const bool independent = first_look || T_last_body.position().norm() >= kIndependent_m ||
+  const bool independent = first_reading || T_last_body.position().norm() >= kIndependent_m ||
                            std::abs(T_last_body.theta_rad) >= kIndependent_rad;
   if (independent) {
     last->second = T_keyframe_body;
   }
-  const Pose2 T_keyframe_look = T_keyframe_body * p.T_body_look;
+  const Pose2 T_keyframe_view = T_keyframe_body * p.T_body_view;
 
   std::vector<Vec2> outline;
   Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity());
   Vec2 high = -low;
-  for (const Vec2& corner : p.outline_look) {
-    outline.push_back(T_keyframe_look * corner);
+  for (const Vec2& corner : p.outline_view) {
+    outline.push_back(T_keyframe_view * corner);
     low = low.cwiseMin(outline.back());
     high = high.cwiseMax(outline.back());
   }
@@ -123,14 +124,14 @@ void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body
 
   // For each cell of the grid within the outline, the raster's cell under its centre, in fixed
   // point: no cell is left out or met twice.
-  const Pose2 T_look_keyframe = T_keyframe_look.inverse();
+  const Pose2 T_view_keyframe = T_keyframe_view.inverse();
   const std::int8_t* evidence = reading.evidence.data();
   constexpr int kShift = 16;
   const double scale = cell_m_ / p.cell_m * (1 << kShift);
   const auto step_x =
-      static_cast<std::int32_t>(std::lround(std::cos(T_look_keyframe.theta_rad) * scale));
+      static_cast<std::int32_t>(std::lround(std::cos(T_view_keyframe.theta_rad) * scale));
   const auto step_y =
-      static_cast<std::int32_t>(std::lround(std::sin(T_look_keyframe.theta_rad) * scale));
+      static_cast<std::int32_t>(std::lround(std::sin(T_view_keyframe.theta_rad) * scale));
   const int first_row = std::max(0, static_cast<int>(std::floor(low.y() / cell_m_)) - first_row_);
   const int last_row =
       std::min(rows_ - 1, static_cast<int>(std::floor(high.y() / cell_m_)) - first_row_);
@@ -144,7 +145,7 @@ void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body
     const int end =
         std::min(columns_, static_cast<int>(std::ceil(right / cell_m_)) - first_column_);
     const Vec2 at =
-        (T_look_keyframe * Vec2((first_column_ + begin + 0.5) * cell_m_, y) - p.origin_look) /
+        (T_view_keyframe * Vec2((first_column_ + begin + 0.5) * cell_m_, y) - p.origin_view) /
         p.cell_m * (1 << kShift);
     auto x_fixed = static_cast<std::int32_t>(std::floor(at.x()));
     auto y_fixed = static_cast<std::int32_t>(std::floor(at.y()));
@@ -204,8 +205,8 @@ void KeyframeGrid::add_free_disc(const Vec2& p_keyframe, double radius_m) {
 void KeyframeGrid::add_body(const Vec2& p_keyframe, double radius_m) {
   add_free_disc(p_keyframe, radius_m);
   body_radius_m_ = radius_m;
-  if (driven_.empty() || (driven_.back() - p_keyframe).norm() >= kTrackStep_m) {
-    driven_.push_back(p_keyframe);
+  if (traversed_.empty() || (traversed_.back() - p_keyframe).norm() >= kTrackStep_m) {
+    traversed_.push_back(p_keyframe);
   }
 }
 
@@ -216,7 +217,7 @@ void KeyframeGrid::add_occupied_disc(const Vec2& p_keyframe, double radius_m) {
 GridCrop KeyframeGrid::crop() const {
   GridCrop out;
   out.cell_m = cell_m_;
-  out.driven = driven_;
+  out.traversed = traversed_;
   out.body_radius_m = body_radius_m_;
   const auto columns = static_cast<std::size_t>(columns_);
   const auto set = [](std::int8_t v) { return v != 0; };

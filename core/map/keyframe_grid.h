@@ -24,8 +24,8 @@ struct GridCrop {
   std::vector<Row> rows;
   std::vector<std::int8_t> cells;
 
-  std::vector<Vec2> driven;  ///< where the middle of the body has been,
-  double body_radius_m = 0;  ///< and how far it reaches from there
+  std::vector<Vec2> traversed;  ///< where the middle of the body has been,
+  double body_radius_m = 0;     ///< and how far it reaches from there
 
   std::int8_t at(int column, int row) const;  ///< 0 outside
 };
@@ -37,8 +37,8 @@ class KeyframeGrid {
  public:
   explicit KeyframeGrid(double cell_m = 0.01);
 
-  /// `eye`: which of the robot's floor cameras, counted from 0.
-  void add(const FloorReading& reading, const Pose2& T_keyframe_body, int eye = 0);
+  /// `floor_camera`: which of the robot's floor cameras, counted from 0.
+  void add(const FloorReading& reading, const Pose2& T_keyframe_body, int floor_camera = 0);
 
   /// The disc about `p_keyframe` is free: the body stands there, or it is assumed at the start.
   void add_free_disc(const Vec2& p_keyframe, double radius_m);
@@ -61,9 +61,9 @@ class KeyframeGrid {
   int columns_ = 0;
   int rows_ = 0;
   std::vector<std::int8_t> cells_;
-  std::vector<Vec2> driven_;
+  std::vector<Vec2> traversed_;
   double body_radius_m_ = 0;
-  // Where each eye's last independent reading was taken.
+  // Where the last independent reading was taken.
   std::map<int, Pose2> T_keyframe_last_;
 };
 

@@ -101,7 +101,7 @@ void overlay(const OccupancyMap& local_odom, const Pose2& T_map_odom, const Vec2
 void bind(Fields& f, DriverOptions& o) {
   f("search", o.search);
   f("dwa", o.dwa);
-  f("carrot_m", o.carrot_m, positive);
+  f("lookahead_m", o.lookahead_m, positive);
   f("replan_s", o.replan_s, positive);
   f.angle("turn_first", o.turn_first_rad, between(0.2, std::numbers::pi));
   f("reached_m", o.reached_m, positive);
@@ -110,6 +110,7 @@ void bind(Fields& f, DriverOptions& o) {
   f("blocked_s", o.blocked_s, positive);
   f("retreat_m", o.retreat_m, positive);
   f("retreat_mps", o.retreat_mps, positive);
+  f.renamed("carrot_m", "lookahead_m");
 }
 
 OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
@@ -308,7 +309,7 @@ void Driver::touch(const DriveTask& task) {
   if (again != touched_.end()) {
     touched_.erase(again);
   }
-  touched_.push_back({HeldPose({p_map.x(), p_map.y(), 0}, task.T_map_keyframes),
+  touched_.push_back({AnchoredPose({p_map.x(), p_map.y(), 0}, task.T_map_keyframes),
                       task.stamp + from_seconds(for_s), for_s});
 }
 
@@ -351,9 +352,10 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
     return;
   }
 
-  const Carrot carrot = carrot_on(*grid_, *path_, T_map_body.position(), options_.carrot_m, along_);
-  const Vec2 carrot_odom = task.T_map_odom.inverse() * carrot.point;
-  out.carrot_odom = carrot_odom;
+  const Lookahead lookahead =
+      lookahead_point(*grid_, *path_, T_map_body.position(), options_.lookahead_m, along_);
+  const Vec2 lookahead_odom = task.T_map_odom.inverse() * lookahead.point;
+  out.lookahead_odom = lookahead_odom;
   const double end_m = (path_->points.back() - T_map_body.position()).norm();
   if (end_m <= options_.reached_m) {
     const double turn =
@@ -379,8 +381,8 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
     return;
   }
 
-  const Vec2 carrot_body = task.T_odom_body.inverse() * carrot_odom;
-  const double aside = std::atan2(carrot_body.y(), carrot_body.x());
+  const Vec2 lookahead_body = task.T_odom_body.inverse() * lookahead_odom;
+  const double aside = std::atan2(lookahead_body.y(), lookahead_body.x());
   constexpr double kTurned_rad = 0.26;  // 15 degrees: the dynamic window takes it from there
   turning_ = std::abs(aside) > (turning_ ? kTurned_rad : options_.turn_first_rad);
   if (turning_) {
@@ -402,9 +404,9 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
                       2 * body_.max_accel_mps2 * options_.dwa.cycle_s;
   request.twist_body = obeyed ? last_command_ : task.twist_body;
   request.T_odom_body = task.T_odom_body * exp_twist(request.twist_body, lag_s);
-  request.carrot_odom = carrot_odom;
+  request.lookahead_odom = lookahead_odom;
   request.keep_window = task.keep_window;
-  const double left = std::max(0.0, carrot.to_go_m - 0.5 * options_.reached_m);
+  const double left = std::max(0.0, lookahead.to_go_m - 0.5 * options_.reached_m);
   request.speed_limit_mps = std::max(kStanding_mps, std::sqrt(body_.max_accel_mps2 * left));
   constexpr double kCap_m = 1.0;
   std::vector<Vec2> touched_odom = touched_map(task.stamp);

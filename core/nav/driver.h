@@ -10,7 +10,7 @@
 #include "core/base/time.h"
 #include "core/config/fields.h"
 #include "core/geometry/body.h"
-#include "core/graph/held_pose.h"
+#include "core/graph/anchored_pose.h"
 #include "core/nav/pilot_step.h"
 #include "core/plan/dwa.h"
 #include "core/plan/path_search.h"
@@ -20,10 +20,10 @@ namespace panoptes {
 struct DriverOptions {
   SearchOptions search;
   DwaOptions dwa;
-  double carrot_m = 0.7;  ///< ahead on the path
+  double lookahead_m = 0.7;  ///< ahead on the path
   double replan_s = 0.7;
   double turn_first_rad =
-      deg_to_rad(60);  ///< a carrot farther aside than this is turned to on the spot
+      deg_to_rad(60);  ///< a lookahead point farther aside than this is turned to on the spot
   double reached_m = 0.10;
   double reached_rad = deg_to_rad(8);
   double stuck_s = 8;      ///< without getting on by half a body, turns apart: recover
@@ -60,7 +60,7 @@ struct DriveStep {
   std::string reason;
   bool goal_reached = false;
   bool goal_given_up = false;
-  std::optional<Vec2> carrot_odom;
+  std::optional<Vec2> lookahead_odom;
   std::vector<WindowScore> window;
   std::vector<Vec2> path_map;  ///< the path being followed
   bool replanned = false;
@@ -72,9 +72,10 @@ struct DriveStep {
 OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
                         const std::vector<Vec2>& touched_odom);
 
-/// Drives to one goal after another: a path over the map, a carrot on it, the dynamic window over
-/// the local map. Where that fails it recovers, in this order: turn on the spot to look (safe for a
-/// disc), retreat slowly along its own track (its only way of reversing), give the goal up.
+/// Drives to one goal after another: a path over the map, a lookahead point on it, the dynamic
+/// window over the local map. Where that fails it recovers, in this order: turn on the spot to look
+/// (safe for a disc), retreat slowly along its own track (its only way of reversing), give the
+/// goal up.
 class Driver {
  public:
   Driver(const DriverOptions& options, const Body& body);
@@ -88,7 +89,7 @@ class Driver {
   /// from then on where there is another way. For what stays, twice as long each time that it is
   /// touched again.
   struct Touched {
-    HeldPose place;
+    AnchoredPose place;
     Time until;
     double for_s = 0;
   };
@@ -120,7 +121,7 @@ class Driver {
   int plans_failed_ = 0;   // one after another
   std::size_t along_ = 0;  // point of the path reached
   std::optional<Time> planned_;
-  bool turning_ = false;  // to a carrot too far aside
+  bool turning_ = false;  // to a lookahead point too far aside
   int recoveries_ = 0;    // since it last got on
   bool bumper_was_ = false;
   std::deque<Pose2> track_odom_;  // where the body has been, latest last

@@ -68,7 +68,7 @@ bool Localiser::keyframe_due(const Pose2& T_last_body, const LoopPlace& now) con
   }
   // what is usual from one keyframe to the next is known once there have been a few
   constexpr std::size_t kEnough = 8;
-  return steps_grey_.size() >= kEnough && !now.one_eyed &&
+  return steps_grey_.size() >= kEnough && !now.partial &&
          emd_grey(now.signature, last_signature_) >
              o.dissimilarity * static_cast<double>(steps_grey_[steps_grey_.size() / 2]);
 }
@@ -100,7 +100,7 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
     const Pose2 T_last_then = link_to_last(place, taken, out.T_last_body * T_now_then);
     keyframe.T_odom_body = keyframes_.back().T_odom_body * T_last_then;
     graph_.T_map_node.push_back(graph_.T_map_node.back() * T_last_then);
-    if (!place.blind()) {
+    if (!place.featureless()) {
       const auto step_grey = static_cast<float>(emd_grey(place.signature, last_signature_));
       steps_grey_.insert(std::upper_bound(steps_grey_.begin(), steps_grey_.end(), step_grey),
                          step_grey);
@@ -135,7 +135,7 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
       out.T_last_body = keyframes_.back().T_wheels_body.inverse() * seen.odometry.T_odom_body;
     }
     if (const std::optional<Views> views = views_of(seen, cameras)) {
-      place.one_eyed = (*views)[kLoopFront] == nullptr || (*views)[kLoopBack] == nullptr;
+      place.partial = (*views)[kLoopFront] == nullptr || (*views)[kLoopBack] == nullptr;
       place.signature = signature_of(*views);
       if (keyframes_.empty() || keyframe_due(out.T_last_body, place)) {
         for (const Picture* view : *views) {

@@ -64,7 +64,7 @@ class Localiser {
             Rng rng);
 
   /// `seen` holds what is believed alone; of the cameras that are not good in `cameras` no pictures
-  /// are waited for. Tells `listener` of the stages "odometry" (the way since the last keyframe)
+  /// are waited for. Tells `listener` of the stages "odometry" (the motion since the last keyframe)
   /// and "slam".
   Located step(const Observation& seen, const ContourSource& contours,
                const StageListener& listener = {}, const CameraReports& cameras = {});

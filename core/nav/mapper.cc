@@ -47,9 +47,10 @@ void bind(Fields& f, MapperOptions& o) {
   f("plan_cell_m", o.plan_cell_m, between(0.01, 0.1));
   f("refuse_s", o.refuse_s, positive);
   f("start_margin_m", o.start_margin_m, between(0, 1));
-  f("contour_way_m", o.contour_way_m, positive);
+  f("contour_path_m", o.contour_path_m, positive);
   f("contour_cell_m", o.contour_cell_m, between(0.005, 0.1));
   f("contour_keyframes", o.contour_keyframes, at_least(1));
+  f.renamed("contour_way_m", "contour_path_m");
 }
 
 Mapper::Mapper(const MapperOptions& options, const Body& body, const Rig& rig)
@@ -59,7 +60,7 @@ Mapper::Mapper(const MapperOptions& options, const Body& body, const Rig& rig)
       local_(options.local_cell_m, options.local_half_width_m, options.local_keyframes),
       global_(options.plan_cell_m) {
   for (const std::string& name : floor_cameras(rig)) {
-    eyes_.push_back({name, FloorMapper(options.floor, rig.cameras.at(name), body)});
+    floor_cameras_.push_back({name, FloorMapper(options.floor, rig.cameras.at(name), body)});
   }
 }
 
@@ -97,14 +98,14 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
   } else if (bumped_ && seen.stamp - bumped_at_ > kShyAfterBump) {
     bumped_ = false;
   }
-  for (std::size_t i = 0; i < eyes_.size(); ++i) {
-    const auto picture = seen.pictures.find(eyes_[i].camera);
+  for (std::size_t i = 0; i < floor_cameras_.size(); ++i) {
+    const auto picture = seen.pictures.find(floor_cameras_[i].camera);
     if (picture == seen.pictures.end()) {
       continue;
     }
     const Pose2 T_now_then = T_body_then(seen, picture->second.stamp);
-    FloorReading reading =
-        eyes_[i].floor.read(picture->second.bgr, seen.odometry.T_odom_body * T_now_then, !bumped_);
+    FloorReading reading = floor_cameras_[i].floor.read(
+        picture->second.bgr, seen.odometry.T_odom_body * T_now_then, !bumped_);
     if (reading.sees_floor || i == 0) {
       open_.add(reading, located.T_last_body * T_now_then, static_cast<int>(i));
     }
@@ -120,21 +121,21 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
 }
 
 // The body is there, and has come there straight. Farther than its own radius it may have come some
-// other way; and wheels that turn against what it touches tell of no way at all.
+// other way; and wheels that turn against what it touches tell of no motion at all.
 void Mapper::drive_over(const Pose2& T_keyframe_body, const Pose2& T_wheels_body, bool touches) {
   const Vec2 here = T_keyframe_body.position();
   if (touches) {
     open_.add_free_disc(here, body_.radius_m);
   } else {
-    Vec2 way = Vec2::Zero();
+    Vec2 motion = Vec2::Zero();
     if (T_wheels_last_) {
-      way = here - T_keyframe_body * (T_wheels_body.inverse() * *T_wheels_last_).position();
+      motion = here - T_keyframe_body * (T_wheels_body.inverse() * *T_wheels_last_).position();
     }
-    const int places = way.norm() <= body_.radius_m
-                           ? std::max(1, static_cast<int>(std::ceil(way.norm() / kSweep_m)))
+    const int places = motion.norm() <= body_.radius_m
+                           ? std::max(1, static_cast<int>(std::ceil(motion.norm() / kSweep_m)))
                            : 1;
     for (int k = places - 1; k >= 0; --k) {
-      open_.add_body(here - way * k / places, body_.radius_m);
+      open_.add_body(here - motion * k / places, body_.radius_m);
     }
   }
   T_wheels_last_ = T_wheels_body;
@@ -167,7 +168,7 @@ std::vector<Vec2> Mapper::contour(int keyframe, const std::vector<Pose2>& T_map_
   const Pose2 T_keyframe_map = T_map_keyframes[static_cast<std::size_t>(keyframe)].inverse();
   std::vector<PlacedGrid> around;
   const auto take = [&](int from, int step) {
-    double way_m = 0;
+    double path_m = 0;
     const int end =
         std::min(static_cast<int>(closed_.size()), keyframe + options_.contour_keyframes + 1);
     for (int k = from; k >= std::max(0, keyframe - options_.contour_keyframes) && k < end;
@@ -176,9 +177,9 @@ std::vector<Vec2> Mapper::contour(int keyframe, const std::vector<Pose2>& T_map_
       if (k != keyframe) {
         const Pose2 T_before_k = T_map_keyframes[static_cast<std::size_t>(k - step)].inverse() *
                                  T_map_keyframes[static_cast<std::size_t>(k)];
-        way_m += T_before_k.position().norm();
+        path_m += T_before_k.position().norm();
       }
-      if (way_m > options_.contour_way_m) {
+      if (path_m > options_.contour_path_m) {
         return;
       }
       around.push_back({closed_[static_cast<std::size_t>(k)], T_keyframe_k});

@@ -22,13 +22,13 @@ namespace panoptes {
 struct MapperOptions {
   FloorMapperOptions floor;
   double cell_m = 0.01;        ///< of keyframes' grids and the finished map
-  double local_cell_m = 0.02;  ///< of the window that is driven by
+  double local_cell_m = 0.02;  ///< of the local map
   double local_half_width_m = 3.5;
   int local_keyframes = 5;      ///< thesis 6.4: enough to navigate safely
   double plan_cell_m = 0.05;    ///< of the global map while driving
   double refuse_s = 0.2;        ///< a moved map is fused again within about this
-  double start_margin_m = 0.1;  ///< beyond the blind gap that is assumed free at the start
-  double contour_way_m = 2;     ///< of the robot's way whose grids make up a keyframe's contours
+  double start_margin_m = 0.1;  ///< beyond the blind zone that is assumed free at the start
+  double contour_path_m = 2;    ///< of the robot's path whose grids make up a keyframe's contours
   double contour_cell_m = 0.02;
   int contour_keyframes = 12;  ///< at most, to either side
 };
@@ -44,7 +44,7 @@ struct Mapped {
 std::vector<std::string> floor_cameras(const Rig& rig);
 
 /// Free space (thesis 6.3.4): every picture of the floor goes into the open keyframe's grid; the
-/// last few grids make the window that is driven by, all of them the map, in which all that the
+/// last few grids make the local map, all of them the map, in which all that the
 /// body has driven over is free. Relaxation moves grids, never their content.
 class Mapper {
  public:
@@ -63,9 +63,9 @@ class Mapper {
   /// Where free floor ends around a keyframe, in its frame (thesis 6.3.3).
   std::vector<Vec2> contour(int keyframe, const std::vector<Pose2>& T_map_keyframes) const;
 
-  /// The blind ring and a little more, from the middle of the body: assumed free at the start.
+  /// The blind zone and a little more, from the middle of the body: assumed free at the start.
   double start_radius_m() const;
-  const FloorProjection& projection() const { return eyes_.front().floor.projection(); }
+  const FloorProjection& projection() const { return floor_cameras_.front().floor.projection(); }
 
   /// Every keyframe's grid where it is now.
   std::vector<PlacedGrid> placed(const std::vector<Pose2>& T_map_keyframes) const;
@@ -75,11 +75,11 @@ class Mapper {
 
   MapperOptions options_;
   Body body_;
-  struct Eye {
+  struct FloorCamera {
     std::string camera;
     FloorMapper floor;
   };
-  std::vector<Eye> eyes_;  // the floor cameras, the one that looks straightest ahead first
+  std::vector<FloorCamera> floor_cameras_;  // the one that looks straightest ahead first
   KeyframeGrid open_;
   int open_keyframe_ = 0;
   LocalMap local_;

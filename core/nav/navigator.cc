@@ -74,7 +74,7 @@ void Navigator::choose_revisit_goal(const SlamStep& at) {
   const PoseGraph& graph = slam_.graph();
   if (revisit_.empty() && revisits_ < options_.revisits_last) {
     const std::vector<Mat3> covariances = path_covariances(graph, at.keyframe);
-    std::vector<Place> places;
+    std::vector<VisitedPose> places;
     for (std::size_t k = 0; k < graph.T_map_node.size(); ++k) {
       places.push_back({graph.T_map_node[k], slam_.keyframes()[k].stamp,
                         std::sqrt(covariances[k].topLeftCorner<2, 2>().trace())});
@@ -127,7 +127,7 @@ DriveTask Navigator::task_of(const Observation& seen, const SlamStep& at) const 
 }
 
 // Whether a camera is lost that it steers by; it has no others to steer by instead.
-bool Navigator::blind(Time now) {
+bool Navigator::camera_lost(Time now) {
   bool lost = false;
   for (const std::string& name : steers_by_) {
     const auto report = slam_.cameras().find(name);
@@ -136,7 +136,7 @@ bool Navigator::blind(Time now) {
     }
     lost = true;
     if (to_seconds(now - report->second.since) >= options_.camera_patience_s) {
-      given_up_ = told(slam_.cameras());
+      lost_cameras_ = told(slam_.cameras());
     }
   }
   return lost;
@@ -147,7 +147,7 @@ void Navigator::stand(const Observation& seen, const SlamStep& at, PilotStep& st
   step.command_body = driver_.step(task_of(seen, at)).command_body;
   step.command_body.v_mps = 0;
   step.reason = at.cameras_told;
-  step.blind = true;
+  step.camera_lost = true;
 }
 
 void Navigator::drive(const Observation& seen, const SlamStep& at, PilotStep& step) {
@@ -160,11 +160,11 @@ void Navigator::drive(const Observation& seen, const SlamStep& at, PilotStep& st
   step.command_body = driven.command_body;
   step.state = driven.state;
   step.reason = goal_ ? driven.reason : why_no_goal_;
-  step.carrot_odom = driven.carrot_odom;
+  step.lookahead_odom = driven.lookahead_odom;
   step.window = std::move(driven.window);
   if (driven.goal_reached || driven.goal_given_up) {
     if (revisit_.empty()) {
-      driven.goal_reached ? explorer_.reached() : explorer_.give_up(at.stamp);
+      driven.goal_reached ? explorer_.reached() : explorer_.abandon(at.stamp);
     }
     revisit_.clear();
     goal_.reset();
@@ -188,7 +188,7 @@ void Navigator::plan(const Observation& seen, const SlamStep& at, PilotStep& ste
     const StageScope scope(listener_, "planning");
     if (!slam_.start_fault().empty()) {
       step.reason = slam_.start_fault();
-    } else if (blind(at.stamp)) {
+    } else if (camera_lost(at.stamp)) {
       stand(seen, at, step);
     } else if (!slam_.looked_at_floor()) {
       step.reason = "waits for the first pictures";
@@ -199,10 +199,10 @@ void Navigator::plan(const Observation& seen, const SlamStep& at, PilotStep& ste
       step.reason = "nothing is left to explore";
     }
   }
-  if (!at.cameras_told.empty() && !step.blind) {
+  if (!at.cameras_told.empty() && !step.camera_lost) {
     step.reason += "; " + at.cameras_told;
   }
-  if (goal_ && !step.blind) {
+  if (goal_ && !step.camera_lost) {
     step.goal_map = goal_->pose_map.position();
   }
 }

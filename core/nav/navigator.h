@@ -32,9 +32,9 @@ struct NavigatorOptions {
 void bind(Fields& f, NavigatorOptions& o);
 
 /// Chooses where to go and drives there (thesis 6.3.5): explores what slam maps, then drives
-/// earlier ways again to close more loops. Equal steps of slam give equal steps, bit for bit. Knows
-/// no clock, no file and no truth. While a camera is lost that the floor is mapped by, it stands
-/// and chooses nothing; so it does where the wheels tell no number.
+/// earlier paths again to close more loops. Equal steps of slam give equal steps, bit for bit.
+/// Knows no clock, no file and no truth. While a camera is lost that the floor is mapped by, it
+/// stands and chooses nothing; so it does where the wheels tell no number.
 class Navigator {
  public:
   /// `slam` outlives it, and has stepped before each of its steps.
@@ -47,11 +47,11 @@ class Navigator {
   bool done() const { return done_; }
 
   /// A camera that it steers by has been lost for longer than it waits, in words; else empty.
-  const std::string& given_up() const { return given_up_; }
+  const std::string& lost_cameras() const { return lost_cameras_; }
 
  private:
   void plan(const Observation& seen, const SlamStep& at, PilotStep& step);
-  bool blind(Time now);
+  bool camera_lost(Time now);
   void stand(const Observation& seen, const SlamStep& at, PilotStep& step);
   DriveTask task_of(const Observation& seen, const SlamStep& at) const;
   void choose_goal(const SlamStep& at);
@@ -67,7 +67,7 @@ class Navigator {
   Explorer explorer_;
   Driver driver_;
 
-  std::string given_up_;
+  std::string lost_cameras_;
   bool done_ = false;
   bool exploring_ = true;  // else driving earlier stretches again
   bool frontier_reachable_ = true;

@@ -36,20 +36,20 @@ SlamStep Slam::step(const Observation& raw) {
   }
   Observation seen = raw;
   seen.odometry = *odometry;
-  if (told(cameras_.look(seen)).empty()) {
-    return step_believed(seen);
+  if (told(cameras_.check(seen)).empty()) {
+    return step_accepted(seen);
   }
-  return step_believed(cameras_.believable(seen));
+  return step_accepted(cameras_.accepted(seen));
 }
 
-SlamStep Slam::step_believed(const Observation& believed) {
+SlamStep Slam::step_accepted(const Observation& accepted) {
   if (!rectifier_.bends()) {
-    return step_straight(believed);
+    return step_straight(accepted);
   }
   Observation straight;
   {
     const StageScope scope(listener_, "rectifying");
-    straight = rectifier_.rectified(believed);
+    straight = rectifier_.rectified(accepted);
   }
   return step_straight(straight);
 }

@@ -66,7 +66,7 @@ class Slam {
   const FloorProjection& floor_projection() const { return mapper_.projection(); }
 
  private:
-  SlamStep step_believed(const Observation& believed);
+  SlamStep step_accepted(const Observation& accepted);
   SlamStep step_straight(const Observation& seen);
 
   StageListener listener_;

@@ -17,24 +17,24 @@ Mat3 wheel_covariance(const WheelNoise& noise, double wheel_base_m, const Pose2&
   const double half = turn / 2;
   const double chord = T_from_to.position().norm();
   const double sinc = std::abs(half) < 1e-6 ? 1.0 : std::sin(half) / half;
-  const double way = chord / std::max(sinc, 0.1);
-  const double left = std::abs(way - half * wheel_base_m);
-  const double right = std::abs(way + half * wheel_base_m);
+  const double distance = chord / std::max(sinc, 0.1);
+  const double left = std::abs(distance - half * wheel_base_m);
+  const double right = std::abs(distance + half * wheel_base_m);
   const double step2 = noise.step_sigma_m * noise.step_sigma_m;
   const double base2 = wheel_base_m * wheel_base_m;
-  // along the way; what a wheel gains or loses at random
+  // along the path; what a wheel gains or loses at random
   const double along = step2 * (left + right) / 4;
   const double turn_random = step2 * (left + right) / base2;
   const double turn_steady =
-      std::pow(noise.diameter_share * way / wheel_base_m, 2) +
+      std::pow(noise.diameter_share * distance / wheel_base_m, 2) +
       (noise.base_share * noise.base_share + noise.slip_share * noise.slip_share) * turn * turn;
-  // a heading that wanders along the way swings its end by half, with a third of the variance
-  const double across = (turn_random / 3 + turn_steady / 4) * way * way;
-  const double coupled = (turn_random + turn_steady) / 2 * way;
+  // a heading that wanders along the path swings its end by half, with a third of the variance
+  const double across = (turn_random / 3 + turn_steady / 4) * distance * distance;
+  const double coupled = (turn_random + turn_steady) / 2 * distance;
   constexpr double kGround_m = 5e-4;  // unevenness and rounding of ticks: never quite certain
   constexpr double kGround_rad = 5e-4;
   Mat3 covariance = Mat3::Zero();
-  covariance(0, 0) = along + std::pow(noise.diameter_share * way, 2) + kGround_m * kGround_m;
+  covariance(0, 0) = along + std::pow(noise.diameter_share * distance, 2) + kGround_m * kGround_m;
   covariance(1, 1) = across + kGround_m * kGround_m;
   covariance(2, 2) = turn_random + turn_steady + kGround_rad * kGround_rad;
   covariance(1, 2) = covariance(2, 1) = coupled;

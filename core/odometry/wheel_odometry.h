@@ -11,7 +11,7 @@ namespace panoptes {
 /// What the robot believes of its wheels' errors.
 struct WheelNoise {
   double step_sigma_m =
-      0.005;  ///< per wheel after one metre; grows with the square root of the way
+      0.005;  ///< per wheel after one metre; grows with the square root of the distance
   double diameter_share = 0.001;  ///< by which the wheels' diameters may differ
   double base_share = 0.005;      ///< by which the wheel base may be wrong
   double slip_share = 0.01;       ///< of a turn
@@ -19,7 +19,7 @@ struct WheelNoise {
 void bind(Fields& f, WheelNoise& o);
 
 /// Covariance of a motion by the wheels taken for one arc; x, y, theta in the frame of its start.
-/// Valid for the short ways between keyframes.
+/// Valid for the short distances between keyframes.
 Mat3 wheel_covariance(const WheelNoise& noise, double wheel_base_m, const Pose2& T_from_to);
 
 /// What the platform says of its wheels; nothing where that is no number.

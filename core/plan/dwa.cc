@@ -102,8 +102,9 @@ DwaResult choose_arc(const DwaOptions& options, const Body& body, const Clearanc
     }
     // The heading once it has stopped: braking keeps the arc and takes half the way of driving on.
     const Pose2 T_end = request.T_odom_body * exp_twist(twist, options.cycle_s + 0.5 * stop_s);
-    const Vec2 to_carrot = request.carrot_odom - T_end.position();
-    const double aside = wrap_angle(std::atan2(to_carrot.y(), to_carrot.x()) - T_end.theta_rad);
+    const Vec2 to_lookahead = request.lookahead_odom - T_end.position();
+    const double aside =
+        wrap_angle(std::atan2(to_lookahead.y(), to_lookahead.x()) - T_end.theta_rad);
     c.heading = 1.0 - std::abs(aside) / std::numbers::pi;
     c.distance = c.free_way_m / options.distance_cap_m;
     c.speed = twist.v_mps / body.max_speed_mps;

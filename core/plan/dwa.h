@@ -38,7 +38,7 @@ struct WindowScore {
 struct DwaRequest {
   Pose2 T_odom_body;
   Twist2 twist_body;
-  Vec2 carrot_odom = Vec2::Zero();
+  Vec2 lookahead_odom = Vec2::Zero();
   double speed_limit_mps = 1e9;  ///< below the body's own, e.g. close to the goal
   bool keep_window = false;      ///< hand back every candidate
 };

@@ -49,8 +49,8 @@ CostField search(const SearchOptions& options, const DrivableGrid& grid, const V
                  std::optional<int> goal) {
   const OccupancyMap& map = grid.clearance.map;
   CostField field;
-  field.cost_m.assign(grid.room_m.size(), kInfinity);
-  field.came_from.assign(grid.room_m.size(), -1);
+  field.cost_m.assign(grid.clearance_m.size(), kInfinity);
+  field.came_from.assign(grid.clearance_m.size(), -1);
   const int start_column = grid.clearance.column(start);
   const int start_row = grid.clearance.row(start);
   if (!map.contains(start_column, start_row)) {
@@ -67,7 +67,7 @@ CostField search(const SearchOptions& options, const DrivableGrid& grid, const V
     return map.cell_m * (std::max(dx, dy) + (kDiagonal - 1) * std::min(dx, dy));
   };
   const auto start_cell = static_cast<int>(grid.clearance.index(start_column, start_row));
-  std::vector<std::uint8_t> closed(grid.room_m.size(), 0);
+  std::vector<std::uint8_t> closed(grid.clearance_m.size(), 0);
   std::priority_queue<Open, std::vector<Open>, std::greater<>> open;
   field.cost_m[start_cell] = 0;
   open.push({estimate(start_column, start_row), start_cell});
@@ -93,15 +93,15 @@ CostField search(const SearchOptions& options, const DrivableGrid& grid, const V
       if (closed[to] != 0) {
         continue;
       }
-      const double room = grid.room_m[to];
+      const double clearance = grid.clearance_m[to];
       // Where there is too little room one may only climb out of it, never through an obstacle.
-      if (room < 0 && (grid.room_m[cell] >= 0 || room < grid.room_m[cell] ||
-                       map.cells[to] == Cell::kOccupied)) {
+      if (clearance < 0 && (grid.clearance_m[cell] >= 0 || clearance < grid.clearance_m[cell] ||
+                            map.cells[to] == Cell::kOccupied)) {
         continue;
       }
-      const double lack = std::clamp(1.0 - room / options.comfort_m, 0.0, 2.0);
-      const double cost =
-          field.cost_m[cell] + map.cell_m * n.length * (1.0 + options.crowding * lack * lack);
+      const double lack = std::clamp(1.0 - clearance / options.inflation_distance_m, 0.0, 2.0);
+      const double cost = field.cost_m[cell] +
+                          map.cell_m * n.length * (1.0 + options.clearance_weight * lack * lack);
       if (cost < field.cost_m[to]) {
         field.cost_m[to] = cost;
         field.came_from[to] = cell;
@@ -117,11 +117,11 @@ std::optional<int> nearest_drivable(const DrivableGrid& grid, const Vec2& p, dou
   const OccupancyMap& map = grid.clearance.map;
   const int middle_column = grid.clearance.column(p);
   const int middle_row = grid.clearance.row(p);
-  const int reach = static_cast<int>(std::ceil(tolerance_m / map.cell_m));
+  const int range = static_cast<int>(std::ceil(tolerance_m / map.cell_m));
   std::optional<int> best;
   double best_m = tolerance_m + 0.5 * kDiagonal * map.cell_m;
-  for (int row = middle_row - reach; row <= middle_row + reach; ++row) {
-    for (int column = middle_column - reach; column <= middle_column + reach; ++column) {
+  for (int row = middle_row - range; row <= middle_row + range; ++row) {
+    for (int column = middle_column - range; column <= middle_column + range; ++column) {
       if (!grid.drivable(column, row)) {
         continue;
       }
@@ -146,24 +146,27 @@ std::string metres(const char* format, double value) {
 void bind(Fields& f, SearchOptions& o) {
   f("cell_m", o.cell_m, between(0.01, 0.5));
   f("margin_m", o.margin_m, not_negative);
-  f("comfort_m", o.comfort_m, positive);
-  f("crowding", o.crowding, not_negative);
+  f("inflation_distance_m", o.inflation_distance_m, positive);
+  f("clearance_weight", o.clearance_weight, not_negative);
   f("goal_tolerance_m", o.goal_tolerance_m, not_negative);
   f("through_unknown", o.through_unknown);
+  f.renamed("comfort_m", "inflation_distance_m");
+  f.renamed("crowding", "clearance_weight");
 }
 
 DrivableGrid drivable_grid_of_coarse(const SearchOptions& options, const Body& body,
                                      OccupancyMap coarse) {
-  const double cap_m = body.radius_m + options.margin_m + options.comfort_m + coarse.cell_m;
+  const double cap_m =
+      body.radius_m + options.margin_m + options.inflation_distance_m + coarse.cell_m;
   DrivableGrid grid;
   grid.clearance = clearance_map(std::move(coarse), cap_m);
-  grid.room_m.resize(grid.clearance.map.cells.size());
+  grid.clearance_m.resize(grid.clearance.map.cells.size());
   const auto occupied_m = static_cast<float>(body.radius_m + options.margin_m);
   const auto unknown_m = static_cast<float>(body.radius_m);
-  for (std::size_t i = 0; i < grid.room_m.size(); ++i) {
+  for (std::size_t i = 0; i < grid.clearance_m.size(); ++i) {
     const float to_occupied = grid.clearance.to_occupied_m[i] - occupied_m;
     const float to_unknown = grid.clearance.to_unknown_m[i] - unknown_m;
-    grid.room_m[i] = options.through_unknown ? to_occupied : std::min(to_occupied, to_unknown);
+    grid.clearance_m[i] = options.through_unknown ? to_occupied : std::min(to_occupied, to_unknown);
   }
   return grid;
 }
@@ -177,17 +180,17 @@ CostField flood(const SearchOptions& options, const DrivableGrid& grid, const Ve
   return search(options, grid, start, std::nullopt);
 }
 
-std::vector<Vec2> way_to(const DrivableGrid& grid, const CostField& field, int cell) {
+std::vector<Vec2> path_to(const DrivableGrid& grid, const CostField& field, int cell) {
   const OccupancyMap& map = grid.clearance.map;
-  std::vector<Vec2> way;
+  std::vector<Vec2> path;
   if (!std::isfinite(field.cost_m[cell])) {
-    return way;
+    return path;
   }
   for (int at = cell; at >= 0; at = field.came_from[at]) {
-    way.push_back(map.centre(at % map.columns, at / map.columns));
+    path.push_back(map.centre(at % map.columns, at / map.columns));
   }
-  std::reverse(way.begin(), way.end());
-  return way;
+  std::reverse(path.begin(), path.end());
+  return path;
 }
 
 PathSearch search_path(const SearchOptions& options, const DrivableGrid& grid, const Vec2& start,
@@ -210,12 +213,12 @@ PathSearch search_path(const SearchOptions& options, const DrivableGrid& grid, c
     return out;
   }
   Path path;
-  path.points = way_to(grid, field, *goal_cell);
-  path.room_min_m = kInfinity;
+  path.points = path_to(grid, field, *goal_cell);
+  path.min_clearance_m = kInfinity;
   for (std::size_t i = 0; i < path.points.size(); ++i) {
     const std::size_t cell = grid.clearance.index(grid.clearance.column(path.points[i]),
                                                   grid.clearance.row(path.points[i]));
-    path.room_min_m = std::min<double>(path.room_min_m, grid.room_m[cell]);
+    path.min_clearance_m = std::min<double>(path.min_clearance_m, grid.clearance_m[cell]);
     if (i > 0) {
       path.length_m += (path.points[i] - path.points[i - 1]).norm();
     }
@@ -230,7 +233,8 @@ PathSearch search_path(const SearchOptions& options, const DrivableGrid& grid, c
   return out;
 }
 
-bool straight_way(const DrivableGrid& grid, const Vec2& a, const Vec2& b, double room_m) {
+bool straight_line_clear(const DrivableGrid& grid, const Vec2& a, const Vec2& b,
+                         double clearance_m) {
   const Vec2 step = b - a;
   const int count =
       std::max(1, static_cast<int>(std::ceil(2 * step.norm() / grid.clearance.map.cell_m)));
@@ -239,15 +243,15 @@ bool straight_way(const DrivableGrid& grid, const Vec2& a, const Vec2& b, double
     const int column = grid.clearance.column(p);
     const int row = grid.clearance.row(p);
     if (!grid.clearance.map.contains(column, row) ||
-        grid.room_m[grid.clearance.index(column, row)] < room_m) {
+        grid.clearance_m[grid.clearance.index(column, row)] < clearance_m) {
       return false;
     }
   }
   return true;
 }
 
-Carrot carrot_on(const DrivableGrid& grid, const Path& path, const Vec2& robot, double ahead_m,
-                 std::size_t& from_point) {
+Lookahead lookahead_point(const DrivableGrid& grid, const Path& path, const Vec2& robot,
+                          double ahead_m, std::size_t& from_point) {
   PANOPTES_CHECK(!path.points.empty(), "a path has points");
   const std::vector<Vec2>& points = path.points;
   from_point = std::min(from_point, points.size() - 1);
@@ -266,10 +270,10 @@ Carrot carrot_on(const DrivableGrid& grid, const Path& path, const Vec2& robot, 
     }
   }
   from_point = nearest;
-  Carrot carrot;
-  carrot.off_path_m = best;
+  Lookahead lookahead;
+  lookahead.off_path_m = best;
   for (std::size_t i = nearest; i + 1 < points.size(); ++i) {
-    carrot.to_go_m += (points[i + 1] - points[i]).norm();
+    lookahead.to_go_m += (points[i + 1] - points[i]).norm();
   }
   std::size_t at = nearest;
   double ahead = 0;
@@ -278,22 +282,23 @@ Carrot carrot_on(const DrivableGrid& grid, const Path& path, const Vec2& robot, 
     ++at;
   }
   // A straight line may be as narrow as the path itself is there, not narrower.
-  double room = kInfinity;
+  double clearance = kInfinity;
   for (std::size_t i = nearest; i <= at; ++i) {
     const std::size_t cell =
         grid.clearance.index(grid.clearance.column(points[i]), grid.clearance.row(points[i]));
-    room = std::min<double>(room, grid.room_m[cell]);
+    clearance = std::min<double>(clearance, grid.clearance_m[cell]);
   }
   const double wanted_m =
-      std::min(room, 2 * grid.clearance.map.cell_m) - 0.5 * grid.clearance.map.cell_m;
+      std::min(clearance, 2 * grid.clearance.map.cell_m) - 0.5 * grid.clearance.map.cell_m;
   constexpr double kNearest_m = 0.25;  // nearer, and its direction is noise
-  while (at > nearest && ahead > kNearest_m && !straight_way(grid, robot, points[at], wanted_m)) {
+  while (at > nearest && ahead > kNearest_m &&
+         !straight_line_clear(grid, robot, points[at], wanted_m)) {
     ahead -= (points[at] - points[at - 1]).norm();
     --at;
   }
-  carrot.point = points[at];
-  carrot.last = at + 1 == points.size();
-  return carrot;
+  lookahead.point = points[at];
+  lookahead.last = at + 1 == points.size();
+  return lookahead;
 }
 
 }  // namespace panoptes

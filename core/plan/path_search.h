@@ -15,21 +15,22 @@ struct SearchOptions {
   double cell_m = 0.05;
   double margin_m =
       0.05;  ///< kept from what is occupied; with 0.25 m of disc a gap of 0.7 m is open
-  double comfort_m = 0.25;  ///< room beyond the margin from which on a cell costs nothing extra
-  double crowding = 3.0;    ///< how many times its length a step without any room costs extra
+  double inflation_distance_m = 0.25;  ///< a cell with more clearance costs nothing extra
+  double clearance_weight =
+      3.0;  ///< how many times its length a step without any clearance costs extra
   double goal_tolerance_m = 0.3;  ///< a goal that cannot be stood on is moved by at most this
   bool through_unknown = false;   ///< unknown cells may be crossed
 };
 void bind(Fields& f, SearchOptions& o);
 
-/// Where the middle of a disc may be, on coarse cells: the room left beyond radius and margin, in
-/// metres; negative where it must not be. Cells of unknown floor must not be under the disc.
+/// Where the middle of a disc may be, on coarse cells: the clearance left beyond radius and margin,
+/// in metres; negative where it must not be. Cells of unknown floor must not be under the disc.
 struct DrivableGrid {
   ClearanceMap clearance;
-  std::vector<float> room_m;  ///< as the map's cells
+  std::vector<float> clearance_m;  ///< as the map's cells
 
   bool drivable(int column, int row) const {
-    return clearance.map.contains(column, row) && room_m[clearance.index(column, row)] >= 0;
+    return clearance.map.contains(column, row) && clearance_m[clearance.index(column, row)] >= 0;
   }
 };
 
@@ -40,21 +41,22 @@ DrivableGrid drivable_grid_of_coarse(const SearchOptions& options, const Body& b
 
 /// What it costs to get from a start to every cell: metres, more where it is narrow.
 struct CostField {
-  std::vector<float> cost_m;  ///< infinite where there is no way
+  std::vector<float> cost_m;  ///< infinite where there is no path
   std::vector<int>
-      came_from;  ///< index of the cell before; -1 at the start and where there is no way
+      came_from;  ///< index of the cell before; -1 at the start and where there is no path
 };
 
-/// Dijkstra over the whole grid. A start inside the margin may leave it, always towards more room.
+/// Dijkstra over the whole grid. A start inside the margin may leave it, always towards more
+/// clearance.
 CostField flood(const SearchOptions& options, const DrivableGrid& grid, const Vec2& start);
 
-/// The way to a cell of the field, start first.
-std::vector<Vec2> way_to(const DrivableGrid& grid, const CostField& field, int cell);
+/// The path to a cell of the field, start first.
+std::vector<Vec2> path_to(const DrivableGrid& grid, const CostField& field, int cell);
 
 struct Path {
   std::vector<Vec2> points;  ///< from start to goal, a cell apart
   double length_m = 0;
-  double room_min_m = 0;  ///< beyond radius and margin
+  double min_clearance_m = 0;  ///< beyond radius and margin
 };
 
 struct PathSearch {
@@ -62,24 +64,25 @@ struct PathSearch {
   std::string reason;  ///< why there is no path
 };
 
-/// The cheapest way for a disc over known free cells (A*, eight neighbours, steps cost more where
-/// it is narrow, so that ways keep to the middle). Start, goal and map share a frame.
+/// The cheapest path for a disc over known free cells (A*, eight neighbours, steps cost more where
+/// it is narrow, so that paths keep to the middle). Start, goal and map share a frame.
 PathSearch search_path(const SearchOptions& options, const DrivableGrid& grid, const Vec2& start,
                        const Vec2& goal);
 
-/// True where the disc can be moved straight from `a` to `b` with at least `room_m` to spare.
-bool straight_way(const DrivableGrid& grid, const Vec2& a, const Vec2& b, double room_m);
+/// True where the disc can be moved straight from `a` to `b` with at least `clearance_m` to spare.
+bool straight_line_clear(const DrivableGrid& grid, const Vec2& a, const Vec2& b,
+                         double clearance_m);
 
-struct Carrot {
+struct Lookahead {
   Vec2 point = Vec2::Zero();
   double to_go_m = 0;     ///< along the path, from the point of it nearest to the robot to its end
   double off_path_m = 0;  ///< from the robot to that point
-  bool last = false;      ///< the carrot is the end of the path
+  bool last = false;      ///< it is the end of the path
 };
 
 /// The point of a path to steer for: `ahead_m` along it from the robot, nearer where the straight
 /// line there would cut a corner. `from_point` remembers how far along the path the robot is.
-Carrot carrot_on(const DrivableGrid& grid, const Path& path, const Vec2& robot, double ahead_m,
-                 std::size_t& from_point);
+Lookahead lookahead_point(const DrivableGrid& grid, const Path& path, const Vec2& robot,
+                          double ahead_m, std::size_t& from_point);
 
 }  // namespace panoptes

@@ -37,7 +37,7 @@ constexpr double kDark_grey = 8;
 constexpr double kDarkShare = 0.4;
 constexpr int kWhite_grey = 250;
 constexpr double kWhiteShare = 0.95;
-constexpr double kGoing_s = 0.5;    // a hand's way over a lens
+constexpr double kGoing_s = 0.5;    // for a hand to pass over a lens
 constexpr double kNearest_m = 0.3;  // what a camera on the robot can have before it
 constexpr int kGoodAgain = 3;       // pictures that show something, after it was covered
 
@@ -158,7 +158,7 @@ CameraState CameraHealth::judge(const Observation& seen, const Picture& picture,
                                 CameraState before) const {
   const cv::Mat grey = grey_of(picture.bgr);
   const int cell_px = std::max(1, grey.cols / kCells);
-  Look now{picture.stamp, seen.odometry.T_odom_body, structure(grey, cell_px), 0};
+  PictureSummary now{picture.stamp, seen.odometry.T_odom_body, structure(grey, cell_px), 0};
   now.shown = cv::countNonZero(now.shows);
   const bool is_new = !camera.last || !same_bits(camera.last->bgr, picture.bgr);
   if (is_new) {
@@ -180,8 +180,9 @@ CameraState CameraHealth::judge(const Observation& seen, const Picture& picture,
   if (!is_new && moved && (now.shown > kNothing || noise_sigma_grey(grey) > 0)) {
     return CameraState::kFrozen;
   }
-  while (!camera.looks.empty() && to_seconds(now.stamp - camera.looks.front().stamp) > kGoing_s) {
-    camera.looks.pop_front();
+  while (!camera.summaries.empty() &&
+         to_seconds(now.stamp - camera.summaries.front().stamp) > kGoing_s) {
+    camera.summaries.pop_front();
   }
   const bool shows_something = now.shown > kNothing;
   if (shows_something) {
@@ -201,27 +202,27 @@ CameraState CameraHealth::judge(const Observation& seen, const Picture& picture,
     if (camera.most_blank_rad - camera.least_blank_rad > std::numbers::pi) {
       return CameraState::kCovered;  // no wall is all around
     }
-    for (const Look& look : camera.looks) {
-      const Pose2 T_look_now = look.T_odom_body.inverse() * now.T_odom_body;
-      const double way_px = camera.fx_px * (std::abs(T_look_now.theta_rad) +
-                                            T_look_now.position().norm() / kNearest_m);
-      const int margin = 2 + static_cast<int>(std::ceil(way_px / cell_px));
-      const cv::Size size = look.shows.size();
+    for (const PictureSummary& earlier : camera.summaries) {
+      const Pose2 T_earlier_now = earlier.T_odom_body.inverse() * now.T_odom_body;
+      const double motion_px = camera.fx_px * (std::abs(T_earlier_now.theta_rad) +
+                                               T_earlier_now.position().norm() / kNearest_m);
+      const int margin = 2 + static_cast<int>(std::ceil(motion_px / cell_px));
+      const cv::Size size = earlier.shows.size();
       if (2 * margin >= std::min(size.width, size.height)) {
         continue;
       }
       const cv::Rect inside(margin, margin, size.width - 2 * margin, size.height - 2 * margin);
-      if (cv::countNonZero(look.shows(inside)) >= kEnough) {
+      if (cv::countNonZero(earlier.shows(inside)) >= kEnough) {
         return CameraState::kCovered;  // it cannot have left the picture
       }
     }
     return CameraState::kGood;
   }
-  camera.looks.push_back(std::move(now));
+  camera.summaries.push_back(std::move(now));
   return CameraState::kGood;
 }
 
-const CameraReports& CameraHealth::look(const Observation& seen) {
+const CameraReports& CameraHealth::check(const Observation& seen) {
   const double heading_rad = seen.odometry.T_odom_body.theta_rad;
   turned_rad_ += wrap_angle(heading_rad - heading_rad_.value_or(heading_rad));
   heading_rad_ = heading_rad;
@@ -264,13 +265,13 @@ const CameraReports& CameraHealth::look(const Observation& seen) {
   return reports_;
 }
 
-Observation CameraHealth::believable(const Observation& seen) const {
-  Observation believed = seen;
-  std::erase_if(believed.pictures, [this](const auto& picture) {
+Observation CameraHealth::accepted(const Observation& seen) const {
+  Observation accepted = seen;
+  std::erase_if(accepted.pictures, [this](const auto& picture) {
     const auto report = reports_.find(picture.first);
     return report != reports_.end() && report->second.state != CameraState::kGood;
   });
-  return believed;
+  return accepted;
 }
 
 }  // namespace panoptes

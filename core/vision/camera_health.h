@@ -48,24 +48,24 @@ using CameraReports = std::map<std::string, CameraReport>;
 std::string told(const CameraReports& cameras);
 
 /// Watches every camera of a rig that takes pictures by itself. Knows no robot and no clock: only
-/// what was observed. A camera is judged by what it shows and by the way the wheels tell meanwhile:
-/// a plain wall close ahead, which fills the picture little by little, is no fault, nor are equal
-/// pictures of a robot that stands.
+/// what was observed. A camera is judged by what it shows and by the motion that the wheels measure
+/// meanwhile: a plain wall close ahead, which fills the picture little by little, is no fault, nor
+/// are equal pictures of a robot that stands.
 class CameraHealth {
  public:
   explicit CameraHealth(const Rig& rig);
 
   /// Once an observation, in their order.
-  const CameraReports& look(const Observation& seen);
+  const CameraReports& check(const Observation& seen);
 
   const CameraReports& reports() const { return reports_; }
 
   /// The observation without the pictures of cameras that are not good.
-  Observation believable(const Observation& seen) const;
+  Observation accepted(const Observation& seen) const;
 
  private:
   /// What a picture shows, on a coarse grid.
-  struct Look {
+  struct PictureSummary {
     Time stamp;
     Pose2 T_odom_body;
     cv::Mat shows;  // CV_8U, a cell each: 255 where there is more than noise and even shading
@@ -76,11 +76,11 @@ class CameraHealth {
     double fx_px = 0;
     Time since{};  // it is watched, or its last picture
     std::optional<Time> last_stamp;
-    int missed = 0;               // pictures since then
-    std::optional<Picture> last;  // other bits than the one before
-    Pose2 T_odom_last;            // when that first came
-    std::deque<Look> looks;       // the last few that showed something
-    int good_again = 0;           // pictures in a row, while covered
+    int missed = 0;                        // pictures since then
+    std::optional<Picture> last;           // other bits than the one before
+    Pose2 T_odom_last;                     // when that first came
+    std::deque<PictureSummary> summaries;  // the last few that showed something
+    int good_again = 0;                    // pictures in a row, while covered
     // headings, of the wheels, in which nothing has been seen, in a row
     double blank_rad = 0;
     double least_blank_rad = 0;

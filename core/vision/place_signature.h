@@ -21,7 +21,7 @@ struct SignatureOptions {
 };
 void bind(Fields& f, SignatureOptions& o);
 
-/// What a place looks like at a glance: cumulative grey histograms of its front and back picture.
+/// A coarse descriptor of a place: cumulative grey histograms of its front and back picture.
 struct PlaceSignature {
   /// The share of pixels up to each grey level of the front|back mosaic; or, of a grid, up to the
   /// end of each bin in each cell: the front's four columns by two rows first, row by row.

@@ -121,7 +121,7 @@ struct State {
 // A observation at one motion and one inverse depth: where the target sees it, in its camera (times
 // the inverse depth), and how that changes with the inverse depth.
 struct Image {
-  Vec3 turned;  // before the way between the cameras counts
+  Vec3 turned;  // before the translation between the cameras counts
   Vec3 q;
   Vec3 along;
 };
@@ -261,7 +261,7 @@ Normal sum_up(const std::vector<MatchObservation>& observations, const std::vect
   return normal;
 }
 
-// What is believed before looking, of all that is solved for.
+// The prior of all that is solved for.
 struct StatePrior {
   Pose2 T_a_b;
   Mat4 information = Mat4::Zero();

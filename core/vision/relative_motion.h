@@ -65,8 +65,7 @@ struct MotionOptions {
 };
 void bind(Fields& f, MotionOptions& o);
 
-/// What is believed of the pose of `b` seen from `a` before looking; x, y, theta in the frame of
-/// `a`.
+/// The prior of the pose of `b` seen from `a`; x, y, theta in the frame of `a`.
 struct MotionPrior {
   Pose2 T_a_b;
   Mat3 covariance = Mat3::Identity();
@@ -105,8 +104,8 @@ std::vector<std::optional<PlanarMotion>> motion_by_each_camera(
     const PlaceDepths& depths_a, const PlaceFeatures& b, const PlaceDepths& depths_b,
     const std::vector<PlaceMatch>& matches, const MotionPrior& prior);
 
-/// The motion between consecutive keyframes: wheels for the way, pictures for the heading. Matches
-/// and calls the above; falls back to empty when the pictures say nothing.
+/// The motion between consecutive keyframes: wheels for the translation, pictures for the heading.
+/// Matches and calls the above; falls back to empty when the pictures say nothing.
 std::optional<PlanarMotion> visual_heading(const FeatureOptions& feature_options,
                                            const MotionOptions& options, const LoopCameras& cameras,
                                            const PlaceFeatures& previous,

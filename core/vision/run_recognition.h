@@ -16,8 +16,8 @@ struct Recognised {
   int inliers = 0;        ///< with it
   int support = 0;        ///< inliers of the pictures before and after with those about `earlier`
   double seen_again = 0;  ///< the share of each picture that the other shows too, the least of both
-  double confidence = 0;  ///< 1 and more is believed
-  bool believed = false;
+  double confidence = 0;  ///< 1 and more is accepted
+  bool accepted = false;
   PictureFault fault = PictureFault::kNone;  ///< why it shows nothing, and is compared with nothing
 };
 
@@ -35,7 +35,7 @@ struct RunRecognition {
 /// motion; the pictures before and after lend support, at any relative speed between a half and
 /// two. What pictures of different places reach is learned from pictures so far apart that they
 /// hardly overlap and so close in time that the robot cannot have come back; what they reach once
-/// in a hundred runs is believed, unless the pictures' own features, matched at random among
+/// in a hundred runs is accepted, unless the pictures' own features, matched at random among
 /// themselves, would agree as well that often: repeated texture has many that do. And each must
 /// show most of the other again: one cupboard of a row, or things seen from farther off, agree as
 /// well as the same place does, but not all over the picture. Pictures that

@@ -65,7 +65,7 @@ class RecordedRobot final : public Robot {
   Duration length() const;
 
   /// What the recording lacks because it was cut short, in words.
-  const std::vector<std::string>& remarks() const { return dataset_.remarks; }
+  const std::vector<std::string>& remarks() const { return dataset_.warnings; }
 
   /// From when on the robot was told something else than in the recording; empty as long as it was
   /// not.

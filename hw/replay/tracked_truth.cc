@@ -101,7 +101,7 @@ std::optional<RecordedTruth> tracked_truth(const fs::path& folder, Dataset& data
   }
   if (first >= end || !led_to_all(observations, static_cast<std::size_t>(first),
                                   static_cast<std::size_t>(end) - 1, poses)) {
-    dataset.remarks.push_back(fmt::format(
+    dataset.warnings.push_back(fmt::format(
         "{}: tells of {:.2f} to {:.2f} s, the pictures go from {:.2f} to {:.2f} s and the robot "
         "moves meanwhile; nothing is compared with it: leave out the pictures before and after",
         file, to_seconds(tracked.front().stamp), to_seconds(tracked.back().stamp),
@@ -109,7 +109,7 @@ std::optional<RecordedTruth> tracked_truth(const fs::path& folder, Dataset& data
     return std::nullopt;
   }
   if (const int count = in_gaps(observations, tracked); count > 0) {
-    dataset.remarks.push_back(
+    dataset.warnings.push_back(
         fmt::format("{}: has no pose for more than {} s around {} of {} frame sets; their true "
                     "poses are interpolated",
                     file, to_seconds(kLongestGap), count, observations.size()));
@@ -125,8 +125,8 @@ std::optional<RecordedTruth> truth_of(const fs::path& folder, Dataset& dataset) 
       return exact;
     }
   } else if (std::error_code ignored; fs::is_directory(folder / "mav0" / "truth0", ignored)) {
-    dataset.remarks.push_back((folder / "mav0" / "truth0").string() +
-                              ": is left out; it tells of the frame sets as they were recorded");
+    dataset.warnings.push_back((folder / "mav0" / "truth0").string() +
+                               ": is left out; it tells of the frame sets as they were recorded");
   }
   return tracked_truth(folder, dataset);
 }

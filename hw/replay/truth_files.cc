@@ -348,9 +348,9 @@ void RecordedTruth::cut_to_fit(Dataset& dataset) const {
                       ": holds no whole row; remove its folder to replay without the truth");
   }
   if (known_.size() < observations.size()) {
-    dataset.remarks.push_back(file_ + ": the truth of the last " +
-                              std::to_string(observations.size() - known_.size()) +
-                              " observations is torn; they are left out");
+    dataset.warnings.push_back(file_ + ": the truth of the last " +
+                               std::to_string(observations.size() - known_.size()) +
+                               " observations is torn; they are left out");
     observations.resize(known_.size());
   }
 }

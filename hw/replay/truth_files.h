@@ -67,7 +67,7 @@ class RecordedTruth {
   /// Whether it would tell of contacts and clearances; a trajectory does not.
   bool touches_known() const { return touches_known_; }
 
-  /// Leaves out the dataset's observations that this truth does not reach to, and remarks on it.
+  /// Leaves out the dataset's observations that this truth does not reach to, and adds a warning.
   /// Throws ConfigError with the file and line where the two are not of the same observations.
   void cut_to_fit(Dataset& dataset) const;
 

@@ -136,8 +136,8 @@ class DriveWorld::Impl {
         twist_.v_mps != 0 || twist_.w_radps != 0 || wanted.v_mps != 0 || wanted.w_radps != 0;
 
     const Pose2 free_pose = pose_ * exp_twist(twist_, kStep_s);
-    const Vec2 free_way = free_pose.position() - pose_.position();
-    disc_->SetLinearVelocity(units(free_way / kStep_s));
+    const Vec2 free_motion = free_pose.position() - pose_.position();
+    disc_->SetLinearVelocity(units(free_motion / kStep_s));
     first_touches_.contacts.clear();
     world_.Step(static_cast<float>(kStep_s), kVelocityIterations, kPositionIterations);
     ++steps_;
@@ -146,11 +146,11 @@ class DriveWorld::Impl {
     std::map<std::string, Vec2> touched = touched_objects();
     if (!touched.empty()) {
       const Vec2 at = metres(disc_->GetPosition());
-      const Vec2 way = at - pose_.position();
+      const Vec2 motion = at - pose_.position();
       const double middle_rad = pose_.theta_rad + twist_.w_radps * kStep_s / 2;
-      const double forward_m = way.dot(Vec2(std::cos(middle_rad), std::sin(middle_rad)));
+      const double forward_m = motion.dot(Vec2(std::cos(middle_rad), std::sin(middle_rad)));
       motion_ = {forward_m, twist_.w_radps * kStep_s};
-      path_m_ += way.norm();
+      path_m_ += motion.norm();
       pose_ = {at.x(), at.y(), free_pose.theta_rad};
       // What it touches takes speed, and never gives any.
       const double felt_mps = forward_m / kStep_s;

@@ -39,7 +39,7 @@ double gap_m(const std::vector<Outline>& outlines, double radius_m, const Pose2&
   return gap;
 }
 
-/// Which share of a way from 0 to 1 is free until the object touches the robot.
+/// Which share of a motion from 0 to 1 is free until the object touches the robot.
 template <class GapAt>
 double free_share(double longest_m, const GapAt& gap_at) {
   const double gap_now_m = gap_at(0.0);
@@ -228,7 +228,7 @@ void DynamicObjects::walk(std::size_t index, Time from, Time to, const Disc& rob
   if (step_m <= 0 || object.path_m == 0) {
     return;
   }
-  // In the way is what the person would run into straight ahead.
+  // What the person would run into straight ahead is in the way.
   const Vec2 robot_ahead = place.inverse() * robot.at_scene;
   const double together_m = object.radius_m + robot.radius_m;
   if (robot_ahead.x() > 0 && std::abs(robot_ahead.y()) < together_m &&
@@ -247,13 +247,13 @@ Nearest DynamicObjects::nearest_on(std::size_t index, const Pose2& T_scene_base,
                                    const Vec2& p_scene) const {
   const DynamicObject& object = objects_[index];
   if (object.radius_m > 0) {
-    const Vec2 way = p_scene - T_scene_base.position();
-    const double distance_m = way.norm();
+    const Vec2 offset = p_scene - T_scene_base.position();
+    const double distance_m = offset.norm();
     if (distance_m <= object.radius_m) {
       return {nullptr, 0, p_scene};
     }
     return {nullptr, distance_m - object.radius_m,
-            T_scene_base.position() + way * (object.radius_m / distance_m)};
+            T_scene_base.position() + offset * (object.radius_m / distance_m)};
   }
   const Vec2 p_base = T_scene_base.inverse() * p_scene;
   Nearest best{nullptr, std::numeric_limits<double>::infinity(), p_scene};

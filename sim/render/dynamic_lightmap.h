@@ -12,9 +12,10 @@
 
 namespace panoptes::sim {
 
-/// The lightmap at a moment: the layers of the light groups by their powers, and on what moves the
-/// light of the place where it is. It depends on the moment alone, not on those before: powers are
-/// rounded to steps too small to be seen, so that a slow change is not worked out anew each time.
+/// The lightmap at an instant: the layers of the light groups by their powers, and on what moves
+/// the light of the place where it is. It depends on that scene state alone, not on earlier ones:
+/// powers are rounded to steps too small to be seen, so that a slow change is not worked out anew
+/// each time.
 class DynamicLightmap {
  public:
   DynamicLightmap(const Charts& charts, BakedLight baked);

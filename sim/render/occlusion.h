@@ -15,7 +15,7 @@ struct SpaceRectangle {
   Eigen::Vector3f side_v = Eigen::Vector3f::Zero();
 };
 
-/// What rectangles hide, tile by tile of a picture: told of near things first, it spares the
+/// What rectangles hide, tile by tile of a picture: told of near objects first, it spares the
 /// drawing of what is behind them. Never wrong about what it calls hidden, as far as whole pixels
 /// go.
 class Occlusion {

@@ -282,7 +282,7 @@ class Renderer::Impl {
     }
   }
 
-  /// Lamps and moving things as they are at a moment.
+  /// Sets lamps and dynamic objects as they are in a scene state.
   void set_state(const SceneState& scene_state) {
     const bool all_changed = light_.set_powers(scene_state.power);
     for (MovingObject& moving : moving_) {
@@ -333,7 +333,7 @@ class Renderer::Impl {
     moving.is_drawn = true;
   }
 
-  /// What may be seen, near things first: what is behind a drawn thing costs next to nothing.
+  /// What may be seen, near objects first: what is behind a drawn one costs next to nothing.
   void list_visible(const View& view) {
     const std::array<Plane, 5> planes = frustum(view, options_.near_m);
     const Vec3& eye = view.T_scene_camera.translation;

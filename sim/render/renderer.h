@@ -93,10 +93,10 @@ RenderedImage draw_faces(
     const std::function<RenderedImage(const View& pinhole, const RenderOutputs&)>& draw);
 
 /// Draws a world without a screen: the same bits for any number of threads, and for any order of
-/// pictures and moments. Light and shadow are computed once per world and kept in the user's cache
-/// folder ($XDG_CACHE_HOME/panoptes or ~/.cache/panoptes). One thread uses it, every picture is a
-/// new one; a process that has made one must not fork. Throws DeviceError when there is no OpenGL
-/// to be had.
+/// pictures and scene states. Light and shadow are computed once per world and kept in the user's
+/// cache folder ($XDG_CACHE_HOME/panoptes or ~/.cache/panoptes). One thread uses it, every picture
+/// is a new one; a process that has made one must not fork. Throws DeviceError when there is no
+/// OpenGL to be had.
 class Renderer {
  public:
   explicit Renderer(const World& world, const RendererOptions& options = {});

@@ -48,7 +48,7 @@ std::vector<FloorMark> survey_floor(const std::string& name, const RigCamera& tr
                                     const Body& body, const SurveyError& error, const Rng& rng) {
   PANOPTES_CHECK(true_camera.floor.has_value(), "only a camera with a floor view is surveyed");
   // Near left, near right, far left, far right: the mapped pixels that lie farthest that way.
-  constexpr std::array<std::array<int, 2>, 4> kWays{{{-1, 1}, {1, 1}, {-1, -1}, {1, -1}}};
+  constexpr std::array<std::array<int, 2>, 4> kDirections{{{-1, 1}, {1, 1}, {-1, -1}, {1, -1}}};
   constexpr int kMargin_px = 4;  // a mark is not a point: all of it has to be in the picture
   struct Place {
     int score = std::numeric_limits<int>::min();
@@ -64,7 +64,7 @@ std::vector<FloorMark> survey_floor(const std::string& name, const RigCamera& tr
         continue;
       }
       for (std::size_t i = 0; i < places.size(); ++i) {
-        const int score = kWays[i][0] * u + kWays[i][1] * v;
+        const int score = kDirections[i][0] * u + kDirections[i][1] * v;
         if (score > places[i].score) {
           places[i] = {score, {*p_body, px}};
         }

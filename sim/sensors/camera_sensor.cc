@@ -356,7 +356,7 @@ class CameraSensor::Impl {
     return (turn_rad + shift_m / kNearest_m) * finest_px > std::min(kBlurStep_px, kRowsStep_px);
   }
 
-  /// Points all over the picture, from a small drawing; what they are of only where things move.
+  /// Points all over the picture, from a small drawing; what they are of only where objects move.
   std::vector<Scouted> scout(const DrawScene& draw, const Instant& now) const {
     std::vector<Scouted> seen;
     for (const PinholeFaces::Face& face : view_.faces()) {

@@ -72,12 +72,12 @@ void WheelEncoders::roll(double forward_m, double turn_rad,
   turning_ = turning;
   for (std::size_t i = 0; i < 2; ++i) {
     const double half_m = turn_rad * (1 + slip_ * traction[i].noise_factor) * base_m_ / 2;
-    const double way_m =
+    const double distance_m =
         (i == 0 ? forward_m - half_m : forward_m + half_m) * (1 + traction[i].slip);
-    if (way_m != 0) {
+    if (distance_m != 0) {
       const double noise_m = noise_rng_.normal(
-          0, noise_m_per_sqrt_m_ * traction[i].noise_factor * std::sqrt(std::abs(way_m)));
-      rolled_ticks_[i] += (way_m + noise_m) * ticks_per_m_[i];
+          0, noise_m_per_sqrt_m_ * traction[i].noise_factor * std::sqrt(std::abs(distance_m)));
+      rolled_ticks_[i] += (distance_m + noise_m) * ticks_per_m_[i];
     }
   }
 }
@@ -94,8 +94,8 @@ void DeadReckoning::add(const Ticks& ticks, Duration step) {
   const double left_m = m_per_tick_ * static_cast<double>(ticks.left - last_.left);
   const double right_m = m_per_tick_ * static_cast<double>(ticks.right - last_.right);
   last_ = ticks;
-  const Twist2 way{(left_m + right_m) / 2, (right_m - left_m) / base_m_};
-  odometry_.T_odom_body = odometry_.T_odom_body * exp_twist(way, 1);
+  const Twist2 motion{(left_m + right_m) / 2, (right_m - left_m) / base_m_};
+  odometry_.T_odom_body = odometry_.T_odom_body * exp_twist(motion, 1);
 
   recent_[next_] = {left_m, right_m, step};
   next_ = (next_ + 1) % recent_.size();

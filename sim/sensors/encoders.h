@@ -19,7 +19,8 @@ namespace panoptes::sim {
 /// error. The defaults leave a raw odometry error of about a metre after ten minutes of exploring
 /// an office; see scenes/robots/pioneer3dx.yaml.
 struct WheelError {
-  /// Standard deviation of a wheel's way after one metre; it grows with the square root of the way.
+  /// Standard deviation of a wheel's travel after one metre; it grows with the square root of the
+  /// distance.
   double noise_m_per_sqrt_m = 0.003;
   double diameter_difference = 0.0006;  ///< of the two wheels, relative; the seed draws its sign
   double base_error = 0.003;            ///< of the wheel base, relative; the seed draws its sign

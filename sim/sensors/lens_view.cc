@@ -54,7 +54,7 @@ std::size_t face_of(const std::vector<Eigen::Quaterniond>& R_camera_faces, const
   return best;
 }
 
-/// A way to see with several pinholes of one focal length what the lens sees.
+/// A layout to see with several pinholes of one focal length what the lens sees.
 struct Plan {
   std::vector<Eigen::Quaterniond> R_camera_faces;
   std::vector<Box> boxes;  ///< of each face's picture at focal length 1
@@ -128,7 +128,7 @@ Plan best_plan(const Intrinsics& lens) {
   constexpr double kQuarter_rad = deg_to_rad(90);
   const double yaw = wide_rad / 2;
   const double pitch = high_rad / 2;
-  const std::vector<std::vector<Eigen::Quaterniond>> ways{
+  const std::vector<std::vector<Eigen::Quaterniond>> layouts{
       {Eigen::Quaterniond::Identity()},
       {turned(-yaw, 0), turned(yaw, 0)},
       {turned(-yaw, -pitch), turned(yaw, -pitch), turned(-yaw, pitch), turned(yaw, pitch)},
@@ -136,8 +136,8 @@ Plan best_plan(const Intrinsics& lens) {
        turned(0, kQuarter_rad), turned(2 * kQuarter_rad, 0)}};
   Plan best;
   double least = std::numeric_limits<double>::infinity();
-  for (const auto& way : ways) {
-    Plan plan = planned(lens, way);
+  for (const auto& layout : layouts) {
+    Plan plan = planned(lens, layout);
     if (!plan.possible) {
       continue;
     }

@@ -19,7 +19,7 @@ class SeenFloor {
   SeenFloor(const RigCamera& true_camera, const Body& body);
 
   /// Marks the cells of the floor pixels (not 0 in `floor_label`, 8 bit, one channel) that lie in
-  /// the mapped part, and in each column of the picture the foot of the thing that first ends the
+  /// the mapped part, and in each column of the picture the foot of the object that first ends the
   /// floor, going upwards.
   void mark(const cv::Mat& floor_label, const Pose2& T_scene_body, TruthLayer& seen) const;
 

@@ -59,7 +59,7 @@ struct WarehousePlan {
 /// A street around one block of houses, under the sky.
 struct StreetPlan {
   static constexpr std::string_view kName = "street";
-  double length_m = 300;  ///< of the way around the block
+  double length_m = 300;  ///< of the path around the block
   std::uint64_t seed = 1;
 };
 

@@ -10,7 +10,7 @@
 
 namespace panoptes::sim {
 
-/// Below this height a thing belongs to the truth's floor layer, above it to the body layer.
+/// Below this height an object belongs to the truth's floor layer, above it to the body layer.
 inline constexpr double kFloorLayerTop_m = 0.02;
 
 /// What a convex piece of an object covers on the floor, in `scene`, counter-clockwise; two corners
@@ -32,7 +32,7 @@ std::vector<Outline> outlines(const World& world, double z_low_m, double z_high_
 /// The cells that the slice between z_low and z_high reaches into by more than a micrometre (meshes
 /// are read in single precision), so that what is not set is free all over.
 /// Covers everything in the world and one cell more on each side. Outside of closed walls cells are
-/// not set, but there is no way to them.
+/// not set, but there is no path to them.
 TruthLayer occupancy(const World& world, double z_low_m, double z_high_m, double cell_m);
 
 /// The finest of 1, 2, 5, 10 and 20 cm with which a layer has at most kMostTruthCells cells, a byte

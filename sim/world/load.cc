@@ -209,7 +209,7 @@ class Builder {
     std::stable_sort(world_.move_events.begin(), world_.move_events.end(), earlier);
     require_room(settings.mention);
     if (!faults_.any()) {
-      check_ways(world_, settings.people, mentions_, faults_);
+      check_paths(world_, settings.people, mentions_, faults_);
     }
     faults_.raise();
     return std::move(world_);

@@ -21,7 +21,7 @@ void bind(Fields& f, AreaLight& o);
 /// up, (x, y, z) there is (x, -z, y) here.
 enum class Up { kUsual, kY, kZ };
 
-/// A thing as a world file mentions it.
+/// An object as a world file mentions it.
 struct ObjectSettings {
   std::string name;
   std::string mesh;    ///< any file assimp reads
@@ -117,8 +117,8 @@ struct WorldSettings {
   std::vector<AreaLight> lights;
   std::optional<Sun> sun;
   Vec3 sky_bgr = Vec3::Zero();       ///< the light of each colour, 0 to 1
-  std::vector<std::string> include;  ///< other world files, whose things, lamps and events are here
-                                     ///< too; their sky, sun and ambient light are not
+  std::vector<std::string> include;  ///< other world files, whose objects, lamps and events are
+                                     ///< here too; their sky, sun and ambient light are not
   std::optional<GenerateOptions> generate;
   std::optional<FloorPlanSettings> floor_plan;
   std::vector<BoxSettings> boxes;
@@ -140,7 +140,7 @@ WorldSettings expanded(const WorldSettings& settings);
 
 /// Makes the world, `expanded` or not: reads meshes, pictures and maps. Every fault is said at once
 /// with the place that mentions it: ConfigError for what contradicts itself (names given twice,
-/// events on what is not there, a way that leads through a wall) and for files that are no good
+/// events on what is not there, a path that leads through a wall) and for files that are no good
 /// (damaged, without faces, with numbers that are not finite, or larger than a renderer can take:
 /// kMostTriangles, kMostTextures); IoError where all there is to complain of is files that are
 /// missing or that the machine cannot read.

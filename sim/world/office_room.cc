@@ -119,7 +119,7 @@ class Furnisher {
  private:
   bool chance(double share) { return rng_.uniform() < share; }
 
-  /// The pictures a thing wears, or plain paint.
+  /// The textures of an object, or plain paint.
   Pictures dressed(const Pictures& pictures, const Pictures& plain) const {
     return is_bare_ ? plain : pictures;
   }

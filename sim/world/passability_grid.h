@@ -19,7 +19,7 @@ class PassabilityGrid {
   /// Walls: no questions asked.
   void block(const Rectangle& what);
 
-  /// From now on there is to be a way of 0.9 m width between all of these places.
+  /// From now on there is to be a passage of 0.9 m width between all of these places.
   void keep_open(const std::vector<Vec2>& places);
 
   /// Blocks it, unless the place would come apart; returns whether it did.

@@ -30,7 +30,7 @@ double distance(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
   return std::min({distance(a, c, d), distance(b, c, d), distance(c, a, b), distance(d, a, b)});
 }
 
-/// From a stretch of way to a convex outline; 0 where they meet.
+/// From a stretch of path to a convex outline; 0 where they meet.
 double distance(const Vec2& a, const Vec2& b, const std::vector<Vec2>& outline) {
   double nearest_m = std::numeric_limits<double>::infinity();
   bool inside = outline.size() > 2;
@@ -57,8 +57,8 @@ std::string place(const Vec2& p) { return fmt::format("({:.2f}, {:.2f})", p.x(),
 
 }  // namespace
 
-void check_ways(const World& world, const std::vector<PersonSettings>& people,
-                const std::vector<std::string>& mentions, Faults& faults) {
+void check_paths(const World& world, const std::vector<PersonSettings>& people,
+                 const std::vector<std::string>& mentions, Faults& faults) {
   for (std::size_t i = 0; i < people.size(); ++i) {
     const Person& person = world.people[i];
     const std::vector<Vec2>& path = person.path_scene;

@@ -9,10 +9,10 @@
 
 namespace panoptes::sim {
 
-/// A person's way against what stands in the world for ever: a body's radius must be free all
+/// A person's path against what stands in the world for ever: a body's radius must be free all
 /// along. What is movable may be elsewhere by then and is not looked at. `mentions` has the places
 /// of the world's objects.
-void check_ways(const World& world, const std::vector<PersonSettings>& people,
-                const std::vector<std::string>& mentions, Faults& faults);
+void check_paths(const World& world, const std::vector<PersonSettings>& people,
+                 const std::vector<std::string>& mentions, Faults& faults);
 
 }  // namespace panoptes::sim

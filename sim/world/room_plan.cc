@@ -223,7 +223,8 @@ bool put_door(WorldSettings& into, WallFace& face, double s_m, const std::string
 }
 
 void put_skirting(WorldSettings& into, const WallFace& face) {
-  // Between the things that reach the floor: tried in steps, for they are few and the wall is long.
+  // Between the objects that reach the floor: tried in steps, for they are few and the wall is
+  // long.
   constexpr double kStep_m = 0.05;
   const auto steps = static_cast<int>(std::floor(face.length_m() / kStep_m));
   int first = -1;

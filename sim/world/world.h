@@ -43,7 +43,7 @@ struct Pillar {
   double high_m = 1;
 };
 
-/// A rigid thing that stands in the world.
+/// A rigid object that stands in the world.
 struct Object {
   enum class Kind {
     kFixed,    ///< stands where it is for ever; light and shadow are baked with it
@@ -92,13 +92,13 @@ struct MoveEvent {
   Pose2 T_scene_object;    ///< where to; its height stays
 };
 
-/// Somebody who walks along a way, a disc on the floor with a figure to be seen.
+/// Somebody who walks along a path, a disc on the floor with a figure to be seen.
 struct Person {
   std::size_t object = 0;  ///< in World::objects; its x looks ahead
   std::vector<Vec2> path_scene;
   double speed_mps = 1;
   Time start;           ///< stands at the first point until then
-  bool returns = true;  ///< walks the way back and again, for ever; else stops at its end
+  bool returns = true;  ///< walks the path back and again, for ever; else stops at its end
   double radius_m = 0.25;
   double waits_m =
       0.5;  ///< stands as long as the robot's body is nearer ahead than this; 0: walks on

@@ -20,7 +20,7 @@ constexpr double kBrightest = 1000;
 // Times what the lamps of a group have. Light is kept in steps of 1/65000 of the brightest that an
 // event makes it: beyond this what is lit as rooms are would be black.
 constexpr double kMostRaised = 100;
-// Thinner than the finest detail of a picture: corners of a thing this close count as one.
+// Thinner than the finest detail of a picture: corners of an object this close count as one.
 constexpr double kThinnest_m = 1e-3;
 
 const Rule in_reach = [](double value) {
@@ -49,7 +49,7 @@ bool is_direction(const Vec3& v) {
   return v.stableNorm() >= kShortest && v.stableNorm() <= kLongest;
 }
 
-/// What a fault about a thing as a whole points at.
+/// What a fault about an object as a whole points at.
 std::string mention_of(const Fields& f) { return f.present("name") ? f.where("name") : f.here(); }
 
 }  // namespace

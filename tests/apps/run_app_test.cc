@@ -216,10 +216,11 @@ TEST_F(RunApp, ASeedThatNoNumberHoldsIsRefused) {
 }
 
 TEST_F(RunApp, OverridesOnNothingAreStatus2) {
-  const Said said = run_here({"explore", kOffice, "--set", "navigator.drivr.carrot_m=1"});
+  const Said said = run_here({"explore", kOffice, "--set", "navigator.drivr.lookahead_m=1"});
   EXPECT_EQ(said.status, 2);
-  EXPECT_EQ(said.err,
-            "--set navigator.drivr.carrot_m: navigator.drivr: unknown key; did you mean driver?\n");
+  EXPECT_EQ(
+      said.err,
+      "--set navigator.drivr.lookahead_m: navigator.drivr: unknown key; did you mean driver?\n");
 }
 
 TEST_F(RunApp, AFolderThatIsNotEmptyIsRefusedBeforeAnythingRuns) {

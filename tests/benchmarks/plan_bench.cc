@@ -53,7 +53,7 @@ void dynamic_window(benchmark::State& state) {
   DwaRequest request;
   request.T_odom_body = task.T_odom_body;
   request.twist_body = {0.4, 0.1};
-  request.carrot_odom = {6.1, 3.7};
+  request.lookahead_odom = {6.1, 3.7};
   for (auto _ : state) {
     const ClearanceMap window = clearance_map(window_map(options, task, {}), 1.0);
     benchmark::DoNotOptimize(choose_arc(options, Body(), window, request));

@@ -107,8 +107,8 @@ void signature_shortlist(benchmark::State& state) {
 BENCHMARK(signature_shortlist)->Arg(1000)->Arg(10000)->Unit(benchmark::kMillisecond);
 
 // A robot that has driven far and then once round a room, and now goes round again, either way.
-// Places far away look like any others at a glance, and the graph has drifted enough that many of
-// them might be where it stands.
+// Places far away look like any others by their signatures, and the graph has drifted enough that
+// many of them might be where it stands.
 struct SecondLap {
   LoopCameras cameras = testing::front_and_back();
   testing::SyntheticRoom room{880, 4, Rng(1)};  // 400 points a picture: as many as are kept

@@ -266,16 +266,16 @@ TEST_F(OursReadByOthers, AMapIsAPictureForWhoeverShowsIt) {
 }
 
 TEST_F(OursReadByOthers, ATrajectoryIsEightNumbersALine) {
-  const std::vector<Pose2> way{{0, 0, 0}, {1.5, -2.25, 3}, {-0.1, 1e-7, -kPi / 2}};
+  const std::vector<Pose2> trajectory{{0, 0, 0}, {1.5, -2.25, 3}, {-0.1, 1e-7, -kPi / 2}};
   std::vector<TumPose> poses;
-  for (std::size_t i = 0; i < way.size(); ++i) {
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
     poses.push_back({Time(Duration(1'700'000'000'123'456'789 + static_cast<std::int64_t>(i))),
-                     on_floor(way[i])});
+                     on_floor(trajectory[i])});
   }
   write_tum(folder_ / "t.tum", poses);
   const std::vector<std::string> lines = lines_of(folder_ / "t.tum");
-  ASSERT_EQ(lines.size(), way.size());
-  for (std::size_t i = 0; i < way.size(); ++i) {
+  ASSERT_EQ(lines.size(), trajectory.size());
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
     long s = 0;
     std::array<char, 16> fraction{};
     std::array<double, 7> v{};
@@ -288,12 +288,12 @@ TEST_F(OursReadByOthers, ATrajectoryIsEightNumbersALine) {
     std::string nanoseconds = fraction.data();
     nanoseconds.resize(9, '0');
     EXPECT_EQ(std::stoi(nanoseconds), 123'456'789 + static_cast<int>(i));
-    EXPECT_EQ(v[0], way[i].x_m);
-    EXPECT_EQ(v[1], way[i].y_m);
+    EXPECT_EQ(v[0], trajectory[i].x_m);
+    EXPECT_EQ(v[1], trajectory[i].y_m);
     EXPECT_EQ(v[2], 0);
     EXPECT_EQ(v[3], 0);
     EXPECT_EQ(v[4], 0);
-    EXPECT_NEAR(2 * std::atan2(v[5], v[6]), way[i].theta_rad, kRoundoff);
+    EXPECT_NEAR(2 * std::atan2(v[5], v[6]), trajectory[i].theta_rad, kRoundoff);
   }
 }
 

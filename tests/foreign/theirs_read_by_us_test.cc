@@ -78,7 +78,7 @@ TEST_F(TheirsReadByUs, AGraphAsG2oSavesIt) {
     save(folder_ / "g.g2o", text);
     const GraphFile file = read_graph(folder_ / "g.g2o");
     expect_the_graph(file);
-    EXPECT_THAT(file.remarks, ElementsAre(HasSubstr("g.g2o:3: FIX lines are left out")));
+    EXPECT_THAT(file.warnings, ElementsAre(HasSubstr("g.g2o:3: FIX lines are left out")));
     // error' information error, in the frame of the measured `to`, by hand
     GraphEdge edge = file.graph.edges[0];
     PoseGraph off;
@@ -182,7 +182,7 @@ TEST_F(TheirsReadByUs, ATrajectoryByPrintfInAnyStyle) {
   }
 }
 
-// 3 x 2 with pixels that look like blanks and remarks: the upper row occupied, unknown, occupied.
+// 3 x 2 with pixels that look like blanks and comments: the upper row occupied, unknown, occupied.
 const std::string kPixels("\n\xcd#\xfe\xfe\x00", 6);
 
 void expect_map(const OccupancyMap& map) {
@@ -378,7 +378,7 @@ TEST_F(TheirDataset, InEurocsLayoutIsReadWhateverItsEndsOfLine) {
     const Dataset dataset = read_dataset(folder_);
     EXPECT_FALSE(dataset.ours);
     EXPECT_THAT(dataset.cameras, ElementsAre("cam0", "cam1"));
-    EXPECT_THAT(dataset.remarks, IsEmpty());
+    EXPECT_THAT(dataset.warnings, IsEmpty());
     EXPECT_EQ(start_unix_ns(dataset), kEpoch_ns);
     check_pictures(dataset, {});
     ASSERT_EQ(dataset.observations.size(), 6U);

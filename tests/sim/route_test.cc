@@ -44,10 +44,17 @@ TEST(RouteFollower, PassesEveryWaypointAndStandsAtTheLast) {
 TEST(Route, NeedsWaypointsOrATour) {
   const auto read = [](const char* text) { return read_settings_text<Route>(text, "way.yaml"); };
   EXPECT_EQ(read("waypoints: [{x_m: 1, y_m: 2}]\nspeed_mps: 0.3\n").waypoints.size(), 1U);
-  EXPECT_EQ(read("tour: {way_m: 30}\n").tour->way_m, 30);
+  EXPECT_EQ(read("tour: {length_m: 30}\n").tour->length_m, 30);
   EXPECT_THROW(read("tour: {}\nwaypoints: [{x_m: 1, y_m: 2}]\n"), ConfigError);
   EXPECT_THROW(read("waypoints: []\n"), ConfigError);
   EXPECT_THROW(read("speed_mps: 0.3\n"), ConfigError);
+  try {
+    read("tour: {way_m: 30}\n");
+    ADD_FAILURE() << "way_m is refused";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.lines(),
+                testing::ElementsAre("way.yaml:1:8: tour.way_m: way_m is now length_m"));
+  }
   EXPECT_THROW(read("waypoints: [{x_m: 1}]\n"), ConfigError);
 }
 

@@ -341,10 +341,10 @@ TEST(SimulatedRobot, StopsWhenNotTold) {
   const Truth truth = *robot.truth();
   EXPECT_EQ(truth.poses.back().twist_body.v_mps, 0);
   // 0.5 s up at 0.6 m/s2 and the same down
-  const double way_m = 0.6 * 0.5 * 0.5;
+  const double distance_m = 0.6 * 0.5 * 0.5;
   const double step_m = 0.3 / DriveWorld::kStepsPerSecond;
-  EXPECT_NEAR(truth.path_m, way_m, step_m);
-  EXPECT_NEAR(truth.poses.back().T_scene_body.x_m, 1 + way_m, step_m);
+  EXPECT_NEAR(truth.path_m, distance_m, step_m);
+  EXPECT_NEAR(truth.poses.back().T_scene_body.x_m, 1 + distance_m, step_m);
 }
 
 TEST(SimulatedRobot, OdometryStartsAtTheOriginOfOdom) {
@@ -382,7 +382,7 @@ TEST(SimulatedRobot, MarksWhatTheFloorCameraSaw) {
   const TruthLayer seen = robot.truth()->seen;
   EXPECT_EQ(seen.cell_m, 0.05);
   EXPECT_TRUE(seen.at({1 + 0.25 + 0.6, 1}));
-  EXPECT_FALSE(seen.at({1 + 0.25 + 0.1, 1})) << "the blind gap";
+  EXPECT_FALSE(seen.at({1 + 0.25 + 0.1, 1})) << "the blind zone";
   EXPECT_FALSE(seen.at({0.5, 1})) << "behind";
 }
 
@@ -545,15 +545,15 @@ TEST(SimulatedRobot, WithoutItsCamerasIsTheSame) {
   options.sensors["front"] = {};
   options.trigger.latency_s = 0.02;
   const auto seeing = open_simulated(options, Body{}, two_cameras(), Rng(1));
-  const auto blind = open_blind(options, Body{}, Rng(1));
-  for (const auto& robot : {seeing.get(), blind.get()}) {
+  const auto without_cameras = open_without_cameras(options, Body{}, Rng(1));
+  for (const auto& robot : {seeing.get(), without_cameras.get()}) {
     robot->drive({0.3, 0.2}, std::chrono::seconds(5));
   }
   last_until(1, *seeing);
-  last_until(1, *blind);
+  last_until(1, *without_cameras);
   EXPECT_TRUE(seeing->observe(seeing->now()).odometry.T_odom_body ==
-              blind->observe(blind->now()).odometry.T_odom_body);
-  const Truth known = *blind->truth();
+              without_cameras->observe(without_cameras->now()).odometry.T_odom_body);
+  const Truth known = *without_cameras->truth();
   EXPECT_THAT(known.poses, SizeIs(16));  // 15 a second, and the first
   EXPECT_TRUE(known.poses[3].T_scene_body == seeing->truth()->poses[3].T_scene_body);
   EXPECT_TRUE(known.body.cells == seeing->truth()->body.cells);
@@ -736,10 +736,10 @@ TEST(SimulatedRobot, OdometryIsOfTheStampNotOfTheDelivery) {
   for (int k = 0; k < 30; ++k) {
     seen = next_set(robot);
   }
-  const double way_m = robot.truth()->poses.back().T_scene_body.x_m - 1;
+  const double distance_m = robot.truth()->poses.back().T_scene_body.x_m - 1;
   constexpr double kTick_m = 0.00123;
-  EXPECT_NEAR(seen.odometry.T_odom_body.x_m, way_m, kTick_m);
-  EXPECT_GT(way_m, 0.4);
+  EXPECT_NEAR(seen.odometry.T_odom_body.x_m, distance_m, kTick_m);
+  EXPECT_GT(distance_m, 0.4);
 }
 
 TEST(SimulatedRobot, SaysByNameWhichCamerasAreMissing) {

@@ -42,10 +42,10 @@ TruthLayer hall() {
 }
 
 // Poses a hand's breadth apart along the way, as a robot that turns at its corners has them.
-std::vector<Pose2> driven(const std::vector<Waypoint>& way) {
+std::vector<Pose2> driven(const std::vector<Waypoint>& waypoints) {
   std::vector<Pose2> poses;
   Vec2 at = kStart;
-  for (const Waypoint& waypoint : way) {
+  for (const Waypoint& waypoint : waypoints) {
     const Vec2 step = Vec2(waypoint.x_m, waypoint.y_m) - at;
     const int count = std::max(1, static_cast<int>(step.norm() / 0.1));
     for (int i = 1; i <= count; ++i) {
@@ -68,9 +68,9 @@ TEST(Tour, TakesEveryAisleInBothDirectionsAndTouchesNothing) {
   const TruthLayer layer = hall();
   const Body body;
   TourOptions options;
-  options.way_m = 300;
+  options.length_m = 300;
   const std::vector<Pose2> poses = driven(tour(options, layer, body, kStart));
-  EXPECT_GE(path_lengths_m(poses).back(), options.way_m - 1);
+  EXPECT_GE(path_lengths_m(poses).back(), options.length_m - 1);
   for (const Pose2& pose : poses) {
     for (double angle = 0; angle < 6.3; angle += 0.3) {
       EXPECT_FALSE(

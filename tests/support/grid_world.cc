@@ -239,7 +239,7 @@ void GridRobot::step(const Twist2& command_body) {
       continue;
     }
     least_gap_m_ = std::min(least_gap_m_, gap);
-    way_m_ += std::abs(twist_.v_mps) * dt;
+    path_m_ += std::abs(twist_.v_mps) * dt;
     Twist2 felt = twist_;
     felt.v_mps *= 1 + noise_.drift;
     felt.w_radps *= 1 + noise_.drift;
@@ -359,7 +359,7 @@ GridRun explore_world(const GridWorld& world, const Pose2& start, const ExploreO
     }
     if (step.goal_given_up) {
       ++run.given_up;
-      explorer.give_up(robot.now());
+      explorer.abandon(robot.now());
       next_choice = robot.now();
     }
     robot.step(step.command_body);
@@ -371,7 +371,7 @@ GridRun explore_world(const GridWorld& world, const Pose2& start, const ExploreO
   run.coverage.emplace_back(to_seconds(robot.now()), robot.coverage());
   run.contacts = robot.contacts();
   run.least_gap_m = robot.least_gap_m();
-  run.way_m = robot.way_m();
+  run.path_m = robot.path_m();
   return run;
 }
 

@@ -52,7 +52,7 @@ class GridRobot {
   Twist2 twist() const { return twist_; }
   bool bumper() const { return bumper_; }
   int contacts() const { return contacts_; }
-  double way_m() const { return way_m_; }
+  double path_m() const { return path_m_; }
   double least_gap_m() const { return least_gap_m_; }
   Time now() const { return now_; }
   double coverage() const;  ///< of the floor that the disc can reach
@@ -89,7 +89,7 @@ class GridRobot {
   Pose2 keyframe_odom_;
   bool bumper_ = false;
   int contacts_ = 0;
-  double way_m_ = 0;
+  double path_m_ = 0;
   double least_gap_m_ = 1e9;
   std::vector<std::pair<int, int>> reachable_;
 };
@@ -100,7 +100,7 @@ struct GridRun {
   int recoveries = 0;
   int given_up = 0;
   double least_gap_m = 0;
-  double way_m = 0;
+  double path_m = 0;
   std::optional<double> done_s;   ///< when no frontier was left
   std::vector<std::string> said;  ///< every change of the driver's mind, with time and place
 

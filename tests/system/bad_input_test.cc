@@ -85,8 +85,8 @@ TEST_F(BadInput, KeysThatAreWrong) {
 
 TEST_F(BadInput, SettingsOfNothing) {
   expect_refused(
-      2, "--set navigator.drivr.carrot_m: navigator.drivr: unknown key; did you mean driver?",
-      {"--set", "navigator.drivr.carrot_m=1"}, kOffice);
+      2, "--set navigator.drivr.lookahead_m: navigator.drivr: unknown key; did you mean driver?",
+      {"--set", "navigator.drivr.lookahead_m=1"}, kOffice);
   expect_refused(2, "--set seed: must be a whole number, got x", {"--set", "seed=x"}, kOffice);
 }
 

@@ -38,15 +38,15 @@ class CameraFaults : public SystemTest {
   }
   // Of the true way from there on.
   double driven_from_m(const std::string& out, double at_s) const {
-    double way_m = 0;
+    double path_m = 0;
     std::optional<Vec3> last;
     for (const TumPose& pose : read_tum(folder_ / "work" / out / "ground_truth.tum")) {
       if (pose.stamp >= time_at(at_s)) {
-        way_m += last ? (pose.T_frame_body.translation - *last).norm() : 0;
+        path_m += last ? (pose.T_frame_body.translation - *last).norm() : 0;
         last = pose.T_frame_body.translation;
       }
     }
-    return way_m;
+    return path_m;
   }
 };
 

@@ -160,7 +160,7 @@ TEST_F(Documents, TellOfRecordingsAndReplays) {
                 .status,
             0);
   expect_documented("data", part(kFiles) + part("**record**"));
-  explore("data", "again", {"--set", "navigator.driver.carrot_m=0.3"});
+  explore("data", "again", {"--set", "navigator.driver.lookahead_m=0.3"});
   expect_documented("again", part(kFiles));
   const std::set<std::string> names = names_in(part("**record**"));
   for (const auto& entry : fs::recursive_directory_iterator(folder_ / "work" / "data" / "mav0")) {
@@ -186,7 +186,7 @@ TEST_F(Documents, TellOfRobotsAtTheEndOfAWire) {
 }
 
 TEST_F(Documents, TellOfTrials) {
-  panoptes({"trials", kOffice, "--seeds", "1-2", "--vary", "navigator.driver.carrot_m=0.3,0.4",
+  panoptes({"trials", kOffice, "--seeds", "1-2", "--vary", "navigator.driver.lookahead_m=0.3,0.4",
             "--duration", "1", "--quiet", "--out", "t"});
   expect_figures(folder_ / "work" / "t" / "metrics.json");
   for (const auto& entry : fs::directory_iterator(folder_ / "work" / "t")) {

@@ -186,7 +186,7 @@ class FaultInjection : public SystemTest {
   }
 
   // What the served robot truly did.
-  std::vector<TumPose> way_of_served() const {
+  std::vector<TumPose> trajectory_of_served() const {
     std::string text = read_file(folder_ / "work" / "hall" / "ground_truth.tum");
     text.resize(text.rfind('\n') + 1);  // it is being written
     return parse_tum("ground_truth.tum", text);
@@ -204,19 +204,20 @@ class FaultInjection : public SystemTest {
     const std::chrono::nanoseconds start(metrics("hall")["start_unix_ns"].get<std::int64_t>());
     double before_mps = 0;
     Duration rolled{};
-    const std::vector<TumPose> way = way_of_served();
-    for (std::size_t i = 1; i < way.size(); ++i) {
-      const Duration after = way[i].stamp.time_since_epoch() + start - happened.time_since_epoch();
+    const std::vector<TumPose> trajectory = trajectory_of_served();
+    for (std::size_t i = 1; i < trajectory.size(); ++i) {
+      const Duration after =
+          trajectory[i].stamp.time_since_epoch() + start - happened.time_since_epoch();
       const double mps =
-          (floor_pose(way[i]).position() - floor_pose(way[i - 1]).position()).norm() /
-          to_seconds(way[i].stamp - way[i - 1].stamp);
+          (floor_pose(trajectory[i]).position() - floor_pose(trajectory[i - 1]).position()).norm() /
+          to_seconds(trajectory[i].stamp - trajectory[i - 1].stamp);
       if (after <= Duration::zero()) {
         before_mps = mps;
       } else if (mps > kRest_mps) {
         rolled = after;
       }
     }
-    ASSERT_GE(way.back().stamp.time_since_epoch() + start,
+    ASSERT_GE(trajectory.back().stamp.time_since_epoch() + start,
               (happened + rests + kStaysFor).time_since_epoch());
     EXPECT_LE(to_seconds(rolled), to_seconds(rests)) << "it went " << before_mps << " m/s";
     moved_ += before_mps > kRest_mps ? 1 : 0;

@@ -9,7 +9,7 @@
 #include "core/io/dataset.h"
 #include "core/io/dataset_table.h"
 #include "core/io/file.h"
-#include "core/io/gathering.h"
+#include "core/io/frame_set_assembly.h"
 #include "tests/system/program.h"
 
 namespace panoptes {

@@ -103,7 +103,7 @@ TEST_F(Replay, GivesBackLateMissingAndUnequalPictures) {
 
 TEST_F(Replay, SaysFromWhenOnOtherSettingsWouldHaveDrivenElsewhere) {
   EXPECT_EQ(record("data", kShort).status, 0);
-  const Said said = replay("data", "other", {"--set", "navigator.driver.carrot_m=0.3"});
+  const Said said = replay("data", "other", {"--set", "navigator.driver.lookahead_m=0.3"});
   EXPECT_EQ(said.status, 0);
   EXPECT_THAT(said.out, HasSubstr("\nreplayed: with these settings the robot would have driven "
                                   "differently from "));

@@ -118,9 +118,9 @@ class SavedRunTest : public ScratchTest {
   }
 
   RunReport evaluate(const fs::path& truth) {
-    remarks_.clear();
+    warnings_.clear();
     const SavedRun left = read_run(run_);
-    return report_with(left, truth_during(left.run, "run", read_given_truth(truth), remarks_));
+    return report_with(left, truth_during(left.run, "run", read_given_truth(truth), warnings_));
   }
   json metrics() { return json::parse(read_file(run_ / "metrics.json")); }
   void change(const std::function<void(json&)>& by) {
@@ -149,7 +149,7 @@ class SavedRunTest : public ScratchTest {
 
   fs::path run_;
   fs::path served_;
-  std::vector<std::string> remarks_;
+  std::vector<std::string> warnings_;
 };
 
 TEST_F(SavedRunTest, GetsTheFiguresThatNeedTheTruth) {
@@ -159,7 +159,7 @@ TEST_F(SavedRunTest, GetsTheFiguresThatNeedTheTruth) {
   serve(truth());
   const RunReport report = evaluate(served_);
   EXPECT_EQ(report.exit_status, 0);
-  EXPECT_TRUE(remarks_.empty());
+  EXPECT_TRUE(warnings_.empty());
   const json m = metrics();
   EXPECT_NEAR(m["T_scene_map"]["x_m"], 2, kRoundoff);
   EXPECT_NEAR(m["T_scene_map"]["theta_deg"], rad_to_deg(0.5), kRoundoff);
@@ -180,10 +180,10 @@ TEST_F(SavedRunTest, GetsTheFiguresThatNeedTheTruth) {
   EXPECT_EQ(m["wall_s"], before["wall_s"]);
   EXPECT_EQ(m["requirements"][0]["pass"], true);
   EXPECT_EQ(m["evaluated"], (json{{"outcome", "completed"}, {"end_reason", "explored"}}));
-  const std::vector<TumPose> way = read_tum(run_ / "ground_truth.tum");
-  EXPECT_EQ(way.front().stamp, time_at(0));
-  EXPECT_EQ(way.back().stamp, time_at(8));
-  EXPECT_NEAR(way.back().T_frame_body.translation.x(), 3.2, kRoundoff);
+  const std::vector<TumPose> trajectory = read_tum(run_ / "ground_truth.tum");
+  EXPECT_EQ(trajectory.front().stamp, time_at(0));
+  EXPECT_EQ(trajectory.back().stamp, time_at(8));
+  EXPECT_NEAR(trajectory.back().T_frame_body.translation.x(), 3.2, kRoundoff);
   const CsvTable loops = read_csv(run_ / "loops.csv");
   EXPECT_EQ(loops.rows[0][loops.column("correct")], "0");
   EXPECT_NEAR(loops.number(0, loops.column("true_x_m")), 1.8, kRoundoff);
@@ -293,11 +293,11 @@ TEST_F(SavedRunTest, SaysWhereTheTruthHasGaps) {
   serve(holed);
   change([](json& m) { m["run_s"] = 12.5; });
   EXPECT_EQ(evaluate(served_).exit_status, 0);
-  EXPECT_THAT(remarks_, ElementsAre(testing::EndsWith("served: ends 4.4 s before the run; nothing "
-                                                      "is known of the rest"),
-                                    testing::EndsWith("served: has no pose for more than 0.5 s "
-                                                      "around 2 of 17 keyframes; their true poses "
-                                                      "are interpolated")));
+  EXPECT_THAT(warnings_, ElementsAre(testing::EndsWith("served: ends 4.4 s before the run; nothing "
+                                                       "is known of the rest"),
+                                     testing::EndsWith("served: has no pose for more than 0.5 s "
+                                                       "around 2 of 17 keyframes; their true poses "
+                                                       "are interpolated")));
 }
 
 TEST_F(SavedRunTest, SaysWhichFileIsWrong) {

@@ -17,7 +17,7 @@ const std::string kScenes = std::string(PANOPTES_SOURCE_DIR) + "/scenes/";
 const std::string kOffice = kScenes + "missions/explore-office.yaml";
 
 std::vector<std::string> faults(const std::vector<std::string>& overrides,
-                                Needs needs = Needs::kDriver) {
+                                CameraRequirement needs = CameraRequirement::kDriver) {
   try {
     load_mission<ExploreMission>(kOffice, overrides, needs);
   } catch (const ConfigError& error) {
@@ -49,6 +49,30 @@ TEST(Mission, WhatARunKeepsRepeatsItWhereverItLies) {
   EXPECT_EQ(again.name, "explore-office");
 }
 
+TEST(Mission, TellsTheNamesOfTodayOfSettingsThatWereCalledOtherwise) {
+  const std::string verified = "navigator.localiser.loops.method.";
+  for (const auto& [before, today] : std::vector<std::pair<std::string, std::string>>{
+           {"navigator.driver.carrot_m", "lookahead_m"},
+           {"navigator.driver.search.comfort_m", "inflation_distance_m"},
+           {"navigator.driver.search.crowding", "clearance_weight"},
+           {"navigator.explore.search.comfort_m", "inflation_distance_m"},
+           {"navigator.explore.method.settle_s", "fixed_cost_s"},
+           {"navigator.explore.method.loyalty", "hysteresis"},
+           {"navigator.explore.least_gain", "min_information_gain"},
+           {"navigator.revisit.settle_s", "fixed_cost_s"},
+           {"navigator.localiser.loops.min_way_m", "min_path_m"},
+           {verified + "reach_m", "tolerance_m"},
+           {verified + "reach_deg", "tolerance_deg"},
+           {verified + "reach_rad", "tolerance_rad"},
+           {verified + "contours.reach_m", "cutoff_m"},
+           {"navigator.mapper.floor.parallax_check.reach_m", "range_m"},
+           {"navigator.mapper.contour_way_m", "contour_path_m"}}) {
+    const std::string key = before.substr(before.rfind('.') + 1);
+    EXPECT_THAT(faults({before + "=0.5"}),
+                testing::ElementsAre("--set " + before + ": " + key + " is now " + today));
+  }
+}
+
 TEST(Mission, RefusesARigWithoutTheCameraARoleNeeds) {
   const std::string rig = kScenes + "rigs/front-back-floor.yaml";
   const std::vector<std::string> lines = faults({"rig.cameras.front.roles=[]"});
@@ -61,13 +85,14 @@ TEST(Mission, RefusesARigWithoutTheCameraARoleNeeds) {
 }
 
 TEST(Mission, WhoDoesNotNavigateNeedsNoSuchCamera) {
-  const std::vector<std::string> blind{"rig.cameras.front.roles=[]", "rig.cameras.back.roles=[]"};
-  std::vector<std::string> parked = blind;
+  const std::vector<std::string> without_cameras{"rig.cameras.front.roles=[]",
+                                                 "rig.cameras.back.roles=[]"};
+  std::vector<std::string> parked = without_cameras;
   parked.emplace_back("drive=none");
   EXPECT_THAT(faults(parked), testing::IsEmpty());
-  EXPECT_THAT(faults(blind, Needs::kNothing), testing::IsEmpty());
-  EXPECT_EQ(faults(blind).size(), 1U);
-  EXPECT_EQ(faults(parked, Needs::kNavigator).size(), 1U);
+  EXPECT_THAT(faults(without_cameras, CameraRequirement::kNothing), testing::IsEmpty());
+  EXPECT_EQ(faults(without_cameras).size(), 1U);
+  EXPECT_EQ(faults(parked, CameraRequirement::kNavigator).size(), 1U);
 }
 
 TEST(Mission, ARigMayBeWithoutCamerasWhereNobodyNavigates) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/mission/until.h"
+#include "apps/mission/stop_condition.h"
 
 #include <csignal>
 
@@ -8,48 +8,48 @@
 namespace panoptes {
 namespace {
 
-TEST(Until, EndsAtItsDuration) {
-  UntilOptions options;
+TEST(StopCondition, EndsAtItsDuration) {
+  StopOptions options;
   options.duration_s = 10;
-  const Until until(options);
-  EXPECT_FALSE(until.reached(time_at(9.99), 1000));
-  EXPECT_TRUE(until.reached(time_at(10), 0));
-  EXPECT_EQ(until.end_reason(time_at(10), 0), "duration");
+  const StopCondition stop_condition(options);
+  EXPECT_FALSE(stop_condition.reached(time_at(9.99), 1000));
+  EXPECT_TRUE(stop_condition.reached(time_at(10), 0));
+  EXPECT_EQ(stop_condition.end_reason(time_at(10), 0), "duration");
 }
 
-TEST(Until, EndsAtItsKeyframes) {
-  UntilOptions options;
+TEST(StopCondition, EndsAtItsKeyframes) {
+  StopOptions options;
   options.keyframes = 5;
-  const Until until(options);
-  EXPECT_FALSE(until.reached(time_at(1), 4));
-  EXPECT_TRUE(until.reached(time_at(1), 5));
-  EXPECT_EQ(until.end_reason(time_at(1), 5), "keyframes");
+  const StopCondition stop_condition(options);
+  EXPECT_FALSE(stop_condition.reached(time_at(1), 4));
+  EXPECT_TRUE(stop_condition.reached(time_at(1), 5));
+  EXPECT_EQ(stop_condition.end_reason(time_at(1), 5), "keyframes");
 }
 
-TEST(Until, EndsWhenTheUserAsks) {
+TEST(StopCondition, EndsWhenTheUserAsks) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    const Until until{UntilOptions()};
-    EXPECT_FALSE(until.reached(time_at(1), 0));
+    const StopCondition stop_condition{StopOptions()};
+    EXPECT_FALSE(stop_condition.reached(time_at(1), 0));
     std::raise(signal);
-    EXPECT_TRUE(until.interrupted());
-    EXPECT_FALSE(until.hurried());
-    EXPECT_TRUE(until.reached(time_at(1), 0));
+    EXPECT_TRUE(stop_condition.interrupted());
+    EXPECT_FALSE(stop_condition.hurried());
+    EXPECT_TRUE(stop_condition.reached(time_at(1), 0));
   }
 }
 
-TEST(Until, HurriesWhenTheUserAsksAgain) {
-  const Until until{UntilOptions()};
+TEST(StopCondition, HurriesWhenTheUserAsksAgain) {
+  const StopCondition stop_condition{StopOptions()};
   std::raise(SIGHUP);
   std::raise(SIGHUP);  // of the terminal and of the shell in it
-  EXPECT_FALSE(until.hurried());
+  EXPECT_FALSE(stop_condition.hurried());
   std::raise(SIGINT);
-  EXPECT_TRUE(until.hurried());
+  EXPECT_TRUE(stop_condition.hurried());
 }
 
-TEST(Until, IsNotWaitedForWhenTheUserAsksAThirdTime) {
+TEST(StopCondition, IsNotWaitedForWhenTheUserAsksAThirdTime) {
   EXPECT_EXIT(
       {
-        const Until until{UntilOptions()};
+        const StopCondition stop_condition{StopOptions()};
         for (int i = 0; i < 3; ++i) {
           std::raise(SIGINT);
         }
@@ -57,22 +57,22 @@ TEST(Until, IsNotWaitedForWhenTheUserAsksAThirdTime) {
       testing::KilledBySignal(SIGINT), "");
 }
 
-TEST(Until, LeavesAHangUpToWhoIgnoresIt) {
+TEST(StopCondition, LeavesAHangUpToWhoIgnoresIt) {
   std::signal(SIGHUP, SIG_IGN);  // as nohup does
   {
-    const Until until{UntilOptions()};
+    const StopCondition stop_condition{StopOptions()};
     std::raise(SIGHUP);
-    EXPECT_FALSE(until.interrupted());
+    EXPECT_FALSE(stop_condition.interrupted());
   }
   EXPECT_EQ(std::signal(SIGHUP, SIG_DFL), SIG_IGN);
 }
 
-TEST(Until, EndsWhenADeviceIsLost) {
-  Until until{UntilOptions()};
-  EXPECT_EQ(until.device_fault(), "");
-  until.lose_device(DeviceError("camera front: no picture for 1 s"));
-  EXPECT_TRUE(until.reached(time_at(1), 0));
-  EXPECT_EQ(until.device_fault(), "camera front: no picture for 1 s");
+TEST(StopCondition, EndsWhenADeviceIsLost) {
+  StopCondition stop_condition{StopOptions()};
+  EXPECT_EQ(stop_condition.device_fault(), "");
+  stop_condition.lose_device(DeviceError("camera front: no picture for 1 s"));
+  EXPECT_TRUE(stop_condition.reached(time_at(1), 0));
+  EXPECT_EQ(stop_condition.device_fault(), "camera front: no picture for 1 s");
 }
 
 }  // namespace

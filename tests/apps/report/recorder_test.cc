@@ -214,19 +214,21 @@ TEST_F(RecorderTest, LeavesEveryFileOfTheRunDirectory) {
 TEST_F(RecorderTest, CarriesTheLastKeyframeOnAtEveryFrameSet) {
   const auto out = folder_ / "run";
   record(out, run_.truth);
-  const std::vector<TumPose> way = read_tum(out / "trajectory.tum");
+  const std::vector<TumPose> trajectory = read_tum(out / "trajectory.tum");
   const std::vector<KeyframePose>& keyframes = run_.result.keyframes;
-  ASSERT_EQ(way.size(), run_.seen.size());
+  ASSERT_EQ(trajectory.size(), run_.seen.size());
   std::size_t last = 0;
-  for (std::size_t i = 0; i < way.size(); ++i) {
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
     last += run_.slam[i].keyframe_made.value_or(0) > 0 ? 1 : 0;
-    EXPECT_EQ(way[i].stamp, run_.seen[i].stamp);
+    EXPECT_EQ(trajectory[i].stamp, run_.seen[i].stamp);
     const Pose2 expected = keyframes[last].T_map_body * keyframes[last].T_odom_body.inverse() *
                            run_.seen[i].odometry.T_odom_body;
-    EXPECT_NEAR((floor_pose(way[i]).position() - expected.position()).norm(), 0, kRoundoff) << i;
-    EXPECT_NEAR(wrap_angle(floor_pose(way[i]).theta_rad - expected.theta_rad), 0, kRoundoff);
+    EXPECT_NEAR((floor_pose(trajectory[i]).position() - expected.position()).norm(), 0, kRoundoff)
+        << i;
+    EXPECT_NEAR(wrap_angle(floor_pose(trajectory[i]).theta_rad - expected.theta_rad), 0, kRoundoff);
   }
-  EXPECT_NEAR(floor_pose(way[5]).y_m, 0.03, 0.001);  // the map's error, and a hair of the wheels'
+  EXPECT_NEAR(floor_pose(trajectory[5]).y_m, 0.03,
+              0.001);  // the map's error, and a hair of the wheels'
 }
 
 TEST_F(RecorderTest, WritesTheFigures) {
@@ -397,7 +399,7 @@ TEST_F(RecorderTest, KeepsTheInstantsOfABlindRunInOrder) {
   const auto out = folder_ / "run";
   std::filesystem::create_directories(out);
   RunInfo info;
-  info.blind = true;
+  info.no_cameras = true;
   Recorder recorder(out, info, nullptr);
   for (const double t_s : {0.0, 0.1003, 0.1002, 0.1003, 0.2}) {
     Observation seen;
@@ -423,7 +425,7 @@ TEST_F(RecorderTest, TellsThatTheRobotStandsForPicturesDoNotCome) {
     if (i < 2) {
       seen.pictures["front"].stamp = seen.stamp;
     }
-    step.blind = i >= 4;
+    step.camera_lost = i >= 4;
     recorder.add(seen, {}, step);
   }
   recorder.write_report(std::nullopt, {}, {"device_lost", ""});

@@ -152,8 +152,8 @@ class FaultyRun : public ScratchTest {
   }
 
   int run(const std::function<void(OpenRobot&, const fs::path&)>& wrap) {
-    const auto mission =
-        load_mission<ExploreMission>((folder_ / "m.yaml").string(), {}, Needs::kNothing);
+    const auto mission = load_mission<ExploreMission>((folder_ / "m.yaml").string(), {},
+                                                      CameraRequirement::kNothing);
     testing::internal::CaptureStderr();
     testing::internal::CaptureStdout();
     int status = -1;

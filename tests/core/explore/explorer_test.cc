@@ -29,7 +29,7 @@ TEST(Explorer, LooksTowardsTheUnknown) {
   EXPECT_TRUE(choice.frontier_reachable);
   EXPECT_LT(choice.goal->pose_map.x_m, 3);
   EXPECT_LT(std::abs(choice.goal->pose_map.theta_rad), deg_to_rad(60));
-  EXPECT_GT(choice.goal->gain_m2, 1);
+  EXPECT_GT(choice.goal->information_gain_m2, 1);
 }
 
 TEST(Explorer, IsDoneInAKnownRoom) {
@@ -72,7 +72,7 @@ TEST(Explorer, LeavesAGoalGivenUpAlone) {
   const OccupancyMap map = half_known();
   const ExploreChoice first = explorer.choose(Time(), map, {1, 2, 0});
   ASSERT_TRUE(first.goal);
-  explorer.give_up(Time());
+  explorer.abandon(Time());
   const ExploreChoice second = explorer.choose(time_at(1), map, {1, 2, 0});
   ASSERT_TRUE(second.goal);
   EXPECT_GT((second.goal->pose_map.position() - first.goal->pose_map.position()).norm(),
@@ -115,7 +115,7 @@ TEST(Explorer, ItsGoalAndThoseGivenUpMoveWithTheMap) {
     const ExploreChoice first = explorer.choose(Time(), half_known(), {1, 2, 0}, before);
     ASSERT_TRUE(first.goal);
     if (given_up) {
-      explorer.give_up(Time());
+      explorer.abandon(Time());
     }
     const ExploreChoice second =
         explorer.choose(time_at(1), moved(half_known()), moved({1, 2, 0}), after);

@@ -12,8 +12,8 @@ namespace panoptes {
 namespace {
 
 /// Along y = 1 from x = 1 to 9 m in 25 cm steps, a second each, then nothing for a while.
-std::vector<Place> straight_way_east() {
-  std::vector<Place> places;
+std::vector<VisitedPose> straight_path_east() {
+  std::vector<VisitedPose> places;
   for (int i = 0; i <= 32; ++i) {
     places.push_back({{1 + 0.25 * i, 1, 0}, time_at(i), 0.1});
   }
@@ -25,7 +25,7 @@ TEST(Revisit, TakesAnOldStretchInTheDirectionAtHand) {
   // East of the way, facing west: driving it backwards costs least.
   const auto found =
       choose_revisit(RevisitOptions(), SearchOptions(), Body(), map, {9.2, 1.5, deg_to_rad(180)},
-                     time_at(300), straight_way_east(), {});
+                     time_at(300), straight_path_east(), {});
   ASSERT_TRUE(found);
   EXPECT_FALSE(found->same_heading);
   EXPECT_GE(found->places.size(), 8U);
@@ -36,7 +36,7 @@ TEST(Revisit, TakesAnOldStretchInTheDirectionAtHand) {
 
 TEST(Revisit, PrefersTheUncertain) {
   const OccupancyMap map = test::empty_room(10, 4, 0.01);
-  std::vector<Place> places = straight_way_east();
+  std::vector<VisitedPose> places = straight_path_east();
   for (int i = 0; i < 12; ++i) {
     places[static_cast<std::size_t>(i)].uncertainty_m = 1.0;
   }
@@ -50,7 +50,7 @@ TEST(Revisit, AimsAtNoPlaceThatNobodyKnowsWhereItIs) {
   const OccupancyMap map = test::empty_room(10, 4, 0.01);
   for (const double unknown :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
-    std::vector<Place> places = straight_way_east();
+    std::vector<VisitedPose> places = straight_path_east();
     for (int i = 0; i < 12; ++i) {
       places[static_cast<std::size_t>(i)].uncertainty_m = unknown;
     }
@@ -64,13 +64,13 @@ TEST(Revisit, AimsAtNoPlaceThatNobodyKnowsWhereItIs) {
 TEST(Revisit, LeavesYoungAndTriedPlacesAlone) {
   const OccupancyMap map = test::empty_room(10, 4, 0.01);
   EXPECT_FALSE(choose_revisit(RevisitOptions(), SearchOptions(), Body(), map, {5, 2, 0},
-                              time_at(60), straight_way_east(), {}));
+                              time_at(60), straight_path_east(), {}));
   std::vector<Vec2> tried;
-  for (const Place& place : straight_way_east()) {
+  for (const VisitedPose& place : straight_path_east()) {
     tried.push_back(place.T_map_body.position());
   }
   EXPECT_FALSE(choose_revisit(RevisitOptions(), SearchOptions(), Body(), map, {5, 2, 0},
-                              time_at(300), straight_way_east(), tried));
+                              time_at(300), straight_path_east(), tried));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/graph/held_pose.h"
+#include "core/graph/anchored_pose.h"
 
 #include <vector>
 
@@ -10,9 +10,9 @@ namespace {
 
 constexpr double kRoundoff = 1e-12;
 
-TEST(HeldPose, GoesWhereTheNearestKeyframeGoes) {
+TEST(AnchoredPose, GoesWhereTheNearestKeyframeGoes) {
   std::vector<Pose2> T_map_keyframes = {{0, 0, 0}, {2, 1, 0.5}, {4, 0, -1}};
-  HeldPose held({2.3, 1.4, 2}, T_map_keyframes);
+  AnchoredPose held({2.3, 1.4, 2}, T_map_keyframes);
   const Pose2 T_keyframe_place = T_map_keyframes[1].inverse() * held.T_map_place();
   T_map_keyframes.push_back({2.3, 1.4, 2});  // a nearer one later does not take it
   T_map_keyframes[1] = {2.5, 0.8, 0.7};
@@ -22,16 +22,16 @@ TEST(HeldPose, GoesWhereTheNearestKeyframeGoes) {
   EXPECT_NEAR(held.T_map_place().theta_rad, wanted.theta_rad, kRoundoff);
 }
 
-TEST(HeldPose, StaysToTheBitWhileItsKeyframeDoes) {
+TEST(AnchoredPose, StaysToTheBitWhileItsKeyframeDoes) {
   std::vector<Pose2> T_map_keyframes = {{0.1, 0.7, 0.3}, {2, 1, 0.5}};
-  HeldPose held({0.3, 0.4, 2}, T_map_keyframes);
+  AnchoredPose held({0.3, 0.4, 2}, T_map_keyframes);
   T_map_keyframes[1] = {7, 7, 1};
   held.follow(T_map_keyframes);
   EXPECT_EQ(held.T_map_place(), (Pose2{0.3, 0.4, 2}));
 }
 
-TEST(HeldPose, StaysWithoutKeyframes) {
-  HeldPose held({0.3, 0.4, 2}, {});
+TEST(AnchoredPose, StaysWithoutKeyframes) {
+  AnchoredPose held({0.3, 0.4, 2}, {});
   held.follow(std::vector<Pose2>{{9, 9, 1}});
   EXPECT_EQ(held.T_map_place(), (Pose2{0.3, 0.4, 2}));
 }

@@ -109,9 +109,9 @@ TEST(Relax, ClosuresTakeMostOfTheDriftAway) {
   EXPECT_LT(rms_m(world), before_m / 2);
   EXPECT_NEAR(report.chi2_end, chi2(world.graph), kRoundoff);
   // chi2 is about one a degree of freedom: 3 (edges - nodes + 1), within five sigma
-  const double freedom =
+  const double degrees_of_freedom =
       3.0 * static_cast<double>(world.graph.edges.size() - world.graph.T_map_node.size() + 1);
-  EXPECT_NEAR(report.chi2_end, freedom, 5 * std::sqrt(2 * freedom));
+  EXPECT_NEAR(report.chi2_end, degrees_of_freedom, 5 * std::sqrt(2 * degrees_of_freedom));
   EXPECT_EQ(world.graph.T_map_node[0], Pose2());
 }
 

@@ -209,7 +209,7 @@ TEST(Plausibility, IsThatOfNoiseUpToTwiceAsLargeAsStated) {
     Walk walk = random_walk(400, kSide_m, {.stated = stated}, Rng(95));
     relax(walk.graph);
     const Plausibility noise = plausibility(walk.graph);
-    EXPECT_EQ(noise.freedom, 3 * closures(walk.graph));
+    EXPECT_EQ(noise.degrees_of_freedom, 3 * closures(walk.graph));
     EXPECT_EQ(noise.plausible, stated > 0.5) << stated;
   }
   Walk walk = random_walk(100, kSide_m, {}, Rng(96));

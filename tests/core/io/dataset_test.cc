@@ -145,7 +145,7 @@ TEST_F(DatasetTest, GivesBackEveryBit) {
   const Dataset dataset = read_dataset(folder_);
   check_pictures(dataset, two_cameras());
   EXPECT_THAT(dataset.cameras, ElementsAre("a", "b"));
-  EXPECT_THAT(dataset.remarks, IsEmpty());
+  EXPECT_THAT(dataset.warnings, IsEmpty());
   ASSERT_EQ(dataset.observations.size(), recorded_.size());
   for (std::size_t i = 0; i < recorded_.size(); ++i) {
     SCOPED_TRACE(i);
@@ -199,7 +199,7 @@ TEST_F(DatasetTest, CutShortAnywhereIsReadToItsLastCompleteSet) {
     expect_same(recorded_[i].first, recorded_[i].second, dataset, i);
   }
   EXPECT_THAT(
-      dataset.remarks,
+      dataset.warnings,
       ElementsAre(EndsWith("odom0/data.csv: the last row is torn, for the recording was cut "
                            "short; it is left out"),
                   EndsWith("2 pictures of an incomplete frame set at the end are left out")));

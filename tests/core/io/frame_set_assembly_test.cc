@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/io/gathering.h"
+#include "core/io/frame_set_assembly.h"
 
 #include <gmock/gmock.h>
 
@@ -38,10 +38,10 @@ std::vector<std::string> files_of(const std::vector<RecordedObservation>& sets) 
   return all;
 }
 
-TEST(Gathering, TakesTheNearestPictureOfEveryCamera) {
-  const auto sets = gathered({{"a", pictures_at({0, 100, 200, 300})},
-                              {"b", pictures_at({-20, 80, 181, 279})},
-                              {"c", pictures_at({30, 230})}});
+TEST(FrameSetAssembly, TakesTheNearestPictureOfEveryCamera) {
+  const auto sets = assemble_frame_sets({{"a", pictures_at({0, 100, 200, 300})},
+                                         {"b", pictures_at({-20, 80, 181, 279})},
+                                         {"c", pictures_at({30, 230})}});
   EXPECT_THAT(files_of(sets),
               ElementsAre("a0 b-20 c30", "a100 b80", "a200 b181 c230", "a300 b279"));
   EXPECT_EQ(sets[0].stamp, Time());
@@ -49,21 +49,21 @@ TEST(Gathering, TakesTheNearestPictureOfEveryCamera) {
   EXPECT_EQ(sets[1].now, Time(milliseconds(100)));
 }
 
-TEST(Gathering, LosesNoPictureWhereTheFastestCameraLacksOne) {
-  const auto sets = gathered({{"a", pictures_at({0, 100, 400, 500})},
-                              {"b", pictures_at({5, 105, 205, 305, 405})},
-                              {"c", pictures_at({10, 210, 410})}});
+TEST(FrameSetAssembly, LosesNoPictureWhereTheFastestCameraLacksOne) {
+  const auto sets = assemble_frame_sets({{"a", pictures_at({0, 100, 400, 500})},
+                                         {"b", pictures_at({5, 105, 205, 305, 405})},
+                                         {"c", pictures_at({10, 210, 410})}});
   EXPECT_THAT(files_of(sets),
               ElementsAre("a0 b5 c10", "a100 b105", "b205 c210", "b305", "a400 b405 c410", "a500"));
 }
 
-TEST(Gathering, OneSetTakesOnePictureOfACamera) {
+TEST(FrameSetAssembly, OneSetTakesOnePictureOfACamera) {
   const auto sets =
-      gathered({{"a", pictures_at({0, 100, 200})}, {"b", pictures_at({60, 95, 240})}});
+      assemble_frame_sets({{"a", pictures_at({0, 100, 200})}, {"b", pictures_at({60, 95, 240})}});
   EXPECT_THAT(files_of(sets), ElementsAre("a0", "b60", "a100 b95", "a200 b240"));
 }
 
-TEST(Gathering, OdometryLiesOnTheArcBetweenRows) {
+TEST(FrameSetAssembly, OdometryLiesOnTheArcBetweenRows) {
   const Twist2 twist{0.5, 0.8};
   const Pose2 T_odom_from{1, 2, 3};
   const std::vector<StampedOdometry> rows{
@@ -77,7 +77,7 @@ TEST(Gathering, OdometryLiesOnTheArcBetweenRows) {
   EXPECT_NEAR(between.twist_body.v_mps, 0.55, kRoundoff);
 }
 
-TEST(Gathering, VelocitiesFollowFromTheWay) {
+TEST(FrameSetAssembly, VelocitiesFollowFromTheMotion) {
   std::vector<StampedOdometry> rows;
   const Twist2 twist{0.5, -0.8};
   for (int i = 0; i < 50; ++i) {
@@ -145,7 +145,7 @@ TEST(OthersDataset, BeginsWithItsFirstFrameSet) {
   const Dataset dataset = theirs.read();
   EXPECT_FALSE(dataset.ours);
   EXPECT_EQ(start_unix_ns(dataset), 1'700'000'000'000'000'000);
-  EXPECT_THAT(dataset.remarks, IsEmpty());
+  EXPECT_THAT(dataset.warnings, IsEmpty());
   ASSERT_THAT(dataset.observations, SizeIs(10));
   for (int i = 0; i < 10; ++i) {
     const RecordedObservation& seen = dataset.observations[static_cast<std::size_t>(i)];
@@ -163,7 +163,7 @@ TEST(OthersDataset, OdometryThatDoesNotReachIsTold) {
   const Dataset dataset = TheirText(straight_odometry(150, 1000)).read();
   EXPECT_THAT(dataset.observations, SizeIs(8));
   EXPECT_EQ(dataset.observations.front().stamp, Time());
-  EXPECT_THAT(dataset.remarks,
+  EXPECT_THAT(dataset.warnings,
               ElementsAre("d/mav0/odom0/data.csv: begins 0.15 s after the first pictures and ends "
                           "0.00 s before the last; 2 of 10 frame sets are left out"));
   EXPECT_EQ(TheirText(straight_odometry(-1000, 220)).fault(),

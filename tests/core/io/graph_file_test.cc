@@ -51,7 +51,7 @@ TEST_F(GraphFiles, ReadBackWhatWasWritten) {
   write_g2o(folder_ / "g.g2o", graph, {3, 5, 6, 7, 90});
   const GraphFile back = read_graph(folder_ / "g.g2o");
   EXPECT_TRUE(back.poses_given);
-  EXPECT_THAT(back.remarks, IsEmpty());
+  EXPECT_THAT(back.warnings, IsEmpty());
   EXPECT_THAT(back.ids, ElementsAre(3, 5, 6, 7, 90));
   ASSERT_EQ(back.graph.T_map_node, graph.T_map_node);
   ASSERT_EQ(back.graph.edges.size(), graph.edges.size());
@@ -120,14 +120,14 @@ TEST(ParseGraph, RemarksOnWhatIsOddButNoFault) {
   const std::string edges =
       "EDGE2 0 1 1 0 0 1 0 1 1 0 0\nEDGE2 1 2 1 0 0 1 0 1 1 0 0\n"
       "EDGE2 0 2 1 0 0 1 0 1 1 0 0\n";
-  EXPECT_THAT(parse_graph("g", edges).remarks, IsEmpty());
+  EXPECT_THAT(parse_graph("g", edges).warnings, IsEmpty());
   const GraphFile file = parse_graph("g", edges + "EQUIV 0 2\nEDGE2 0 2 1 0 0 1 0 1 1 0 0\n");
   EXPECT_EQ(file.graph.edges.size(), 4U);
-  EXPECT_THAT(file.remarks,
+  EXPECT_THAT(file.warnings,
               ElementsAre("g:4: EQUIV lines are left out: no two vertices are made one",
                           "g:5: edge 0 2 is a copy of that on line 3; both count"));
   EXPECT_THAT(
-      parse_graph("g", "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nFIX 1\nFIX 0\n").remarks,
+      parse_graph("g", "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nFIX 1\nFIX 0\n").warnings,
       ElementsAre("g:2: FIX lines are left out: relaxing holds the vertex of the least id"));
 }
 

@@ -289,8 +289,8 @@ TEST(LoopCloser, RefusesWhereTheFreeSpaceContradicts) {
     for (std::size_t i = 0; i < corners.size(); ++i) {
       const Vec2& from = corners[i];
       const Vec2 along = corners[(i + 1) % corners.size()] - from;
-      for (double way_m = 0; way_m < along.norm(); way_m += kEvery_m) {
-        points.push_back(T_map_body.inverse() * Vec2(from + off + way_m * along.normalized()));
+      for (double along_m = 0; along_m < along.norm(); along_m += kEvery_m) {
+        points.push_back(T_map_body.inverse() * Vec2(from + off + along_m * along.normalized()));
       }
     }
     return points;

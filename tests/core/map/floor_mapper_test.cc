@@ -17,7 +17,7 @@ const Surface kWhite{Vec3(205, 205, 205), 0.03, 4};
 
 int evidence_at(const FloorReading& reading, double x_m, double y_m) {
   const FloorProjection& p = *reading.projection;
-  const Vec2 at = (Vec2(x_m, y_m) - p.origin_look) / p.cell_m;
+  const Vec2 at = (Vec2(x_m, y_m) - p.origin_view) / p.cell_m;
   return reading.evidence[static_cast<std::size_t>(static_cast<int>(at.y()) * p.cell_columns +
                                                    static_cast<int>(at.x()))];
 }

@@ -37,7 +37,7 @@ TEST(FloorProjection, EveryCellLooksAtThePixelThatSeesIt) {
         continue;
       }
       ++cells;
-      const Vec2 at = p.origin_look + p.cell_m * Vec2(column + 0.5, row + 0.5);
+      const Vec2 at = p.origin_view + p.cell_m * Vec2(column + 0.5, row + 0.5);
       const Vec2 px = camera.intrinsics.project(T_camera_body * Vec3(at.x(), at.y(), 0));
       const std::int32_t pixel = p.pixel[static_cast<std::size_t>(s)];
       // the nearest sample is within half a ray and half a row: a pixel each way where samples are
@@ -51,10 +51,10 @@ TEST(FloorProjection, EveryCellLooksAtThePixelThatSeesIt) {
 
 TEST(FloorProjection, KnowsTheBlindGapAndTheFoot) {
   const FloorProjection p = project_floor(office_floor_camera(), Body{});
-  EXPECT_NEAR(p.foot_look.x(), 0.01, kRoundoff_m);
-  EXPECT_NEAR(p.foot_look.y(), 0, kRoundoff_m);
+  EXPECT_NEAR(p.foot_view.x(), 0.01, kRoundoff_m);
+  EXPECT_NEAR(p.foot_view.y(), 0, kRoundoff_m);
   EXPECT_NEAR(p.height_m, 0.75, kRoundoff_m);
-  EXPECT_NEAR(p.blind_gap_m, 0.2, 0.011);  // a cell
+  EXPECT_NEAR(p.blind_zone_m, 0.2, 0.011);  // a cell
 }
 
 TEST(FloorProjection, FindsTheCameraFromFourMarks) {
@@ -66,7 +66,7 @@ TEST(FloorProjection, FindsTheCameraFromFourMarks) {
   }
   const FloorProjection exact = project_floor(camera, Body{});
   EXPECT_NEAR(exact.height_m, 0.75, 1e-6);
-  EXPECT_NEAR(exact.foot_look.x(), 0.01, 1e-6);
+  EXPECT_NEAR(exact.foot_view.x(), 0.01, 1e-6);
   // the believed mounting is not asked where there are marks
   camera.T_body_camera = mounted_camera(Vec3(0.01, 0, 0.75), 0, deg_to_rad(20));
   EXPECT_NEAR(project_floor(camera, Body{}).height_m, 0.75, 1e-6);
@@ -107,8 +107,8 @@ TEST(FloorProjection, IsTheSameForACameraThatLooksAnotherWay) {
   const double turn_rad = deg_to_rad(150);
   camera.T_body_camera = on_floor({0, 0, turn_rad}) * camera.T_body_camera;
   const FloorProjection behind = project_floor(camera, Body{});
-  EXPECT_NEAR(behind.T_body_look.theta_rad, turn_rad, 1e-9);
-  EXPECT_NEAR((behind.foot_look - ahead.foot_look).norm(), 0, 1e-9);
+  EXPECT_NEAR(behind.T_body_view.theta_rad, turn_rad, 1e-9);
+  EXPECT_NEAR((behind.foot_view - ahead.foot_view).norm(), 0, 1e-9);
   EXPECT_NEAR(behind.front_m, ahead.front_m, 1e-9);
   EXPECT_EQ(behind.rays, ahead.rays);
   EXPECT_EQ(behind.rows, ahead.rows);

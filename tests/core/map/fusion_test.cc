@@ -152,7 +152,7 @@ std::shared_ptr<const GridCrop> driven_through_a_wall() {
       *crop_of(Vec2(-1, -1), Vec2(1, 1), [](double x, double) { return x < 0.1 ? 60 : -100; }));
   crop->body_radius_m = 0.25;
   for (int k = -10; k <= 10; ++k) {
-    crop->driven.emplace_back(0.02 * k, 0);
+    crop->traversed.emplace_back(0.02 * k, 0);
   }
   return crop;
 }
@@ -168,10 +168,10 @@ TEST_P(EveryCellSize, WhatTheBodyHasDrivenThroughIsFreeAndNothingBesideIt) {
   const double cell_m = 1.5 * GetParam();
   for (double x = -0.5; x <= 0.5; x += 0.01) {
     for (double y = -0.5; y <= 0.5; y += 0.01) {
-      const double way_m = (Vec2(x, y) - Vec2(std::clamp(x, -0.2, 0.2), 0)).norm();
-      if (way_m < crop->body_radius_m - cell_m) {
+      const double distance_m = (Vec2(x, y) - Vec2(std::clamp(x, -0.2, 0.2), 0)).norm();
+      if (distance_m < crop->body_radius_m - cell_m) {
         ASSERT_EQ(map.at(T * Vec2(x, y)), Cell::kFree) << x << " " << y;
-      } else if (way_m > crop->body_radius_m) {
+      } else if (distance_m > crop->body_radius_m) {
         ASSERT_EQ(map.at(T * Vec2(x, y)), Cell::kOccupied) << x << " " << y;
       }
     }
@@ -187,7 +187,7 @@ TEST_P(EveryCellSize, WhatWasDrivenThroughMovesToTheBitAsFromScratch) {
     auto crop = std::make_shared<GridCrop>(*random_crop(rng));
     crop->body_radius_m = 0.25;
     for (int k = 0; k < 5; ++k) {  // beyond what was seen as well
-      crop->driven.emplace_back(rng.uniform(-1, 1), rng.uniform(-1, 1));
+      crop->traversed.emplace_back(rng.uniform(-1, 1), rng.uniform(-1, 1));
     }
     placed.push_back({crop, random_pose(rng)});
     global.add(crop, placed.back().T_map_keyframe);

@@ -50,7 +50,7 @@ TEST(KeyframeGrid, LeavesNoHolesAtAnyHeading) {
           within = within && reading.evidence[static_cast<std::size_t>(
                                  (r + k / 5 - 2) * projection->cell_columns + c + k % 5 - 2)] != 0;
         }
-        const Vec2 p = T_keyframe_body * (projection->origin_look + 0.01 * Vec2(c + 0.5, r + 0.5));
+        const Vec2 p = T_keyframe_body * (projection->origin_view + 0.01 * Vec2(c + 0.5, r + 0.5));
         if (within) {
           ASSERT_EQ(crop.at(static_cast<int>(std::floor(p.x() / 0.01)),
                             static_cast<int>(std::floor(p.y() / 0.01))),
@@ -65,7 +65,7 @@ TEST(KeyframeGrid, PutsACellWhereItLies) {
   const auto projection = office_projection();
   FloorReading reading = even_reading(projection, 0);
   const Vec2 p_body(1.205, 0.305);
-  const Vec2 cell = (p_body - projection->origin_look) / projection->cell_m;
+  const Vec2 cell = (p_body - projection->origin_view) / projection->cell_m;
   for (int dr = -1; dr <= 1; ++dr) {
     for (int dc = -1; dc <= 1; ++dc) {
       reading.evidence[static_cast<std::size_t>((static_cast<int>(cell.y()) + dr) *
@@ -131,7 +131,7 @@ TEST(KeyframeGrid, RemembersWhereTheBodyHasBeenAndNoPlaceTwice) {
     grid.add_body(Vec2(0.001 * k, 0), 0.25);
   }
   const GridCrop crop = grid.crop();
-  EXPECT_EQ(crop.driven.size(), 5U);  // 2 cm apart
+  EXPECT_EQ(crop.traversed.size(), 5U);  // 2 cm apart
   EXPECT_EQ(crop.body_radius_m, 0.25);
   EXPECT_EQ(crop.at(0, 0), 48);
 }

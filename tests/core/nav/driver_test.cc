@@ -309,7 +309,7 @@ TEST(Driver, HandsBackTheWindowWhenAsked) {
   task.keep_window = true;
   const DriveStep step = r.driver.step(task);
   EXPECT_FALSE(step.window.empty());
-  EXPECT_TRUE(step.carrot_odom);
+  EXPECT_TRUE(step.lookahead_odom);
   EXPECT_FALSE(step.path_map.empty());
 }
 

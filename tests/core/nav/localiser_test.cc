@@ -25,9 +25,9 @@ const WheelOdometry kWheels({}, Body());
 std::vector<Vec2> no_contours(int /*keyframe*/) { return {}; }
 
 // As the navigator steps it: with what is believed of what the cameras show.
-Located step_believed(Localiser& localiser, CameraHealth& health, const Observation& seen) {
-  const CameraReports& cameras = health.look(seen);
-  return localiser.step(health.believable(seen), no_contours, {}, cameras);
+Located step_accepted(Localiser& localiser, CameraHealth& health, const Observation& seen) {
+  const CameraReports& cameras = health.check(seen);
+  return localiser.step(health.accepted(seen), no_contours, {}, cameras);
 }
 
 TEST(Localiser, FirstObservationFoundsTheMap) {
@@ -110,12 +110,12 @@ constexpr double kWheelsTurn = 1.01;  // times too far
 
 // One and a half times round a square of 1.25 m, a keyframe a second: what is seen of it, drawn
 // once, and where the robot truly is at the end.
-struct Way {
+struct Drive {
   test::RoomRobot robot{7};
   std::vector<Observation> seen;
   Pose2 T_map_body;
 
-  Way() {
+  Drive() {
     const Pose2 T_scene_map{-1.2, -1, 0};
     Pose2 T_odom_body;
     seen.push_back(robot.look(0, T_scene_map, T_odom_body));
@@ -138,20 +138,20 @@ struct Round {
 using Spoil = std::function<void(Observation&)>;
 
 Round drive_round(const LocaliserOptions& options, const Spoil& spoil) {
-  static const Way way;
-  Localiser localiser(options, kWheels, way.robot.rig(), Rng(7));
-  CameraHealth health(way.robot.rig());
+  static const Drive drive;
+  Localiser localiser(options, kWheels, drive.robot.rig(), Rng(7));
+  CameraHealth health(drive.robot.rig());
   Round out;
   Located at;
-  for (Observation seen : way.seen) {
+  for (Observation seen : drive.seen) {
     if (spoil && seen.stamp >= time_at(kSpoiledFrom_s)) {
       spoil(seen);
     }
-    at = step_believed(localiser, health, seen);
+    at = step_accepted(localiser, health, seen);
     out.closures += static_cast<int>(std::count_if(at.closures.begin(), at.closures.end(),
                                                    [](const auto& c) { return c.accepted; }));
   }
-  out.heading_off_rad = wrap_angle(at.T_map_body.theta_rad - way.T_map_body.theta_rad);
+  out.heading_off_rad = wrap_angle(at.T_map_body.theta_rad - drive.T_map_body.theta_rad);
   return out;
 }
 
@@ -211,9 +211,9 @@ TEST(Localiser, BelievesACameraAgainThatThaws) {
   Localiser localiser({}, kWheels, robot.rig(), Rng(8));
   CameraHealth health(robot.rig());
   const Observation first = robot.look(0, {}, {});
-  step_believed(localiser, health, first);
+  step_accepted(localiser, health, first);
   const auto features = [&](const Observation& seen) {
-    const Located at = step_believed(localiser, health, seen);
+    const Located at = step_accepted(localiser, health, seen);
     const PlaceFeatures& kept = localiser.place(at.keyframe_made.value()).features;
     return std::array{kept[0].px.size(), kept[1].px.size()};
   };
@@ -231,7 +231,7 @@ TEST(Localiser, MakesKeyframesWithoutACameraThatIsLost) {
        {std::vector<std::string>{"front"}, {"back"}, {"front", "back"}}) {
     Localiser localiser({}, kWheels, robot.rig(), Rng(9));
     CameraHealth health(robot.rig());
-    step_believed(localiser, health, robot.look(0, {}, {}));
+    step_accepted(localiser, health, robot.look(0, {}, {}));
     int made = 0;
     for (int i = 1; i <= 4; ++i) {
       const Pose2 there{0.26 * i, 0, 0};
@@ -239,13 +239,13 @@ TEST(Localiser, MakesKeyframesWithoutACameraThatIsLost) {
       for (const std::string& camera : gone) {
         seen.pictures.erase(camera);
       }
-      const Located at = step_believed(localiser, health, seen);
+      const Located at = step_accepted(localiser, health, seen);
       made += at.keyframe_made ? 1 : 0;
       EXPECT_NEAR((at.T_map_body.position() - there.position()).norm(), 0, 0.02);
     }
     EXPECT_EQ(made, 4) << gone.front();
-    EXPECT_TRUE(localiser.place(4).one_eyed);
-    EXPECT_TRUE(localiser.place(4).blind());
+    EXPECT_TRUE(localiser.place(4).partial);
+    EXPECT_TRUE(localiser.place(4).featureless());
   }
 }
 

@@ -308,7 +308,7 @@ TEST(Mapper, EverySecondFloorCameraMapsButTheForemostIsRead) {
   Observation seen = ride.look({});
   const Mapped both = ride.keyframe(seen);
   ASSERT_NE(both.reading.projection, nullptr);
-  EXPECT_NEAR(both.reading.projection->T_body_look.theta_rad, 0, 1e-12);
+  EXPECT_NEAR(both.reading.projection->T_body_view.theta_rad, 0, 1e-12);
   EXPECT_EQ(ride.finished().at(Vec2(-1, 0)), Cell::kFree);
   EXPECT_EQ(ride.finished().at(Vec2(1, 0)), Cell::kFree);
 
@@ -492,9 +492,9 @@ std::vector<Observation> look_along_posts() {
   return seen;
 }
 
-Ride along(const std::vector<Observation>& posts, double contour_way_m, int contour_keyframes) {
+Ride along(const std::vector<Observation>& posts, double contour_path_m, int contour_keyframes) {
   MapperOptions options;
-  options.contour_way_m = contour_way_m;
+  options.contour_path_m = contour_path_m;
   options.contour_keyframes = contour_keyframes;
   Ride ride(options);
   for (const Observation& seen : posts) {

@@ -115,11 +115,11 @@ TEST(Navigator, MapsTheFloorBehindItWithASecondFloorCamera) {
     }
     return explorer.slam.map(0.05).at(behind_map);
   };
-  test::RoomRobot one_eyed(12);
-  EXPECT_EQ(floor_behind(one_eyed), Cell::kUnknown);
-  test::RoomRobot two_eyed(12);
-  two_eyed.look_back_at_the_floor();
-  EXPECT_EQ(floor_behind(two_eyed), Cell::kFree);
+  test::RoomRobot one_camera(12);
+  EXPECT_EQ(floor_behind(one_camera), Cell::kUnknown);
+  test::RoomRobot two_cameras(12);
+  two_cameras.look_back_at_the_floor();
+  EXPECT_EQ(floor_behind(two_cameras), Cell::kFree);
 }
 
 TEST(Navigator, WaitsUntilItHasSeenTheFloorAndLivesWithSetsThatMissCameras) {
@@ -157,7 +157,7 @@ struct Spoiled {
   double free_after_m2 = 0;
   std::size_t keyframes_before = 0;
   std::size_t keyframes_after = 0;
-  std::string given_up;
+  std::string lost_cameras;
   bool done = false;
 };
 Spoiled spoiled(const std::function<void(Observation&)>& spoil, int frames) {
@@ -192,7 +192,7 @@ Spoiled spoiled(const std::function<void(Observation&)>& spoil, int frames) {
   }
   out.free_after_m2 = explorer.slam.map(0.05).free_m2();
   out.keyframes_after = explorer.slam.keyframes().size();
-  out.given_up = explorer.navigator.given_up();
+  out.lost_cameras = explorer.navigator.lost_cameras();
   out.done = explorer.navigator.done();
   return out;
 }
@@ -222,7 +222,7 @@ TEST(Navigator, StandsAndMapsNothingWhileTheFloorCameraIsLost) {
            {"dark", darken({"floor"})},
            {"missing", [](Observation& seen) { seen.pictures.erase("floor"); }}}) {
     const Spoiled run = spoiled(spoil, kAWhile);
-    EXPECT_TRUE(run.last.blind) << fault;
+    EXPECT_TRUE(run.last.camera_lost) << fault;
     EXPECT_EQ(run.last.state, PilotState::kStopped);
     EXPECT_EQ(run.last.command_body.v_mps, 0);
     EXPECT_EQ(run.last.command_body.w_radps, 0);
@@ -230,14 +230,14 @@ TEST(Navigator, StandsAndMapsNothingWhileTheFloorCameraIsLost) {
     EXPECT_FALSE(run.last.goal_map);
     // what the body covers while it comes to rest is free
     EXPECT_NEAR(run.free_after_m2, run.free_before_m2, 0.1) << fault;
-    EXPECT_EQ(run.given_up, "");
+    EXPECT_EQ(run.lost_cameras, "");
   }
 }
 
 TEST(Navigator, GivesUpOnAFloorCameraThatDoesNotComeBack) {
   constexpr int kLongerThanItWaits = 18;
   const Spoiled run = spoiled(darken({"front", "back", "floor"}), kLongerThanItWaits);
-  EXPECT_EQ(run.given_up, "camera back: dark; camera floor: dark; camera front: dark");
+  EXPECT_EQ(run.lost_cameras, "camera back: dark; camera floor: dark; camera front: dark");
   EXPECT_FALSE(run.done);
 }
 
@@ -251,15 +251,15 @@ TEST(Navigator, DrivesOnWhenItSeesTheFloorAgain) {
         }
       },
       20);
-  EXPECT_TRUE(run.first.blind);
-  EXPECT_FALSE(run.last.blind);
+  EXPECT_TRUE(run.first.camera_lost);
+  EXPECT_FALSE(run.last.camera_lost);
   EXPECT_GT(std::abs(run.last.command_body.v_mps) + std::abs(run.last.command_body.w_radps), 0);
-  EXPECT_EQ(run.given_up, "");
+  EXPECT_EQ(run.lost_cameras, "");
 }
 
 TEST(Navigator, DrivesOnAndMakesKeyframesWithoutALoopCamera) {
   const Spoiled run = spoiled([](Observation& seen) { seen.pictures.erase("front"); }, 60);
-  EXPECT_FALSE(run.last.blind);
+  EXPECT_FALSE(run.last.camera_lost);
   EXPECT_GT(run.keyframes_after, run.keyframes_before + 1);
   EXPECT_THAT(run.last.reason, testing::HasSubstr("; camera front: missing"));
 }

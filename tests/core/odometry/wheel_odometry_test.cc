@@ -17,15 +17,15 @@ namespace {
 constexpr double kBase_m = 0.33;
 
 // Drives an arc in small steps with the noise that the options promise.
-Pose2 drive(const WheelNoise& noise, double way_m, double turn_rad, Rng rng) {
+Pose2 drive(const WheelNoise& noise, double distance_m, double turn_rad, Rng rng) {
   constexpr int kSteps = 50;
   const double slip = 1 + rng.normal(0, noise.slip_share);
   const double base = 1 + rng.normal(0, noise.base_share);
   const double diameter = rng.normal(0, noise.diameter_share);
   Pose2 pose;
   for (int step = 0; step < kSteps; ++step) {
-    double left = (way_m - turn_rad * kBase_m / 2) / kSteps;
-    double right = (way_m + turn_rad * kBase_m / 2) / kSteps;
+    double left = (distance_m - turn_rad * kBase_m / 2) / kSteps;
+    double right = (distance_m + turn_rad * kBase_m / 2) / kSteps;
     left += rng.normal(0, noise.step_sigma_m * std::sqrt(std::abs(left)));
     right += rng.normal(0, noise.step_sigma_m * std::sqrt(std::abs(right)));
     left *= 1 - diameter / 2;
@@ -39,14 +39,14 @@ class WheelCovariance : public ::testing::TestWithParam<std::pair<double, double
 
 TEST_P(WheelCovariance, IsThatOfManyDrives) {
   const WheelNoise noise;
-  const auto [way_m, turn_rad] = GetParam();
-  const Pose2 meant = exp_twist({way_m, turn_rad}, 1);
+  const auto [distance_m, turn_rad] = GetParam();
+  const Pose2 meant = exp_twist({distance_m, turn_rad}, 1);
   const Mat3 promised = wheel_covariance(noise, kBase_m, meant);
   Mat3 drawn = Mat3::Zero();
   constexpr int kDrives = 4000;
   const Rng rng(1);
   for (int i = 0; i < kDrives; ++i) {
-    const Pose2 there = drive(noise, way_m, turn_rad, rng.fork(std::to_string(i)));
+    const Pose2 there = drive(noise, distance_m, turn_rad, rng.fork(std::to_string(i)));
     const Vec3 off(there.x_m - meant.x_m, there.y_m - meant.y_m, there.theta_rad - meant.theta_rad);
     drawn += off * off.transpose() / kDrives;
   }

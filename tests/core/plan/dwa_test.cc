@@ -17,11 +17,11 @@ const Body kBody;
 
 ClearanceMap open_floor() { return clearance_map(test::empty_room(8, 8, 0.02), 1); }
 
-DwaRequest request_at(const Pose2& T_odom_body, const Twist2& twist, const Vec2& carrot) {
+DwaRequest request_at(const Pose2& T_odom_body, const Twist2& twist, const Vec2& lookahead) {
   DwaRequest request;
   request.T_odom_body = T_odom_body;
   request.twist_body = twist;
-  request.carrot_odom = carrot;
+  request.lookahead_odom = lookahead;
   return request;
 }
 
@@ -30,7 +30,7 @@ double gap(const ClearanceMap& map, const Vec2& p) {
   return std::min(map.to_occupied_m[i], map.to_unknown_m[i]) - kBody.radius_m;
 }
 
-TEST(Dwa, DrivesStraightAndFasterTowardsACarrotAhead) {
+TEST(Dwa, DrivesStraightAndFasterTowardsALookaheadPointAhead) {
   const DwaResult result =
       choose_arc(kOptions, kBody, open_floor(), request_at({4, 4, 0}, {0.3, 0}, {4.7, 4}));
   ASSERT_TRUE(result.choice);
@@ -40,7 +40,7 @@ TEST(Dwa, DrivesStraightAndFasterTowardsACarrotAhead) {
               1e-9);
 }
 
-TEST(Dwa, MirroredCarrotsGiveMirroredCommands) {
+TEST(Dwa, MirroredLookaheadPointsGiveMirroredCommands) {
   // The robot's middle on a cell's centre, so that the map is its own mirror image too.
   for (const double side : {0.1, 0.3, 0.6}) {
     const DwaResult left = choose_arc(kOptions, kBody, open_floor(),
@@ -77,8 +77,8 @@ TEST(Dwa, StaysWithinWhatTheBodyCanDo) {
   }
 }
 
-// The law that keeps the robot whole: whatever carrot it is lured by, driving on by the chosen
-// command for the reaction time and then braking on the same arc touches nothing.
+// The law that keeps the robot whole: whatever lookahead point it steers for, driving on by the
+// chosen command for the reaction time and then braking on the same arc touches nothing.
 TEST(Dwa, CanAlwaysStopInTime) {
   Rng rng(4);
   for (int world = 0; world < 10; ++world) {
@@ -94,10 +94,11 @@ TEST(Dwa, CanAlwaysStopInTime) {
       if (gap(clear, T.position()) < 0.08) {
         continue;
       }
-      const Vec2 carrot(rng.uniform(0, 6), rng.uniform(0, 6));
+      const Vec2 lookahead(rng.uniform(0, 6), rng.uniform(0, 6));
       Twist2 twist;
       for (int i = 0; i < 100; ++i) {
-        const DwaResult result = choose_arc(kOptions, kBody, clear, request_at(T, twist, carrot));
+        const DwaResult result =
+            choose_arc(kOptions, kBody, clear, request_at(T, twist, lookahead));
         if (result.choice) {
           twist = result.choice->command_body;
         } else {

@@ -56,7 +56,7 @@ TEST(PathSearch, GoesRoundAndKeepsItsMargin) {
   const DrivableGrid grid = drivable_grid(options, body, map);
   const PathSearch found = search_path(options, grid, {3.5, 1.2}, {3.5, 2.8});
   ASSERT_TRUE(found.path) << found.reason;
-  EXPECT_GE(found.path->room_min_m, 0);
+  EXPECT_GE(found.path->min_clearance_m, 0);
   EXPECT_GT(found.path->length_m, 2 * 2.5);
   const ClearanceMap fine = clearance_map(map, 1);
   for (const Vec2& p : found.path->points) {
@@ -79,7 +79,7 @@ TEST(PathSearch, AStartInsideTheMarginMayLeaveIt) {
   const OccupancyMap map = test::empty_room(4, 4, 0.01);
   const PathSearch found = find(map, {0.2, 2}, {3, 2});  // the disc would reach into the wall
   ASSERT_TRUE(found.path) << found.reason;
-  EXPECT_LT(found.path->room_min_m, 0);
+  EXPECT_LT(found.path->min_clearance_m, 0);
 }
 
 TEST(PathSearch, AGoalInAnObstacleIsMovedALittleOrRefused) {
@@ -102,16 +102,16 @@ TEST(PathSearch, AgreesWithTheFlood) {
       static_cast<int>(grid.clearance.index(grid.clearance.column(goal), grid.clearance.row(goal)));
   const PathSearch found = search_path(options, grid, start, goal);
   ASSERT_TRUE(found.path);
-  const std::vector<Vec2> way = way_to(grid, field, cell);
+  const std::vector<Vec2> path = path_to(grid, field, cell);
   // The search may break ties differently, so lengths are compared, up to a cell's diagonal.
   double length = 0;
-  for (std::size_t i = 1; i < way.size(); ++i) {
-    length += (way[i] - way[i - 1]).norm();
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    length += (path[i] - path[i - 1]).norm();
   }
   EXPECT_NEAR(length, found.path->length_m, 0.08);
 }
 
-TEST(Carrot, IsAheadOnThePathAndCutsNoCorner) {
+TEST(Lookahead, IsAheadOnThePathAndCutsNoCorner) {
   OccupancyMap map = test::empty_room(4, 4, 0.01);
   test::fill(map, 0, 1.5, 2.5, 2.5, Cell::kOccupied);  // an L about (2.5, 1.5)
   const SearchOptions options;
@@ -120,10 +120,11 @@ TEST(Carrot, IsAheadOnThePathAndCutsNoCorner) {
   ASSERT_TRUE(found.path) << found.reason;
   std::size_t along = 0;
   for (const Vec2& robot : found.path->points) {
-    const Carrot carrot = carrot_on(grid, *found.path, robot, 0.7, along);
-    EXPECT_LE((carrot.point - robot).norm(), 0.7 + 0.08);
-    EXPECT_TRUE(straight_way(grid, robot, carrot.point, -0.03));
-    EXPECT_EQ(carrot.last, carrot.to_go_m <= 0.71 && carrot.point == found.path->points.back());
+    const Lookahead lookahead = lookahead_point(grid, *found.path, robot, 0.7, along);
+    EXPECT_LE((lookahead.point - robot).norm(), 0.7 + 0.08);
+    EXPECT_TRUE(straight_line_clear(grid, robot, lookahead.point, -0.03));
+    EXPECT_EQ(lookahead.last,
+              lookahead.to_go_m <= 0.71 && lookahead.point == found.path->points.back());
   }
 }
 

@@ -65,7 +65,7 @@ struct Watch {
     if (!bgr.empty()) {
       seen.pictures["eye"] = {seen.stamp, bgr};
     }
-    return health.look(seen).at("eye");
+    return health.check(seen).at("eye");
   }
   void see_things(int pictures) {
     for (int i = 0; i < pictures; ++i) {
@@ -136,7 +136,7 @@ TEST(CameraHealth, PicturesBehindADeadlineAreNotMissing) {
     if (taken_s >= 0) {
       seen.pictures["eye"] = {time_at(taken_s), w.scene.things()};
     }
-    return w.health.look(seen).at("eye");
+    return w.health.check(seen).at("eye");
   };
   look(0, 0);
   for (int i = 1; i <= 30; ++i) {
@@ -156,9 +156,9 @@ TEST(CameraHealth, PicturesAsOldAsThatAreLate) {
   Observation seen;
   seen.stamp = time_at(w.at_s + 10 * kFrame_s);
   seen.pictures["eye"] = {time_at(w.at_s + kFrame_s), w.scene.things()};
-  EXPECT_EQ(w.health.look(seen).at("eye").state, CameraState::kLate);
+  EXPECT_EQ(w.health.check(seen).at("eye").state, CameraState::kLate);
   EXPECT_EQ(w.health.reports().at("eye").late, 1);
-  EXPECT_TRUE(w.health.believable(seen).pictures.empty());
+  EXPECT_TRUE(w.health.accepted(seen).pictures.empty());
 }
 
 TEST(CameraHealth, EqualPicturesOfARobotThatStandsAreNoFault) {

@@ -70,15 +70,16 @@ PlaceDepths depths_at(const SyntheticRoom& room, const LoopCameras& cameras,
                       const Pose2& T_map_here, const PlaceFeatures& here, Rng rng) {
   std::vector<PlaceFeatures> there;
   std::vector<Neighbour> neighbours;
-  const std::array<double, 4> way_m{-0.5, -0.25, 0.25, 0.5};
-  there.reserve(way_m.size());
-  for (const double x_m : way_m) {
+  const std::array<double, 4> position_m{-0.5, -0.25, 0.25, 0.5};
+  there.reserve(position_m.size());
+  for (const double x_m : position_m) {
     there.push_back(room.seen_from(cameras, T_map_here * Pose2{x_m, 0, 0}, 0.7, 0.15,
                                    rng.fork(std::to_string(x_m))));
   }
   for (std::size_t i = 0; i < there.size(); ++i) {
     neighbours.push_back(
-        {&there[i], {way_m[i] + rng.normal(0, 0.002), rng.normal(0, 0.002), rng.normal(0, 0.002)}});
+        {&there[i],
+         {position_m[i] + rng.normal(0, 0.002), rng.normal(0, 0.002), rng.normal(0, 0.002)}});
   }
   return triangulate(kFeatures, kMotion, cameras, here, neighbours);
 }

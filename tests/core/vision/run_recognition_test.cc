@@ -35,9 +35,9 @@ std::vector<int> then(std::vector<int> first, const std::vector<int>& second) {
   return first;
 }
 
-int believed(const RunRecognition& run) {
+int accepted(const RunRecognition& run) {
   return static_cast<int>(std::count_if(run.pictures.begin(), run.pictures.end(),
-                                        [](const Recognised& one) { return one.believed; }));
+                                        [](const Recognised& one) { return one.accepted; }));
 }
 
 constexpr int kLap = 20;
@@ -48,18 +48,18 @@ TEST(RunRecognition, FindsEveryPlaceOfASecondLapWhateverItsSpeed) {
         then(lap(kLap), lap(static_cast<int>((kLap - 1) / speed), speed * kWallStep_px));
     const RunRecognition run = recognise_run({}, views_at(at_px, 1), Rng(1));
     for (int i = 0; i < kLap; ++i) {
-      EXPECT_FALSE(run.pictures[i].believed) << speed << " " << i;
+      EXPECT_FALSE(run.pictures[i].accepted) << speed << " " << i;
     }
     for (std::size_t i = kLap; i < at_px.size(); ++i) {
       const Recognised& found = run.pictures[i];
-      EXPECT_TRUE(found.believed) << speed << " " << i;
+      EXPECT_TRUE(found.accepted) << speed << " " << i;
       EXPECT_LE(std::abs(at_px[i] - at_px[found.earlier]), kWallStep_px) << speed << " " << i;
     }
   }
 }
 
 TEST(RunRecognition, FindsNothingOnOneLap) {
-  EXPECT_EQ(believed(recognise_run({}, views_at(lap(2 * kLap), 3), Rng(1))), 0);
+  EXPECT_EQ(accepted(recognise_run({}, views_at(lap(2 * kLap), 3), Rng(1))), 0);
 }
 
 // As of a row of cupboards: along another wall, half of each picture is as on the first lap.
@@ -74,13 +74,13 @@ TEST(RunRecognition, HalfOfAPictureSeenBeforeIsNoReturn) {
     wall_picture(at_px, rng)(half).copyTo(picture(half));
     views.push_back(place_view({}, picture));
   }
-  EXPECT_EQ(believed(recognise_run({}, std::move(views), Rng(1))), 0);
+  EXPECT_EQ(accepted(recognise_run({}, std::move(views), Rng(1))), 0);
 }
 
 TEST(RunRecognition, StandingOrCreepingIsNoReturn) {
   const std::vector<int> standing(15, kLap * kWallStep_px);
-  EXPECT_EQ(believed(recognise_run({}, views_at(then(lap(kLap), standing), 1), Rng(1))), 0);
-  EXPECT_EQ(believed(recognise_run({}, views_at(lap(2 * kLap, kWallStep_px / 8.0), 1), Rng(1))), 0);
+  EXPECT_EQ(accepted(recognise_run({}, views_at(then(lap(kLap), standing), 1), Rng(1))), 0);
+  EXPECT_EQ(accepted(recognise_run({}, views_at(lap(2 * kLap, kWallStep_px / 8.0), 1), Rng(1))), 0);
 }
 
 TEST(RunRecognition, LearnsHowFarPicturesOverlap) {
@@ -113,7 +113,7 @@ cv::Mat showing_nothing(PictureFault fault, const cv::Mat& grey, Rng rng) {
 TEST(RunRecognition, PicturesThatShowNothingChangeNothing) {
   const std::vector<int> at_px = then(lap(kLap), lap(kLap));
   const RunRecognition alone = recognise_run({}, views_at(at_px, 1), Rng(1));
-  ASSERT_GE(believed(alone), kLap - 1);
+  ASSERT_GE(accepted(alone), kLap - 1);
   for (const PictureFault fault : {PictureFault::kBlank, PictureFault::kDark,
                                    PictureFault::kOverExposed, PictureFault::kBlurred}) {
     for (const int every : {5}) {
@@ -139,7 +139,7 @@ TEST(RunRecognition, PicturesThatShowNothingChangeNothing) {
       for (std::size_t i = 0; i < at.size(); ++i) {
         const Recognised& found = run.pictures[at[i]];
         EXPECT_EQ(found.fault, PictureFault::kNone);
-        EXPECT_EQ(found.believed, alone.pictures[i].believed);
+        EXPECT_EQ(found.accepted, alone.pictures[i].accepted);
         const int earlier = alone.pictures[i].earlier;
         EXPECT_EQ(found.earlier, earlier < 0 ? -1 : at[earlier]);
       }
@@ -153,16 +153,16 @@ TEST(RunRecognition, ACoveredOrFrozenCameraRecognisesNothing) {
   for (int i = 0; i < kLap; ++i) {
     covered.push_back(place_view({}, black));
   }
-  EXPECT_EQ(believed(recognise_run({}, covered, Rng(1))), 0);
+  EXPECT_EQ(accepted(recognise_run({}, covered, Rng(1))), 0);
   const std::vector<PlaceView> frozen(kLap, place_view({}, wall_picture(0, Rng(1))));
-  EXPECT_EQ(believed(recognise_run({}, frozen, Rng(1))), 0);
+  EXPECT_EQ(accepted(recognise_run({}, frozen, Rng(1))), 0);
 }
 
 TEST(RunRecognition, TooFewPicturesTeachNothing) {
   for (const int count : {0, 1, 2, 8}) {
     const RunRecognition run = recognise_run({}, views_at(lap(count), 1), Rng(1));
     EXPECT_FALSE(run.learned());
-    EXPECT_EQ(believed(run), 0);
+    EXPECT_EQ(accepted(run), 0);
     EXPECT_EQ(run.pictures.size(), static_cast<std::size_t>(count));
   }
 }

@@ -49,7 +49,7 @@ TEST_F(RecordingRobotTest, KeepsAllThatWasPerceivedUntilTheRobotIsLost) {
   const Dataset dataset = read_dataset(folder_);
   EXPECT_EQ(dataset.observations.size(), 5U);
   EXPECT_EQ(dataset.commands.size(), 5U);
-  EXPECT_THAT(dataset.remarks, testing::IsEmpty());
+  EXPECT_THAT(dataset.warnings, testing::IsEmpty());
 }
 
 TEST_F(RecordingRobotTest, WritesForOtherProgramsToo) {

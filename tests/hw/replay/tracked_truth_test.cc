@@ -73,7 +73,7 @@ TEST_F(TrackedTruth, IsOfTheObservationsInstants) {
   Dataset dataset = observed();
   const auto truth = truth_of(folder_, dataset);
   ASSERT_TRUE(truth);
-  EXPECT_THAT(dataset.remarks, IsEmpty());
+  EXPECT_THAT(dataset.warnings, IsEmpty());
   const Truth all = truth->after(dataset.observations.size());
   expect_true(all, dataset);
   EXPECT_FALSE(truth->touches_known());
@@ -100,7 +100,7 @@ TEST_F(TrackedTruth, OfADriveThatItTellsTooLittleOfNothingIsSaid) {
   track(1000, 4000, 20);
   Dataset dataset = observed();
   EXPECT_FALSE(truth_of(folder_, dataset));
-  EXPECT_THAT(dataset.remarks,
+  EXPECT_THAT(dataset.warnings,
               ElementsAre(HasSubstr("data.csv: tells of 1.00 to 4.00 s, the pictures go from 0.00 "
                                     "to 4.00 s and the robot moves meanwhile; nothing is compared "
                                     "with it")));
@@ -113,14 +113,14 @@ TEST_F(TrackedTruth, GapsAreTold) {
   track(0, 4000, 20, 0, 2000);
   Dataset dataset = observed();
   EXPECT_TRUE(truth_of(folder_, dataset));
-  EXPECT_THAT(dataset.remarks,
+  EXPECT_THAT(dataset.warnings,
               ElementsAre(HasSubstr("has no pose for more than 0.5 s around 8 of 41 frame sets")));
 }
 
 TEST_F(TrackedTruth, MayBeMissing) {
   Dataset dataset = observed();
   EXPECT_FALSE(truth_of(folder_, dataset));
-  EXPECT_THAT(dataset.remarks, IsEmpty());
+  EXPECT_THAT(dataset.warnings, IsEmpty());
 }
 
 }  // namespace

@@ -57,19 +57,19 @@ TEST(WheelEncoders, NoiseGrowsWithTheRootOfTheWayForAnyStep) {
   const Body body;
   const WheelError only_noise{0.005, 0, 0, 0};
   constexpr int kDraws = 1000;
-  constexpr double kWay_m = 4;
+  constexpr double kDistance_m = 4;
   for (const int steps : {10, 400}) {
     double sum = 0;
     for (int i = 0; i < kDraws; ++i) {
       WheelEncoders encoders(only_noise, body, Rng(static_cast<std::uint64_t>(i)));
       for (int k = 0; k < steps; ++k) {
-        encoders.roll(kWay_m / steps, 0);
+        encoders.roll(kDistance_m / steps, 0);
       }
-      const double way_m = (static_cast<double>(encoders.ticks().left) + 0.5) * tick_m(body);
-      sum += (way_m - kWay_m) * (way_m - kWay_m);
+      const double distance_m = (static_cast<double>(encoders.ticks().left) + 0.5) * tick_m(body);
+      sum += (distance_m - kDistance_m) * (distance_m - kDistance_m);
     }
     const double cut = tick_m(body) * tick_m(body) / 12;  // of whole ticks
-    const double expected = 0.005 * 0.005 * kWay_m + cut;
+    const double expected = 0.005 * 0.005 * kDistance_m + cut;
     const double three_sigma = 3 * expected * std::sqrt(2.0 / kDraws);
     EXPECT_NEAR(sum / kDraws, expected, three_sigma) << steps;
   }
@@ -84,8 +84,8 @@ TEST(WheelEncoders, DiametersAndBaseDifferByWhatWasAsked) {
     const Rng rng(static_cast<std::uint64_t>(seed));
     WheelEncoders straight({0, 0.001, 0, 0}, body, rng);
     straight.roll(1000, 0);
-    const Ticks way = straight.ticks();
-    const double ratio = static_cast<double>(way.right) / static_cast<double>(way.left);
+    const Ticks motion = straight.ticks();
+    const double ratio = static_cast<double>(motion.right) / static_cast<double>(motion.left);
     EXPECT_NEAR(std::abs(ratio - 1), 0.001, 1e-5);  // a tick in 800 000 and second order
     left_larger += ratio > 1 ? 1 : 0;               // a larger wheel turns less
 
@@ -171,9 +171,9 @@ TEST(WheelEncoders, RoughFloorAddsToNoiseAndSlip) {
     WheelEncoders off(error, body, Rng(5));
     plain.roll(0, 500);
     off.roll(0, 500, rough);
-    const double way_m = 500 * body.wheel_base_m / 2;
-    const double plain_m = static_cast<double>(plain.ticks().right) * tick_m(body) - way_m;
-    const double off_m = static_cast<double>(off.ticks().right) * tick_m(body) - way_m;
+    const double distance_m = 500 * body.wheel_base_m / 2;
+    const double plain_m = static_cast<double>(plain.ticks().right) * tick_m(body) - distance_m;
+    const double off_m = static_cast<double>(off.ticks().right) * tick_m(body) - distance_m;
     EXPECT_NEAR(off_m, 4 * plain_m, 5 * tick_m(body));
     EXPECT_GT(std::abs(off_m), 5 * tick_m(body));
   }

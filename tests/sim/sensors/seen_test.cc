@@ -62,7 +62,7 @@ TEST(SeenFloor, MarksTheFloorUpToTheFootOfAWallWithinRange) {
     const auto seen_at = [&](double x_body, double y_body) {
       return seen.at(pose * Vec2(x_body, y_body));
     };
-    EXPECT_FALSE(seen_at(0.3, 0)) << "the blind gap";
+    EXPECT_FALSE(seen_at(0.3, 0)) << "the blind zone";
     EXPECT_TRUE(seen_at(0.55, 0));
     EXPECT_TRUE(seen_at(1.2, 0.5));
     EXPECT_TRUE(seen_at(1.52, 0)) << "the foot";
