@@ -8,6 +8,8 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "sim/render/renderer.h"
+
 namespace panoptes {
 
 std::vector<std::string> CommonArguments::overrides() const {
@@ -55,6 +57,10 @@ void add_common(CLI::App& subcommand, CommonArguments& args) {
       ->type_name("KEY.PATH=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  subcommand.add_option("--threads", args.threads, "that draw (1 or 2, as there are cores)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 64))
+      ->each([](const std::string& count) { sim::set_render_threads(std::stoi(count)); });
   subcommand.add_flag("--quiet", args.quiet, "no progress");
 }
 

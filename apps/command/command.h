@@ -24,6 +24,7 @@ struct CommonArguments {
   std::optional<std::uint64_t> seed;
   std::optional<double> duration_s;
   std::vector<std::string> set;
+  std::optional<int> threads;
   bool quiet = false;
 
   /// `--set`, `--seed` and `--duration` as overrides of a mission.

@@ -75,17 +75,6 @@ void bind(Fields& f, StopOptions& o) {
   f("keyframes", o.keyframes, at_least(1));
 }
 
-void bind(Fields&, DriveByNavigator&) {}
-
-void bind(Fields& f, DriveAlongRoute& o) {
-  f.require(f.writing() || f.present("file"), "file", "missing; it must name a file of waypoints");
-  f.file_or_inline("file", o.route);
-}
-
-void bind(Fields&, DriveByTeleop&) {}
-
-void bind(Fields&, DriveNowhere&) {}
-
 void bind(Fields& f, PioneerOptions& o) {
   constexpr const char* kForms = "must be serial:PORT, tcp:HOST:PORT, standin:pty or standin:tcp";
   const bool given = f.writing() || f.present("base");
@@ -157,20 +146,20 @@ void bind(Fields& f, ExploreMission& o) {
   f("seed", o.seed);
   f("until", o.until);
   f.choice("drive", o.drive);
-  f.require(pioneer == nullptr || !std::holds_alternative<DriveAlongRoute>(o.drive), "drive",
+  f.require(pioneer == nullptr || !std::holds_alternative<Drive<"route">>(o.drive), "drive",
             "must not be a route on a pioneer: a route is followed on the true pose, which only a "
             "simulated platform knows; use teleop, none or navigator");
   const std::vector<std::string> missing = missing_roles(o.rig);
   f.require(!without_cameras ||
                 (o.needs != CameraRequirement::kNavigator &&
-                 !std::holds_alternative<DriveByNavigator>(o.drive)) ||
+                 !std::holds_alternative<Drive<"navigator">>(o.drive)) ||
                 o.needs == CameraRequirement::kNothing,
             "platform",
             "has cameras: none, and the navigator needs pictures; drive it with drive: "
             "teleop or none");
-  const bool navigates =
-      o.needs == CameraRequirement::kNavigator ||
-      (o.needs == CameraRequirement::kDriver && std::holds_alternative<DriveByNavigator>(o.drive));
+  const bool navigates = o.needs == CameraRequirement::kNavigator ||
+                         (o.needs == CameraRequirement::kDriver &&
+                          std::holds_alternative<Drive<"navigator">>(o.drive));
   f.require(!navigates || !rig.said || missing.empty(), "rig",
             "has no camera with the role " + joined(missing, " or ") + "; the navigator of '" +
                 o.name + "' needs loop_front, loop_back and floor");

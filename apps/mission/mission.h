@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "apps/mission/drive.h"
 #include "apps/recognition/recognition_study.h"
 #include "core/camera/rig.h"
 #include "core/config/fields.h"
@@ -17,7 +18,6 @@
 #include "core/nav/navigator.h"
 #include "hw/replay/recorded_robot.h"
 #include "hw/standin/controller.h"
-#include "sim/route.h"
 #include "sim/simulated_robot.h"
 
 namespace panoptes {
@@ -28,28 +28,6 @@ struct StopOptions {
   std::optional<int> keyframes;
 };
 void bind(Fields& f, StopOptions& o);
-
-/// Who drives. The navigator maps in any case.
-struct DriveByNavigator {
-  static constexpr std::string_view kName = "navigator";
-};
-struct DriveAlongRoute {
-  static constexpr std::string_view kName = "route";
-  static constexpr std::string_view kShort = "file";
-  sim::Route route;  ///< written inline: a replay needs no file but the dataset's
-};
-/// By hand, at a keyboard or a gamepad; on a recorded platform as it was driven then.
-struct DriveByTeleop {
-  static constexpr std::string_view kName = "teleop";
-};
-struct DriveNowhere {
-  static constexpr std::string_view kName = "none";
-};
-void bind(Fields& f, DriveByNavigator& o);
-void bind(Fields& f, DriveAlongRoute& o);
-void bind(Fields& f, DriveByTeleop& o);
-void bind(Fields& f, DriveNowhere& o);
-using DriveOptions = std::variant<DriveByNavigator, DriveAlongRoute, DriveByTeleop, DriveNowhere>;
 
 struct ExploreMission;
 

@@ -30,7 +30,7 @@ OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& missi
   out.real_time = false;
   out.rig = robot->rig();
   out.route_done = [] { return false; };
-  if (const auto* along = std::get_if<DriveAlongRoute>(&mission.drive)) {
+  if (const auto* along = std::get_if<Drive<"route">>(&mission.drive)) {
     robot->follow(along->route);
     out.route_done = [follower = robot.get()] { return follower->route_done(); };
   }
@@ -125,7 +125,7 @@ void check(const sim::SimulatedOptions& options, const ExploreMission& mission, 
   sim::SimulatedRobot robot(options,
                             sim::bare_surroundings(sim::make_world(options.world), mission.robot),
                             mission.robot, mission.rig, rng);
-  const auto* along = std::get_if<DriveAlongRoute>(&mission.drive);
+  const auto* along = std::get_if<Drive<"route">>(&mission.drive);
   if (along != nullptr && !along->route.tour) {  // a tour is found in the world itself
     robot.follow(along->route);
   }

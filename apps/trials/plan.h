@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -33,6 +34,7 @@ struct TrialsOptions {
   std::vector<Vary> vary;        ///< every combination is tried
   std::vector<std::string> set;  ///< overrides of every run, `key.path=value`
   int jobs = 1;                  ///< runs at once
+  std::optional<int> threads;    ///< that draw in each run; absent: one where several run at once
   std::filesystem::path out_dir;
   std::filesystem::path junit;  ///< empty: none
   bool quiet = false;

@@ -44,6 +44,10 @@ void start(Trial& trial, const TrialsOptions& options) {
   std::vector<std::string> words = {
       "panoptes", "explore",          trial.mission_file, "--quiet",
       "--out",    trial.dir.string(), "--inputs",         inputs_file(trial).string()};
+  if (options.threads || options.jobs > 1) {  // several runs share the machine already
+    words.emplace_back("--threads");
+    words.push_back(std::to_string(options.threads.value_or(1)));
+  }
   for (const std::string& setting : trial.set) {
     words.push_back("--set");
     words.push_back(setting);
@@ -54,17 +58,6 @@ void start(Trial& trial, const TrialsOptions& options) {
     arguments.push_back(word.data());
   }
   arguments.push_back(nullptr);
-  std::string one_thread = "LP_NUM_THREADS=0";
-  std::vector<char*> environment;
-  for (char** variable = environ; *variable != nullptr; ++variable) {
-    if (options.jobs == 1 || std::strncmp(*variable, "LP_NUM_THREADS=", 15) != 0) {
-      environment.push_back(*variable);
-    }
-  }
-  if (options.jobs > 1) {  // the runs share the machine already
-    environment.push_back(one_thread.data());
-  }
-  environment.push_back(nullptr);
   std::filesystem::path log = trial.dir;
   log += ".log";
   const int output = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
@@ -82,7 +75,7 @@ void start(Trial& trial, const TrialsOptions& options) {
     }
     ::dup2(output, STDOUT_FILENO);
     ::dup2(output, STDERR_FILENO);
-    ::execve(program.c_str(), arguments.data(), environment.data());
+    ::execve(program.c_str(), arguments.data(), environ);
     ::_exit(127);
   }
   const int fault = errno;

@@ -39,6 +39,7 @@ int trials(const TrialsArguments& args) {
     add_vary(options, parse_vary(vary));
   }
   options.jobs = args.jobs;
+  options.threads = args.common.threads;
   options.junit = args.junit;
   options.quiet = args.common.quiet;
   options.version = PANOPTES_VERSION;

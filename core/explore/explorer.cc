@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <numbers>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace panoptes {
 namespace {
@@ -116,12 +117,6 @@ double heading_of(const std::vector<Vec2>& path, bool at_end) {
   }
   const Vec2 d = at_end ? Vec2(from - other) : Vec2(other - from);
   return std::atan2(d.y(), d.x());
-}
-
-std::string describe(const char* format, double a, double b) {
-  std::array<char, 128> text{};
-  std::snprintf(text.data(), text.size(), format, a, b);
-  return text.data();
 }
 
 }  // namespace
@@ -439,8 +434,8 @@ ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
     best = kept;
   }
   out.goal = best->goal;
-  out.reason = describe("%.2f m2 of unknown floor in view after %.1f s",
-                        best->goal.information_gain_m2, best->goal.cost_s);
+  out.reason = fmt::format("{:.2f} m2 of unknown floor in view after {:.1f} s",
+                           best->goal.information_gain_m2, best->goal.cost_s);
   return out;
 }
 

@@ -2,8 +2,8 @@
 #include "core/loops/loop_closer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <limits>
 #include <numbers>
@@ -11,6 +11,7 @@
 #include <utility>
 
 #include <Eigen/LU>
+#include <fmt/format.h>
 
 #include "core/base/check.h"
 #include "core/geometry/covariance.h"
@@ -34,13 +35,6 @@ constexpr double kMountingShare = 3;  // of these, where front and back do not f
 constexpr double kHistogramSigma_m = 0.1;
 constexpr double kHistogramSigma_rad = 0.05;
 constexpr double kUnknown_m = 10;  // as good as nothing in a room
-
-template <class... Args>
-std::string format(const char* pattern, Args... args) {
-  std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(), pattern, args...);
-  return text.data();
-}
 
 double square(double x) { return x * x; }
 
@@ -386,8 +380,8 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_diagonals(const CandidateCh
     rows += near ? 1 : 0;
   }
   if (!words_ && rows < kRowsNeeded) {
-    return Refusal{format("diagonal: %d of 7 within %.2f grey levels, %d needed", rows,
-                          threshold_grey, kRowsNeeded)};
+    return Refusal{fmt::format("diagonal: {} of 7 within {:.2f} grey levels, {} needed", rows,
+                               threshold_grey, kRowsNeeded)};
   }
   return std::nullopt;
 }
@@ -402,8 +396,8 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_features(CandidateCheck& ch
                                report.heading == Heading::kOpposite);
   const std::vector<PlaceMatch>& matches = check.matches;
   if (static_cast<int>(matches.size()) < method.min_inliers) {
-    return Refusal{format("features: %d matches, %d needed", static_cast<int>(matches.size()),
-                          method.min_inliers)};
+    return Refusal{
+        fmt::format("features: {} matches, {} needed", matches.size(), method.min_inliers)};
   }
   const PlaceDepths& depths_earlier = depths(report.earlier, check.graph);
   const PlaceDepths& depths_recent = depths(report.recent, check.graph);
@@ -428,9 +422,9 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_features(CandidateCheck& ch
     report.flow_heading_rad = motion->T_a_b_seen.theta_rad;
   }
   if (too_few(motion)) {
-    return Refusal{format("features: %d of %d agree, %d and %.0f %% needed", report.feature_inliers,
-                          static_cast<int>(matches.size()), method.min_inliers,
-                          100 * method.min_inlier_share)};
+    return Refusal{fmt::format("features: {} of {} agree, {} and {:.0f} % needed",
+                               report.feature_inliers, matches.size(), method.min_inliers,
+                               100 * method.min_inlier_share)};
   }
   check.motion = *motion;
   return std::nullopt;
@@ -446,7 +440,7 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_certainty(CandidateCheck& c
   const double sigma_m = largest_sigma_m(check.covariance);
   if (!(sigma_m <= check.method.max_sigma_m) ||
       !(check.covariance(2, 2) <= square(check.method.max_sigma_rad))) {
-    return Refusal{format("features: pose known to %.2f m only", sigma_m)};
+    return Refusal{fmt::format("features: pose known to {:.2f} m only", sigma_m)};
   }
   const Vec3 floor = square(check.floor_share) * Vec3(square(check.method.min_sigma_m),
                                                       square(check.method.min_sigma_m),
@@ -479,8 +473,8 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_cameras(CandidateCheck& che
   const Mat3 allowed = *front + *back + 2 * check.floor;
   check.report.cameras_sigma = std::sqrt(squared_sigmas(off, allowed));
   if (!(square(check.report.cameras_sigma) <= check.limit)) {
-    return Refusal{format("cameras: front and back are %.1f sigma apart, %.1f allowed",
-                          check.report.cameras_sigma, std::sqrt(check.limit))};
+    return Refusal{fmt::format("cameras: front and back are {:.1f} sigma apart, {:.1f} allowed",
+                               check.report.cameras_sigma, std::sqrt(check.limit))};
   }
   return std::nullopt;
 }
@@ -494,8 +488,8 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_gate(const CandidateCheck& 
   const Mat3 allowed = relative_covariance(check.graph, earlier, recent) + check.covariance;
   check.report.gate_sigma = std::sqrt(squared_sigmas(surprise, allowed));
   if (!(square(check.report.gate_sigma) <= check.limit)) {
-    return Refusal{format("gate: %.1f sigma from where the graph expects it, %.1f allowed",
-                          check.report.gate_sigma, std::sqrt(check.limit))};
+    return Refusal{fmt::format("gate: {:.1f} sigma from where the graph expects it, {:.1f} allowed",
+                               check.report.gate_sigma, std::sqrt(check.limit))};
   }
   return std::nullopt;
 }
@@ -504,13 +498,14 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_gate(const CandidateCheck& 
 std::optional<LoopCloser::Refusal> LoopCloser::check_tolerance(const CandidateCheck& check) const {
   const double apart_m = check.motion.T_a_b_seen.position().norm();
   if (!(apart_m <= check.method.tolerance_m)) {
-    return Refusal{format("place: %.2f m apart, %.2f allowed", apart_m, check.method.tolerance_m)};
+    return Refusal{
+        fmt::format("place: {:.2f} m apart, {:.2f} allowed", apart_m, check.method.tolerance_m)};
   }
   const double turned =
       std::abs(wrap_angle(check.motion.T_a_b_seen.theta_rad - class_heading(check.report.heading)));
   if (!(turned <= check.method.tolerance_rad)) {
-    return Refusal{format("place: turned by %.1f degrees, %.1f allowed", rad_to_deg(turned),
-                          rad_to_deg(check.method.tolerance_rad))};
+    return Refusal{fmt::format("place: turned by {:.1f} degrees, {:.1f} allowed",
+                               rad_to_deg(turned), rad_to_deg(check.method.tolerance_rad))};
   }
   return std::nullopt;
 }
@@ -540,8 +535,8 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_contours(const CandidateChe
   if (match->overlap >= check.method.contour_overlap &&
       match->ambiguity() <= check.method.contour_ambiguity &&
       !(squared_sigmas(off, tolerated) <= check.limit)) {
-    return Refusal{format("contours: fit %.2f m and %.1f degrees away from the features",
-                          off.head<2>().norm(), rad_to_deg(std::abs(off.z())))};
+    return Refusal{fmt::format("contours: fit {:.2f} m and {:.1f} degrees away from the features",
+                               off.head<2>().norm(), rad_to_deg(std::abs(off.z())))};
   }
   return std::nullopt;
 }
@@ -555,7 +550,8 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_graph(const CandidateCheck&
   check.report.chi2_growth = relaxed.chi2_end - before;
   const double limit = chi_square_3_quantile(check.method.chi2_probability);
   if (!relaxed.converged || !(check.report.chi2_growth <= limit)) {
-    return Refusal{format("chi2: grows by %.1f, %.1f allowed", check.report.chi2_growth, limit)};
+    return Refusal{
+        fmt::format("chi2: grows by {:.1f}, {:.1f} allowed", check.report.chi2_growth, limit)};
   }
   return std::nullopt;
 }
@@ -583,8 +579,8 @@ std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod&
   }
   ClosureReport& report = *best;
   if (report.diagonal_max_grey >= method.threshold_grey) {
-    report.verdict = format("diagonal: up to %.2f grey levels, %.2f allowed",
-                            report.diagonal_max_grey, method.threshold_grey);
+    report.verdict = fmt::format("diagonal: up to {:.2f} grey levels, {:.2f} allowed",
+                                 report.diagonal_max_grey, method.threshold_grey);
     return {report};
   }
   // heading by the features' flow, position by contours where the robot goes the same way (6.3.3)

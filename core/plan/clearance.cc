@@ -3,66 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
+
+#include <opencv2/imgproc.hpp>
 
 #include "core/base/check.h"
 
 namespace panoptes {
-namespace {
-
-constexpr float kFar = 1e12F;  // squared cells; larger than any map, still finite in sums
-
-/// Lower envelope of the parabolas f[q] + (x - q)^2, in place.
-class Parabolas {
- public:
-  explicit Parabolas(int size)
-      : f_(static_cast<std::size_t>(size)),
-        from_(static_cast<std::size_t>(size) + 1),
-        at_(static_cast<std::size_t>(size)) {}
-
-  void operator()(float* values, int size, int stride) {
-    int count = 0;
-    for (int q = 0; q < size; ++q) {
-      f_[q] = values[static_cast<std::size_t>(q) * stride];
-      if (f_[q] >= kFar) {
-        continue;
-      }
-      float s = -std::numeric_limits<float>::infinity();
-      while (count > 0) {
-        const int p = at_[count - 1];
-        s = ((f_[q] + static_cast<float>(q) * q) - (f_[p] + static_cast<float>(p) * p)) /
-            (2.0F * static_cast<float>(q - p));
-        if (s > from_[count - 1]) {
-          break;
-        }
-        --count;
-      }
-      from_[count] = count == 0 ? -std::numeric_limits<float>::infinity() : s;
-      at_[count] = q;
-      ++count;
-    }
-    if (count == 0) {
-      return;
-    }
-    from_[count] = std::numeric_limits<float>::infinity();
-    for (int q = 0, k = 0; q < size; ++q) {
-      while (from_[k + 1] < static_cast<float>(q)) {
-        ++k;
-      }
-      const auto d = static_cast<float>(q - at_[k]);
-      values[static_cast<std::size_t>(q) * stride] = f_[at_[k]] + d * d;
-    }
-  }
-
- private:
-  std::vector<float> f_;
-  std::vector<float> from_;
-  std::vector<int> at_;
-};
-
-}  // namespace
-
 int ClearanceMap::column(const Vec2& p) const {
   return static_cast<int>(std::floor((p.x() - map.origin.x()) / map.cell_m));
 }
@@ -75,32 +22,18 @@ std::vector<float> distance_m(const std::vector<std::uint8_t>& blocks, int colum
                               double cell_m, double cap_m) {
   PANOPTES_CHECK(blocks.size() == static_cast<std::size_t>(columns) * rows,
                  "a value for every cell");
-  // Along each row by counting from both ends, squared; then across the rows.
+  cv::Mat1b free(rows, columns);
+  std::transform(blocks.begin(), blocks.end(), free.begin(),
+                 [](std::uint8_t block) { return static_cast<std::uint8_t>(block == 0); });
   std::vector<float> d(blocks.size());
-  const int none = columns + rows;
-  for (int row = 0; row < rows; ++row) {
-    const std::uint8_t* from = blocks.data() + static_cast<std::size_t>(row) * columns;
-    float* to = d.data() + static_cast<std::size_t>(row) * columns;
-    int since = none;
-    for (int column = 0; column < columns; ++column) {
-      since = from[column] != 0 ? 0 : since + 1;
-      to[column] = static_cast<float>(since);
-    }
-    since = none;
-    for (int column = columns - 1; column >= 0; --column) {
-      since = from[column] != 0 ? 0 : since + 1;
-      const float nearest = std::min(to[column], static_cast<float>(since));
-      to[column] = nearest < static_cast<float>(none) ? nearest * nearest : kFar;
-    }
-  }
-  Parabolas along_column(rows);
-  for (int column = 0; column < columns; ++column) {
-    along_column(d.data() + column, rows, columns);
+  cv::Mat1f distance(rows, columns, d.data());
+  if (!d.empty()) {
+    cv::distanceTransform(free, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
   }
   const auto cell = static_cast<float>(cell_m);
   const auto cap = static_cast<float>(cap_m);
   for (float& v : d) {
-    v = std::min(cap, cell * std::sqrt(v));
+    v = std::min(cap, cell * v);
   }
   return d;
 }

@@ -24,8 +24,8 @@ struct ClearanceMap {
 
 ClearanceMap clearance_map(OccupancyMap map, double cap_m);
 
-/// Distance from each cell's centre to the nearest blocking cell's centre, capped (Felzenszwalb and
-/// Huttenlocher 2012). `blocks` is row-major.
+/// Distance from each cell's centre to the nearest blocking cell's centre, capped (exactly:
+/// Felzenszwalb and Huttenlocher 2012, by OpenCV). `blocks` is row-major.
 std::vector<float> distance_m(const std::vector<std::uint8_t>& blocks, int columns, int rows,
                               double cell_m, double cap_m);
 

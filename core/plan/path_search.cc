@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <limits>
 #include <queue>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "core/base/check.h"
 
@@ -135,12 +136,6 @@ std::optional<int> nearest_drivable(const DrivableGrid& grid, const Vec2& p, dou
   return best;
 }
 
-std::string metres(const char* format, double value) {
-  std::array<char, 96> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
-
 }  // namespace
 
 void bind(Fields& f, SearchOptions& o) {
@@ -203,8 +198,8 @@ PathSearch search_path(const SearchOptions& options, const DrivableGrid& grid, c
   }
   const std::optional<int> goal_cell = nearest_drivable(grid, goal, options.goal_tolerance_m);
   if (!goal_cell) {
-    out.reason = metres("no known free floor for the robot within %.2f m of the goal",
-                        options.goal_tolerance_m);
+    out.reason = fmt::format("no known free floor for the robot within {:.2f} m of the goal",
+                             options.goal_tolerance_m);
     return out;
   }
   const CostField field = search(options, grid, start, goal_cell);

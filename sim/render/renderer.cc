@@ -410,9 +410,21 @@ RenderedImage Renderer::draw(const View& view, const RenderOutputs& outputs,
 
 std::string Renderer::drawn_by() const { return impl_->drawn_by(); }
 
+namespace {
+
+int g_render_threads = 1;
+
+}  // namespace
+
 void set_render_threads(int num_threads) {
-  ::setenv("LP_NUM_THREADS", std::to_string(num_threads).c_str(), 0);
+  static const bool users_own = std::getenv("LP_NUM_THREADS") != nullptr;
+  g_render_threads = num_threads;
+  if (!users_own) {
+    ::setenv("LP_NUM_THREADS", std::to_string(num_threads).c_str(), 1);
+  }
 }
+
+int render_threads() { return g_render_threads; }
 
 void set_same_on_every_processor() { ::setenv("GALLIUM_OVERRIDE_CPU_CAPS", "sse4.1", 1); }
 

@@ -112,10 +112,11 @@ class Renderer {
   std::unique_ptr<Impl> impl_;
 };
 
-/// How many threads draw, for every renderer of this process: call it before the first one is made.
-/// Does nothing where the environment says so already (LP_NUM_THREADS, where 0 and 1 are the
-/// calling thread alone).
+/// How many threads draw, the calling one included, in every renderer that is made from here on;
+/// one as long as nobody says so. OpenGL takes the number once in a process, and from
+/// LP_NUM_THREADS where the environment has that.
 void set_render_threads(int num_threads);
+int render_threads();
 
 /// From here on OpenGL, too, draws the same bits on every x86-64 processor (with the same Mesa), by
 /// instructions that all of them have (SSE 4.1) and never on a graphics card; for a quarter more

@@ -32,6 +32,7 @@
 
 #include "core/base/check.h"
 #include "sim/render/painter.h"
+#include "sim/render/renderer.h"
 
 namespace panoptes::sim {
 namespace {
@@ -293,16 +294,11 @@ class ThreadPool {
   bool stopped_ = false;
 };
 
-int helpers_wanted() {
-  const char* threads = std::getenv("LP_NUM_THREADS");
-  return threads == nullptr ? 0 : std::clamp(std::atoi(threads) - 1, 0, 63);
-}
-
 class SoftwarePainter final : public Painter {
  public:
   SoftwarePainter(const World& world, const TextureArrays& textures, bool narrow_vectors)
       : kernel_(kernel(narrow_vectors)),
-        threads_(helpers_wanted()),
+        threads_(render_threads() - 1),
         rows_(static_cast<std::size_t>(threads_.size())) {
     for (const TextureArray& array : textures.arrays) {
       first_texture_.push_back(textures_.size());

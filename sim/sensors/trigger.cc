@@ -140,7 +140,9 @@ FrameSet Trigger::gather() {
   return set;
 }
 
-Duration Trigger::period() const { return beat(clocks_[lead_], 1) - beat(clocks_[lead_], 0); }
+Duration Trigger::period() const {
+  return Duration(std::llround(1e9 / clocks_[lead_].rate_hz));
+}
 
 void Trigger::advance() { next_ = gather(); }
 

@@ -66,7 +66,7 @@ class Trigger {
 
   const FrameSet& next() const { return next_; }
 
-  /// Between two sets, but for jitter.
+  /// Between two sets, by the rate that the fastest camera is set to.
   Duration period() const;
   void advance();
 

@@ -58,8 +58,13 @@ TEST_F(Runs, AnotherSeedIsAnotherRun) {
 }
 
 TEST_F(Runs, RenderingThreadsDoNotChangeAByte) {
-  EXPECT_EQ(explore(kOffice, "a", kToAndFro, {{{"LP_NUM_THREADS", "0"}}, {}, 0, {}}).status, 0);
-  EXPECT_EQ(explore(kOffice, "b", kToAndFro, {{{"LP_NUM_THREADS", "2"}}, {}, 0, {}}).status, 0);
+  const auto with_threads = [](const std::string& count) {
+    std::vector<std::string> arguments = kToAndFro;
+    arguments.insert(arguments.end(), {"--threads", count});
+    return arguments;
+  };
+  EXPECT_EQ(explore(kOffice, "a", with_threads("1")).status, 0);
+  EXPECT_EQ(explore(kOffice, "b", with_threads("3")).status, 0);
   expect_same("a", "b");
 }
 

@@ -32,7 +32,7 @@ TEST(Mission, TheOfficeReadsAsWritten) {
   EXPECT_EQ(mission.rig.cameras.size(), 3U);
   EXPECT_EQ(mission.seed, 7U);
   EXPECT_EQ(mission.until.duration_s, 60);
-  EXPECT_TRUE(std::holds_alternative<DriveByNavigator>(mission.drive));
+  EXPECT_TRUE(std::holds_alternative<Drive<"navigator">>(mission.drive));
   EXPECT_EQ(requirements(mission).size(), 3U);
   EXPECT_EQ(default_out_dir(mission), "runs/explore-office-7");
   const auto& simulated = std::get<sim::SimulatedOptions>(mission.platform);
@@ -182,7 +182,7 @@ TEST(Mission, TakesRigAndRobotOfAStandIn) {
 TEST(Mission, DrivesAlongARouteGivenInline) {
   const auto mission = load_mission<ExploreMission>(
       kOffice, {"drive={route: {waypoints: [{x_m: 1, y_m: 2}], speed_mps: 0.3}}"});
-  EXPECT_EQ(std::get<DriveAlongRoute>(mission.drive).route.waypoints.size(), 1U);
+  EXPECT_EQ(std::get<Drive<"route">>(mission.drive).route.waypoints.size(), 1U);
   // a run's mission.yaml holds the way itself, not the name of a file that may be gone
   const std::string route = testing::TempDir() + "panoptes-mission-test-route.yaml";
   write_file(route, "waypoints: [{x_m: 1, y_m: 2.5}]\n");
@@ -190,8 +190,8 @@ TEST(Mission, DrivesAlongARouteGivenInline) {
       write_settings(load_mission<ExploreMission>(kOffice, {"drive={route: " + route + "}"}));
   std::filesystem::remove(route);
   const auto again = read_settings_text<ExploreMission>(written, "mission.yaml");
-  EXPECT_EQ(std::get<DriveAlongRoute>(again.drive).route.waypoints.at(0).y_m, 2.5);
-  EXPECT_TRUE(std::holds_alternative<DriveNowhere>(
+  EXPECT_EQ(std::get<Drive<"route">>(again.drive).route.waypoints.at(0).y_m, 2.5);
+  EXPECT_TRUE(std::holds_alternative<Drive<"none">>(
       load_mission<ExploreMission>(kOffice, {"drive=none"}).drive));
 }
 

@@ -68,10 +68,13 @@ fi
 if [ "$seed" = 9 ]; then echo "no world" >&2; exit 3; fi
 pass=false
 [ "$seed" -ge 5 ] && pass=true
-printf 'm.yaml %s' "${*:8}" >"$dir/mission.yaml"
+threads=
+settings="${*:8}"
+if [ "${8:-}" = --threads ]; then threads=$9; settings="${*:10}"; fi
+printf 'm.yaml %s' "$settings" >"$dir/mission.yaml"
 sha256sum "$0" "${0%/*}/texture" >"$listing"
 cat >"$dir/metrics.json" <<END
-{"seed": $seed, "outcome": "$outcome", "wall_s": 2, "threads": "${LP_NUM_THREADS:-}",
+{"seed": $seed, "outcome": "$outcome", "wall_s": 2, "threads": "$threads",
  "map": {"coverage": 0.$seed}, "requirements":
  [{"require": "map.coverage >= 0.5", "value": 0.$seed, "pass": $pass}]}
 END

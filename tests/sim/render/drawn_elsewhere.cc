@@ -29,7 +29,8 @@ std::string setting(const char* name) {
 
 int main() {
   using namespace panoptes::sim;  // NOLINT(google-build-using-namespace)
-  set_render_threads(2);
+  const std::string threads = setting("PANOPTES_TEST_THREADS");
+  set_render_threads(threads.empty() ? 2 : std::stoi(threads));
   if (!setting("PANOPTES_TEST_SAME").empty()) {
     set_same_on_every_processor();
   }
@@ -62,7 +63,9 @@ int main() {
       }
       hash = hash * 31 + picture;
     }
-    std::cout << "LP_NUM_THREADS=" << std::getenv("LP_NUM_THREADS") << " pictures=" << hash << "\n";
+    std::cout << "threads=" << render_threads()
+              << " LP_NUM_THREADS=" << std::getenv("LP_NUM_THREADS") << " pictures=" << hash
+              << "\n";
   } catch (const panoptes::DeviceError& error) {
     std::cout << error.what() << "\n";
   }

@@ -385,19 +385,21 @@ std::string drawn_elsewhere(const std::string& environment) {
 TEST(Renderer, SameBitsForAnyNumberOfThreads) {
   for (const std::string painter : {"software", "osmesa"}) {
     const auto with_threads = [&painter](const std::string& threads) {
-      return drawn_elsewhere("PANOPTES_TEST_PAINTER=" + painter + " LP_NUM_THREADS=" + threads);
+      return drawn_elsewhere("PANOPTES_TEST_PAINTER=" + painter +
+                             " PANOPTES_TEST_THREADS=" + threads);
     };
-    const std::string alone = with_threads("0");
-    EXPECT_THAT(alone, ::testing::StartsWith("LP_NUM_THREADS=0 pictures="));
-    for (const std::string threads : {"1", "2", "3"}) {
-      EXPECT_EQ(with_threads(threads), "LP_NUM_THREADS=" + threads + alone.substr(alone.find(' ')));
+    const std::string alone = with_threads("1");
+    EXPECT_THAT(alone, ::testing::StartsWith("threads=1 LP_NUM_THREADS=1 pictures="));
+    for (const std::string threads : {"2", "3"}) {
+      EXPECT_EQ(with_threads(threads), "threads=" + threads + " LP_NUM_THREADS=" + threads +
+                                           alone.substr(alone.find(" pictures=")));
     }
   }
 }
 
-TEST(Renderer, TheProgramDecidesAboutThreadsWhereTheEnvironmentDoesNot) {
-  EXPECT_THAT(drawn_elsewhere("-u LP_NUM_THREADS"),
-              ::testing::StartsWith("LP_NUM_THREADS=2 pictures="));
+TEST(Renderer, TheEnvironmentsThreadsAreThoseOfOpenGlAlone) {
+  EXPECT_THAT(drawn_elsewhere("LP_NUM_THREADS=3 PANOPTES_TEST_THREADS=2"),
+              ::testing::StartsWith("threads=2 LP_NUM_THREADS=3 pictures="));
 }
 
 std::string pictures_of(const std::string& said) { return said.substr(said.find("pictures=")); }
