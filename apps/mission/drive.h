@@ -42,7 +42,7 @@ using DriveVariant = std::variant<Drives...>;
 /// and on a recorded platform as it was driven then.
 #define PANOPTES_PILOT(name) , Drive<#name>
 using DriveOptions = DriveVariant<void
-#include "apps/pilots.inc"
+#include "apps/mission/pilots.inc"
                                   >;
 #undef PANOPTES_PILOT
 

@@ -12,7 +12,7 @@
 namespace panoptes {
 
 #define PANOPTES_PILOT(name) std::unique_ptr<Pilot> make_##name##_pilot(PilotParts& parts);
-#include "apps/pilots.inc"
+#include "apps/mission/pilots.inc"
 #undef PANOPTES_PILOT
 
 void Pilot::handle_hold(const Health& health, const PilotStep& /*step*/, hw::Robot& /*robot*/,
@@ -33,7 +33,7 @@ std::unique_ptr<Pilot> make_pilot(const ExploreMission& mission, const OpenRobot
   using Make = std::unique_ptr<Pilot> (*)(PilotParts&);
   const std::map<std::string_view, Make> pilots = {
 #define PANOPTES_PILOT(name) {#name, make_##name##_pilot},
-#include "apps/pilots.inc"
+#include "apps/mission/pilots.inc"
 #undef PANOPTES_PILOT
   };
   PilotParts parts{mission, open, slam, console, rng, listener};

@@ -125,21 +125,16 @@ TruthLayer reachable_floor(const TruthLayer& body, const Vec2& start_scene, doub
   if (seed.first < 0) {
     return reachable;
   }
-  std::vector<std::pair<int, int>> open{seed};
-  reachable.cells[index(body, seed.first, seed.second)] = 1;
-  while (!open.empty()) {
-    const auto [column, row] = open.back();
-    open.pop_back();
-    for (const auto& [right, up] : kBeside) {
-      if (fits(column + right, row + up)) {
-        std::uint8_t& cell = reachable.cells[index(body, column + right, row + up)];
-        if (cell == 0) {
-          cell = 1;
-          open.emplace_back(column + right, row + up);
-        }
-      }
+  cv::Mat1b open(body.rows, body.columns);
+  for (int row = 0; row < body.rows; ++row) {
+    for (int column = 0; column < body.columns; ++column) {
+      open(row, column) = fits(column, row) ? 1 : 0;
     }
   }
+  constexpr int kReached = 2;
+  cv::floodFill(open, cv::Point(seed.first, seed.second), kReached);
+  std::transform(open.begin(), open.end(), reachable.cells.begin(),
+                 [](std::uint8_t cell) { return static_cast<std::uint8_t>(cell == kReached); });
   return reachable;
 }
 

@@ -2,14 +2,15 @@
 #include "core/explore/explorer.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <map>
 #include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
 
 namespace panoptes {
 namespace {
@@ -21,33 +22,26 @@ constexpr double kTwoPi = 2 * std::numbers::pi;
 std::vector<std::uint8_t> possibly_traversable_cells(const DrivableGrid& grid, const Body& body,
                                                      const CostField& field) {
   const OccupancyMap& map = grid.clearance.map;
-  std::vector<std::uint8_t> possibly_traversable(map.cells.size(), 0);
-  std::vector<int> open;
+  if (map.cells.empty()) {
+    return {};
+  }
+  const auto reached = [&](std::size_t cell) { return std::isfinite(field.cost_m[cell]); };
+  cv::Mat1b open(map.rows, map.columns);
   for (std::size_t i = 0; i < map.cells.size(); ++i) {
-    if (std::isfinite(field.cost_m[i])) {
-      possibly_traversable[i] = 1;
-      open.push_back(static_cast<int>(i));
+    open.data[i] = reached(i) || grid.clearance.to_occupied_m[i] >= body.radius_m ? 1 : 0;
+  }
+  cv::Mat1i label;
+  const int labels = cv::connectedComponents(open, label, 4, CV_32S);
+  const int* const of = label[0];  // of each cell: labels are continuous
+  std::vector<std::uint8_t> joined(static_cast<std::size_t>(labels), 0);
+  for (std::size_t i = 0; i < map.cells.size(); ++i) {
+    if (reached(i)) {
+      joined[static_cast<std::size_t>(of[i])] = 1;
     }
   }
-  while (!open.empty()) {
-    const int cell = open.back();
-    open.pop_back();
-    const int column = cell % map.columns;
-    const int row = cell / map.columns;
-    constexpr std::array<std::array<int, 2>, 4> kSteps = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
-    for (const auto& step : kSteps) {
-      const int to_column = column + step[0];
-      const int to_row = row + step[1];
-      if (!map.contains(to_column, to_row)) {
-        continue;
-      }
-      const std::size_t to = grid.clearance.index(to_column, to_row);
-      if (possibly_traversable[to] == 0 && grid.clearance.to_occupied_m[to] >= body.radius_m) {
-        possibly_traversable[to] = 1;
-        open.push_back(static_cast<int>(to));
-      }
-    }
-  }
+  std::vector<std::uint8_t> possibly_traversable(map.cells.size());
+  std::transform(of, of + possibly_traversable.size(), possibly_traversable.begin(),
+                 [&](int label_of) { return joined[static_cast<std::size_t>(label_of)]; });
   return possibly_traversable;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include <Eigen/Dense>
+#include <opencv2/imgproc.hpp>
 
 #include "core/base/check.h"
 #include "core/base/error.h"
@@ -66,25 +67,16 @@ Vec3 camera_of(const Mat3& H_view_px, const Intrinsics& k) {
   return -(R_camera_view.transpose() * G.col(2));
 }
 
-double cross(const Vec2& a, const Vec2& b, const Vec2& c) {
-  return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
-}
-
-std::vector<Vec2> convex_hull(std::vector<Vec2> points) {  // monotone chain (Andrew 1979)
-  std::sort(points.begin(), points.end(), [](const Vec2& a, const Vec2& b) {
-    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
-  });
+std::vector<Vec2> convex_hull(const std::vector<Vec2>& points) {
+  std::vector<cv::Point2f> rounded;
+  for (const Vec2& p : points) {
+    rounded.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
+  }
+  std::vector<int> corners;
+  cv::convexHull(rounded, corners);
   std::vector<Vec2> hull;
-  for (int side = 0; side < 2; ++side) {
-    const std::size_t base = hull.size();
-    for (const Vec2& p : points) {
-      while (hull.size() >= base + 2 && cross(hull[hull.size() - 2], hull.back(), p) <= 0) {
-        hull.pop_back();
-      }
-      hull.push_back(p);
-    }
-    hull.pop_back();
-    std::reverse(points.begin(), points.end());
+  for (const int corner : corners) {
+    hull.push_back(points[static_cast<std::size_t>(corner)]);
   }
   return hull;
 }
@@ -309,7 +301,7 @@ void fill_cells(const Mapped& mapped, const Covered& covered, const Lattice& lat
   if (corners.empty()) {
     throw ConfigError("floor: no cell of the floor between near_m and far_m lies in the picture");
   }
-  out.outline_view = convex_hull(std::move(corners));
+  out.outline_view = convex_hull(corners);
   out.front_m = std::isfinite(nearest_ahead) ? nearest_ahead : covered.x_low;
 }
 
