@@ -140,9 +140,7 @@ FrameSet Trigger::gather() {
   return set;
 }
 
-Duration Trigger::period() const {
-  return Duration(std::llround(1e9 / clocks_[lead_].rate_hz));
-}
+Duration Trigger::period() const { return Duration(std::llround(1e9 / clocks_[lead_].rate_hz)); }
 
 void Trigger::advance() { next_ = gather(); }
 
