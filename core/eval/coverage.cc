@@ -277,7 +277,7 @@ std::optional<Leak> leak(const TruthLayer& floor, const OccupancyMap& map,
   Leak found;
   found.area_m2 =
       static_cast<double>(std::count_if(free.begin(), free.end(), is_leaked)) * side_m * side_m;
-  if (const double free_m2 = map.free_m2(); free_m2 > 0) {
+  if (const double free_m2 = map.area_m2(Cell::kFree); free_m2 > 0) {
     found.share = found.area_m2 / free_m2;
   }
   return found;

@@ -21,7 +21,7 @@ TEST(OccupancyMap, IsUnknownOutside) {
 TEST(OccupancyMap, CountsFreeFloor) {
   OccupancyMap map{
       0.1, Vec2::Zero(), 2, 2, {Cell::kFree, Cell::kOccupied, Cell::kFree, Cell::kUnknown}};
-  EXPECT_NEAR(map.free_m2(), 0.02, 1e-12);
+  EXPECT_NEAR(map.area_m2(Cell::kFree), 0.02, 1e-12);
   EXPECT_EQ(map.at(map.centre(0, 1)), Cell::kFree);
 }
 
