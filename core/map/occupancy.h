@@ -14,4 +14,26 @@ enum class Cell : std::uint8_t { kUnknown = 0, kFree = 1, kOccupied = 2 };
 /// A finished or local map of the floor in some frame; unknown outside.
 using OccupancyMap = Grid2<Cell>;
 
+/// What a cell is that has parts_a_side squared parts, as `part(column, row)` tells: occupied where
+/// any of them is, else free where at least half of them are, else unknown.
+template <class Part>
+Cell resampled(int parts_a_side, const Part& part) {
+  int free = 0;
+  for (int row = 0; row < parts_a_side; ++row) {
+    for (int column = 0; column < parts_a_side; ++column) {
+      const Cell cell = part(column, row);
+      if (cell == Cell::kOccupied) {
+        return Cell::kOccupied;
+      }
+      free += cell == Cell::kFree ? 1 : 0;
+    }
+  }
+  return 2 * free >= parts_a_side * parts_a_side ? Cell::kFree : Cell::kUnknown;
+}
+
+/// How many parts a side of their own size a cell of `cell_m` has; at least one.
+inline int parts_a_side(double cell_m, double part_m) {
+  return std::max(1, static_cast<int>(std::lround(cell_m / part_m)));
+}
+
 }  // namespace panoptes
