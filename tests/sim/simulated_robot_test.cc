@@ -26,7 +26,7 @@ using testing::SizeIs;
 TruthLayer layer_of(double size_m) {
   TruthLayer layer;
   layer.cell_m = 0.01;
-  layer.origin_scene = {-0.2, -0.2};
+  layer.origin = {-0.2, -0.2};
   layer.columns = layer.rows = static_cast<int>(std::lround((size_m + 0.4) / layer.cell_m));
   layer.cells.resize(static_cast<std::size_t>(layer.columns) *
                      static_cast<std::size_t>(layer.rows));
