@@ -170,10 +170,9 @@ Rig surveyed(Rig believed, const Rig& true_rig, const Body& body, const Rng& rng
 TruthLayer nothing_seen(const TruthLayer& like) {
   TruthLayer seen;
   seen.cell_m = kSeenCell_m;
-  seen.origin_scene = like.origin_scene;
-  seen.columns = static_cast<int>(std::ceil(like.columns * like.cell_m / kSeenCell_m));
-  seen.rows = static_cast<int>(std::ceil(like.rows * like.cell_m / kSeenCell_m));
-  seen.cells.resize(static_cast<std::size_t>(seen.columns) * static_cast<std::size_t>(seen.rows));
+  seen.origin = like.origin;
+  seen.assign(static_cast<int>(std::ceil(like.columns * like.cell_m / kSeenCell_m)),
+              static_cast<int>(std::ceil(like.rows * like.cell_m / kSeenCell_m)));
   return seen;
 }
 

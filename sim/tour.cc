@@ -23,16 +23,9 @@ SearchOptions search_options() {
 }
 
 DrivableGrid drivable(const SearchOptions& options, const TruthLayer& layer, const Body& body) {
-  OccupancyMap map;
-  map.cell_m = layer.cell_m;
-  map.origin = layer.origin_scene;
-  map.columns = layer.columns;
-  map.rows = layer.rows;
-  map.cells.reserve(layer.cells.size());
-  for (const std::uint8_t set : layer.cells) {
-    map.cells.push_back(set != 0 ? Cell::kOccupied : Cell::kFree);
-  }
-  return drivable_grid(options, body, map);
+  return drivable_grid(options, body, transformed(layer, [](std::uint8_t set) {
+                         return set != 0 ? Cell::kOccupied : Cell::kFree;
+                       }));
 }
 
 // The places of a tour and the paths between them.

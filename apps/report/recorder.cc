@@ -126,7 +126,7 @@ void Recorder::add_row(const Observation& seen, const SlamStep& at, const PilotS
 bool Recorder::snapshot_due(Time now) const { return next_snapshot_ && now >= *next_snapshot_; }
 
 void Recorder::add_snapshot(Time now, OccupancyMap map) {
-  const double mapped_m2 = map.free_m2();
+  const double mapped_m2 = map.area_m2(Cell::kFree);
   run_.snapshots.push_back({now, mapped_m2, std::move(map)});
   next_snapshot_ = now + kSnapshotEvery;
 }

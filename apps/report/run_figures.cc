@@ -487,7 +487,7 @@ RunFindings find_out(const FinishedRun& run, const RunTruth* known) {
           sample(snapshot.stamp, snapshot.mapped_m2, snapshot.map ? &*snapshot.map : nullptr));
     }
   }
-  f.coverage.push_back(sample(run.last_step, run.result.map.free_m2(), &run.result.map));
+  f.coverage.push_back(sample(run.last_step, run.result.map.area_m2(Cell::kFree), &run.result.map));
   return f;
 }
 

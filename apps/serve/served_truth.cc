@@ -41,15 +41,9 @@ void write_layer(const fs::path& stem, const TruthLayer& layer) {
   if (layer.cells.empty()) {
     return;
   }
-  OccupancyMap map;
-  map.cell_m = layer.cell_m;
-  map.origin = layer.origin_scene;
-  map.columns = layer.columns;
-  map.rows = layer.rows;
-  for (const std::uint8_t cell : layer.cells) {
-    map.cells.push_back(cell != 0 ? Cell::kOccupied : Cell::kFree);
-  }
-  write_map_server(stem, map);
+  write_map_server(stem, transformed(layer, [](std::uint8_t cell) {
+                     return cell != 0 ? Cell::kOccupied : Cell::kFree;
+                   }));
 }
 
 TruthLayer read_layer(const fs::path& yaml) {
@@ -57,12 +51,9 @@ TruthLayer read_layer(const fs::path& yaml) {
   if (!fs::exists(yaml, ignored)) {
     return {};
   }
-  const OccupancyMap map = read_map_server(yaml);
-  TruthLayer layer{map.cell_m, map.origin, map.columns, map.rows, {}};
-  for (const Cell cell : map.cells) {
-    layer.cells.push_back(cell == Cell::kOccupied ? 1 : 0);
-  }
-  return layer;
+  return transformed(read_map_server(yaml), [](Cell cell) {
+    return static_cast<std::uint8_t>(cell == Cell::kOccupied ? 1 : 0);
+  });
 }
 
 // Without the last line where it was cut short, so that no number is taken for another.

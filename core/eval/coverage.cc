@@ -16,23 +16,9 @@
 namespace panoptes {
 namespace {
 
-std::size_t index(const TruthLayer& layer, int column, int row) {
-  return static_cast<std::size_t>(row) * static_cast<std::size_t>(layer.columns) +
-         static_cast<std::size_t>(column);
-}
-
-bool contains(const TruthLayer& layer, int column, int row) {
-  return column >= 0 && row >= 0 && column < layer.columns && row < layer.rows;
-}
-
-Vec2 centre(const TruthLayer& layer, int column, int row) {
-  return layer.origin_scene + layer.cell_m * Vec2(column + 0.5, row + 0.5);
-}
-
 TruthLayer empty_like(const TruthLayer& layer) {
-  TruthLayer copy{layer.cell_m, layer.origin_scene, layer.columns, layer.rows, {}};
-  copy.cells.assign(static_cast<std::size_t>(layer.columns) * static_cast<std::size_t>(layer.rows),
-                    0);
+  TruthLayer copy{layer.cell_m, layer.origin, layer.columns, layer.rows, {}};
+  copy.cells.assign(copy.size(), 0);
   return copy;
 }
 
@@ -44,7 +30,7 @@ cv::Mat distance_to_set(const TruthLayer& layer) {
   cv::Mat clear(layer.rows, layer.columns, CV_8U);
   for (int row = 0; row < layer.rows; ++row) {
     for (int column = 0; column < layer.columns; ++column) {
-      clear.at<unsigned char>(row, column) = layer.cells[index(layer, column, row)] != 0 ? 0 : 1;
+      clear.at<unsigned char>(row, column) = layer(column, row) != 0 ? 0 : 1;
     }
   }
   cv::Mat distance;
@@ -53,25 +39,20 @@ cv::Mat distance_to_set(const TruthLayer& layer) {
 }
 
 void check_layer(const TruthLayer& layer) {
-  PANOPTES_CHECK(layer.cells.size() ==
-                     static_cast<std::size_t>(layer.columns) * static_cast<std::size_t>(layer.rows),
-                 "a layer has a value for every cell");
+  PANOPTES_CHECK(layer.cells.size() == layer.size(), "a layer has a value for every cell");
 }
 
 /// Where the layer has floor, with a border of so many cells where there is none. Its outermost
 /// cells lie around the world.
 TruthLayer floor_within(const TruthLayer& layer, int border) {
   constexpr int kAround = 2;
-  TruthLayer grown{layer.cell_m,
-                   layer.origin_scene - Vec2::Constant(border * layer.cell_m),
-                   layer.columns + 2 * border,
-                   layer.rows + 2 * border,
-                   {}};
-  grown = empty_like(grown);
+  TruthLayer grown;
+  grown.cell_m = layer.cell_m;
+  grown.origin = layer.origin - Vec2::Constant(border * layer.cell_m);
+  grown.assign(layer.columns + 2 * border, layer.rows + 2 * border);
   for (int row = kAround; row < layer.rows - kAround; ++row) {
     for (int column = kAround; column < layer.columns - kAround; ++column) {
-      grown.cells[index(grown, column + border, row + border)] =
-          layer.cells[index(layer, column, row)] == 0 ? 1 : 0;
+      grown(column + border, row + border) = layer(column, row) == 0 ? 1 : 0;
     }
   }
   return grown;
@@ -87,7 +68,7 @@ std::vector<Vec2> free_centres(const OccupancyMap& map, int side) {
         free += map.at(column + i % side, row + i / side) == Cell::kFree ? 1 : 0;
       }
       if (2 * free > side * side) {
-        centres.push_back(map.origin + map.cell_m * Vec2(column + side / 2.0, row + side / 2.0));
+        centres.push_back(map.point(column + side / 2.0, row + side / 2.0));
       }
     }
   }
@@ -104,13 +85,12 @@ TruthLayer reachable_floor(const TruthLayer& body, const Vec2& start_scene, doub
   const cv::Mat distance = distance_to_set(body);
   // a set cell begins half a cell before its centre
   const auto fits = [&](int column, int row) {
-    return contains(body, column, row) &&
+    return body.contains(column, row) &&
            (static_cast<double>(distance.at<float>(row, column)) - 0.5) * body.cell_m >= radius_m;
   };
-  const Vec2 start = (start_scene - body.origin_scene) / body.cell_m;
   const int reach = static_cast<int>(std::ceil(radius_m / body.cell_m));
-  const int column0 = static_cast<int>(std::floor(start.x()));
-  const int row0 = static_cast<int>(std::floor(start.y()));
+  const int column0 = body.column(start_scene);
+  const int row0 = body.row(start_scene);
   double nearest_m = std::numeric_limits<double>::max();
   std::pair<int, int> seed{-1, -1};
   for (int row = row0 - reach; row <= row0 + reach; ++row) {
@@ -138,10 +118,7 @@ TruthLayer reachable_floor(const TruthLayer& body, const Vec2& start_scene, doub
   return reachable;
 }
 
-double area_m2(const TruthLayer& layer) {
-  return static_cast<double>(std::count(layer.cells.begin(), layer.cells.end(), 1)) * layer.cell_m *
-         layer.cell_m;
-}
+double area_m2(const TruthLayer& layer) { return layer.area_m2(1); }
 
 std::optional<double> coverage(const TruthLayer& reachable, const OccupancyMap& map,
                                const Pose2& T_scene_map) {
@@ -151,9 +128,9 @@ std::optional<double> coverage(const TruthLayer& reachable, const OccupancyMap& 
   long long free = 0;
   for (int row = 0; row < reachable.rows; ++row) {
     for (int column = 0; column < reachable.columns; ++column) {
-      if (reachable.cells[index(reachable, column, row)] != 0) {
+      if (reachable(column, row) != 0) {
         ++cells;
-        free += map.at(T_map_scene * centre(reachable, column, row)) == Cell::kFree ? 1 : 0;
+        free += map.at(T_map_scene * reachable.centre(column, row)) == Cell::kFree ? 1 : 0;
       }
     }
   }
@@ -178,9 +155,9 @@ MapQuality map_quality(const Truth& truth, const OccupancyMap& map, const Pose2&
   TruthLayer free = empty_like(floor);
   for (int row = 0; row < floor.rows; ++row) {
     for (int column = 0; column < floor.columns; ++column) {
-      const Cell cell = map.at(T_map_scene * centre(floor, column, row));
-      occupied.cells[index(floor, column, row)] = cell == Cell::kOccupied ? 1 : 0;
-      free.cells[index(floor, column, row)] = cell == Cell::kFree ? 1 : 0;
+      const Cell cell = map.at(T_map_scene * floor.centre(column, row));
+      occupied(column, row) = cell == Cell::kOccupied ? 1 : 0;
+      free(column, row) = cell == Cell::kFree ? 1 : 0;
     }
   }
   const cv::Mat to_occupied = distance_to_set(occupied);
@@ -195,33 +172,33 @@ MapQuality map_quality(const Truth& truth, const OccupancyMap& map, const Pose2&
   const int side = static_cast<int>(std::lround(seen.cell_m / floor.cell_m));
   for (int row = 0; row < seen.rows; ++row) {
     for (int column = 0; column < seen.columns; ++column) {
-      if (seen.cells[index(seen, column, row)] == 0) {
+      if (seen(column, row) == 0) {
         continue;
       }
       ++quality.cells;
-      const Vec2 corner_scene = seen.origin_scene + seen.cell_m * Vec2(column, row);
+      const Vec2 corner_scene = seen.point(column, row);
       const int column0 =
-          static_cast<int>(std::lround((corner_scene.x() - floor.origin_scene.x()) / floor.cell_m));
+          static_cast<int>(std::lround((corner_scene.x() - floor.origin.x()) / floor.cell_m));
       const int row0 =
-          static_cast<int>(std::lround((corner_scene.y() - floor.origin_scene.y()) / floor.cell_m));
+          static_cast<int>(std::lround((corner_scene.y() - floor.origin.y()) / floor.cell_m));
       int squares_clear = 0;
       int squares_free = 0;
       bool on_boundary = false;
       bool is_found = false;
       for (int y = row0; y < row0 + side; ++y) {
         for (int x = column0; x < column0 + side; ++x) {
-          if (!contains(floor, x, y)) {
+          if (!floor.contains(x, y)) {
             continue;
           }
-          squares_free += free.cells[index(floor, x, y)];
-          if (floor.cells[index(floor, x, y)] == 0) {
+          squares_free += free(x, y);
+          if (floor(x, y) == 0) {
             ++squares_clear;
             continue;
           }
           const bool edge = std::any_of(kBeside.begin(), kBeside.end(), [&](const auto& beside) {
             const int nx = x + beside.first;
             const int ny = y + beside.second;
-            return contains(floor, nx, ny) && floor.cells[index(floor, nx, ny)] == 0;
+            return floor.contains(nx, ny) && floor(nx, ny) == 0;
           });
           on_boundary = on_boundary || edge;
           is_found = is_found || (edge && to_occupied.at<float>(y, x) <= found_cells);
@@ -259,10 +236,10 @@ std::optional<Leak> leak(const TruthLayer& floor, const OccupancyMap& map,
   const TruthLayer grown = floor_within(floor, static_cast<int>(std::ceil(near_cells)));
   const cv::Mat to_floor = distance_to_set(grown);
   const auto is_leaked = [&](const Vec2& p_map) {
-    const Vec2 at = (T_scene_map * p_map - grown.origin_scene) / grown.cell_m;
-    const int column = static_cast<int>(std::floor(at.x()));
-    const int row = static_cast<int>(std::floor(at.y()));
-    return !contains(grown, column, row) ||
+    const Vec2 p_scene = T_scene_map * p_map;
+    const int column = grown.column(p_scene);
+    const int row = grown.row(p_scene);
+    return !grown.contains(column, row) ||
            static_cast<double>(to_floor.at<float>(row, column)) > near_cells;
   };
   constexpr double kCell_m = 0.05;
@@ -272,7 +249,7 @@ std::optional<Leak> leak(const TruthLayer& floor, const OccupancyMap& map,
   Leak found;
   found.area_m2 =
       static_cast<double>(std::count_if(free.begin(), free.end(), is_leaked)) * side_m * side_m;
-  if (const double free_m2 = map.free_m2(); free_m2 > 0) {
+  if (const double free_m2 = map.area_m2(Cell::kFree); free_m2 > 0) {
     found.share = found.area_m2 / free_m2;
   }
   return found;

@@ -9,22 +9,14 @@
 #include <opencv2/core/mat.hpp>
 
 #include "core/base/time.h"
+#include "core/geometry/grid2.h"
 #include "core/geometry/pose2.h"
 #include "core/geometry/pose3.h"
 
 namespace panoptes {
 
-/// A layer of the true world over the floor, row-major from the lower-left corner in `scene`:
-/// cell (column, row) covers origin_scene + cell_m * [column, column + 1) x [row, row + 1).
-struct TruthLayer {
-  double cell_m = 0;
-  Vec2 origin_scene = Vec2::Zero();
-  int columns = 0;
-  int rows = 0;
-  std::vector<std::uint8_t> cells;  ///< 1 where set
-
-  bool at(const Vec2& p_scene) const;  ///< false outside
-};
+/// A layer of the true world over the floor, in `scene`: 1 where set; 0 outside.
+using TruthLayer = Grid2<std::uint8_t>;
 
 /// The true state at one frame set.
 struct TruePose {

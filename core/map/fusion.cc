@@ -15,10 +15,6 @@ constexpr int kDecided = 8;
 
 constexpr int kBlock = 128;  // the lattice grows by whole blocks
 
-int block_floor(int cells) {
-  return (cells >= 0 ? cells / kBlock : -((-cells + kBlock - 1) / kBlock)) * kBlock;
-}
-
 constexpr double kFarthest_cells = 1e9;  // sums of two stay in 32 bits
 
 int to_cell(double p, double cell_m) { return static_cast<int>(std::floor(p / cell_m)); }
@@ -159,42 +155,16 @@ void for_each_contribution(const PlacedGrid& placed, double cell_m, const Each& 
 }  // namespace
 
 EvidenceSum::EvidenceSum(double cell_m, Traversed traversed)
-    : cell_m_(cell_m), traversed_(traversed) {
+    : traversed_(traversed), sums_(cell_m, kBlock) {
   PANOPTES_CHECK(cell_m > 0, "a map has cells of some size");
 }
 
-void EvidenceSum::reserve(int low_column, int low_row, int high_column, int high_row) {
-  if (columns_ > 0 && low_column >= first_column_ && low_row >= first_row_ &&
-      high_column < first_column_ + columns_ && high_row < first_row_ + rows_) {
-    return;
+void EvidenceSum::reserve(const CellBox& asked) {
+  const CellBox to = sums_.grown(asked);
+  if (static_cast<double>(to.columns()) * to.rows() > kMostCells) {
+    throw too_large(cell_m() * Vec2(to.columns(), to.rows()), cell_m());
   }
-  int first_column = block_floor(low_column);
-  int first_row = block_floor(low_row);
-  int end_column = block_floor(high_column) + kBlock;
-  int end_row = block_floor(high_row) + kBlock;
-  if (columns_ > 0) {
-    first_column = std::min(first_column, first_column_);
-    first_row = std::min(first_row, first_row_);
-    end_column = std::max(end_column, first_column_ + columns_);
-    end_row = std::max(end_row, first_row_ + rows_);
-  }
-  const int columns = end_column - first_column;
-  const int rows = end_row - first_row;
-  if (static_cast<double>(columns) * rows > kMostCells) {
-    throw too_large(cell_m_ * Vec2(columns, rows), cell_m_);
-  }
-  std::vector<Sum> grown(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-  for (int row = 0; row < rows_; ++row) {
-    std::copy_n(sums_.begin() + static_cast<std::ptrdiff_t>(row) * columns_, columns_,
-                grown.begin() +
-                    static_cast<std::ptrdiff_t>(row + first_row_ - first_row) * columns +
-                    (first_column_ - first_column));
-  }
-  sums_ = std::move(grown);
-  first_column_ = first_column;
-  first_row_ = first_row;
-  columns_ = columns;
-  rows_ = rows;
+  sums_.reserve(asked);
 }
 
 template <int kSign>
@@ -206,18 +176,16 @@ void EvidenceSum::apply(const PlacedGrid& placed) {
   finer_m_ = placed.grid->cell_m;
   const Bounds bounds = placed_bounds(own_bounds(*placed.grid), placed.T_map_keyframe);
   const Vec2 farthest = bounds.low.cwiseAbs().cwiseMax(bounds.high.cwiseAbs());
-  if (!farthest.allFinite() || farthest.maxCoeff() >= kFarthest_cells * cell_m_) {
-    throw too_large(farthest, cell_m_);
+  const double cell_m = this->cell_m();
+  if (!farthest.allFinite() || farthest.maxCoeff() >= kFarthest_cells * cell_m) {
+    throw too_large(farthest, cell_m);
   }
-  reserve(to_cell(bounds.low.x(), cell_m_) - 1, to_cell(bounds.low.y(), cell_m_) - 1,
-          to_cell(bounds.high.x(), cell_m_) + 1, to_cell(bounds.high.y(), cell_m_) + 1);
+  reserve({to_cell(bounds.low.x(), cell_m) - 1, to_cell(bounds.low.y(), cell_m) - 1,
+           to_cell(bounds.high.x(), cell_m) + 2, to_cell(bounds.high.y(), cell_m) + 2});
   Sum* sums = sums_.data();
-  const int first_column = first_column_;
-  const int first_row = first_row_;
-  const int columns = columns_;
-  for_each_contribution(placed, cell_m_, [=](int column, int row, int evidence) {
-    Sum& sum =
-        sums[static_cast<std::ptrdiff_t>(row - first_row) * columns + (column - first_column)];
+  const CellBox box = sums_.box();
+  for_each_contribution(placed, cell_m, [=](int column, int row, int evidence) {
+    Sum& sum = sums[box.index(column, row)];
     if (evidence > 0) {
       sum.free += kSign * evidence;
     } else {
@@ -231,9 +199,9 @@ void EvidenceSum::apply(const PlacedGrid& placed) {
 
 // Cells that lie wholly under the body, so that nothing beside it is taken for floor.
 void EvidenceSum::drive_over(const PlacedGrid& placed, int sign) {
-  const double radius = placed.grid->body_radius_m / cell_m_;
+  const double radius = placed.grid->body_radius_m / cell_m();
   for (const Vec2& p_keyframe : placed.grid->traversed) {
-    const Vec2 p = placed.T_map_keyframe * p_keyframe / cell_m_;
+    const Vec2 p = placed.T_map_keyframe * p_keyframe / cell_m();
     for (int row = static_cast<int>(std::floor(p.y() - radius)); row < p.y() + radius; ++row) {
       const double dy = std::max(p.y() - row, row + 1 - p.y());
       if (dy >= radius) {
@@ -243,9 +211,7 @@ void EvidenceSum::drive_over(const PlacedGrid& placed, int sign) {
       const int begin = static_cast<int>(std::ceil(p.x() - half));
       const int end = static_cast<int>(std::floor(p.x() + half));
       for (int column = begin; column < end; ++column) {
-        sums_[static_cast<std::size_t>(row - first_row_) * static_cast<std::size_t>(columns_) +
-              static_cast<std::size_t>(column - first_column_)]
-            .traversed += sign;
+        sums_(column, row).traversed += sign;
       }
     }
   }
@@ -260,7 +226,7 @@ Cell EvidenceSum::verdict(const Sum& sum, double finer_m) const {
   }
   // A wall one grid cell thick fills one of `ratio` grid cells of a coarser cell, so its evidence
   // counts that much more; half of the cell's floor must have been seen to call it free.
-  const int ratio = std::max(1, static_cast<int>(std::lround(cell_m_ / finer_m)));
+  const int ratio = std::max(1, static_cast<int>(std::lround(cell_m() / finer_m)));
   const std::int64_t occupied = static_cast<std::int64_t>(sum.occupied) * ratio;
   const std::int64_t decided = static_cast<std::int64_t>(kDecided) * ratio * ratio;
   if (occupied > sum.free) {
@@ -269,65 +235,48 @@ Cell EvidenceSum::verdict(const Sum& sum, double finer_m) const {
   return 2 * (sum.free - occupied) >= decided * (ratio > 1 ? 1 : 2) ? Cell::kFree : Cell::kUnknown;
 }
 
-Cell EvidenceSum::at(int column, int row) const {
-  const int c = column - first_column_;
-  const int r = row - first_row_;
-  if (c < 0 || r < 0 || c >= columns_ || r >= rows_) {
-    return Cell::kUnknown;
-  }
-  return verdict(sums_[static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_) +
-                       static_cast<std::size_t>(c)],
-                 finer_m_);
-}
+Cell EvidenceSum::at(int column, int row) const { return verdict(sums_.at(column, row), finer_m_); }
 
 OccupancyMap EvidenceSum::map() const {
-  int low_column = columns_;
-  int low_row = rows_;
-  int high_column = -1;
-  int high_row = -1;
-  for (int row = 0; row < rows_; ++row) {
-    const Sum* sums = &sums_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_)];
-    for (int column = 0; column < columns_; ++column) {
-      if (sums[column].free != 0 || sums[column].occupied != 0 || sums[column].traversed != 0) {
-        low_column = std::min(low_column, column);
-        high_column = std::max(high_column, column);
-        low_row = std::min(low_row, row);
-        high_row = row;
+  const CellBox& box = sums_.box();
+  CellBox used{box.end_column, box.end_row, box.low_column, box.low_row};
+  for (int row = box.low_row; row < box.end_row; ++row) {
+    const Sum* sum = sums_.row(row);
+    for (int column = box.low_column; column < box.end_column; ++column, ++sum) {
+      if (sum->free != 0 || sum->occupied != 0 || sum->traversed != 0) {
+        used.low_column = std::min(used.low_column, column);
+        used.low_row = std::min(used.low_row, row);
+        used.end_column = std::max(used.end_column, column + 1);
+        used.end_row = row + 1;
       }
     }
   }
-  OccupancyMap out;
-  out.cell_m = cell_m_;
-  if (high_row < 0) {
-    return out;
+  if (used.rows() <= 0) {
+    OccupancyMap none;
+    none.cell_m = cell_m();
+    return none;
   }
-  return map(cell_m_ * Vec2(first_column_ + low_column, first_row_ + low_row),
-             cell_m_ * Vec2(first_column_ + high_column + 1, first_row_ + high_row + 1));
+  return map(cell_m() * Vec2(used.low_column, used.low_row),
+             cell_m() * Vec2(used.end_column, used.end_row));
 }
 
 OccupancyMap EvidenceSum::map(const Vec2& low, const Vec2& high) const {
   // corners that lie on the lattice stay there, whichever way their product was rounded
-  const auto down = [this](double p) { return static_cast<int>(std::floor(p / cell_m_ + 1e-6)); };
-  const auto up = [this](double p) { return static_cast<int>(std::ceil(p / cell_m_ - 1e-6)); };
-  const int low_column = down(low.x());
-  const int low_row = down(low.y());
+  const auto down = [this](double p) { return static_cast<int>(std::floor(p / cell_m() + 1e-6)); };
+  const auto up = [this](double p) { return static_cast<int>(std::ceil(p / cell_m() - 1e-6)); };
+  const CellBox window{down(low.x()), down(low.y()), up(high.x()), up(high.y())};
   OccupancyMap out;
-  out.cell_m = cell_m_;
-  out.origin = cell_m_ * Vec2(low_column, low_row);
-  out.columns = std::max(0, up(high.x()) - low_column);
-  out.rows = std::max(0, up(high.y()) - low_row);
-  out.cells.assign(static_cast<std::size_t>(out.columns) * static_cast<std::size_t>(out.rows),
-                   Cell::kUnknown);
-  const int begin = std::max(0, first_column_ - low_column);
-  const int end = std::min(out.columns, first_column_ + columns_ - low_column);
-  for (int row = std::max(0, first_row_ - low_row);
-       row < std::min(out.rows, first_row_ + rows_ - low_row); ++row) {
-    const Sum* sums = sums_.data() +
-                      static_cast<std::ptrdiff_t>(row + low_row - first_row_) * columns_ +
-                      (low_column - first_column_);
-    Cell* cells = &out.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(out.columns)];
+  out.cell_m = cell_m();
+  out.origin = cell_m() * Vec2(window.low_column, window.low_row);
+  out.assign(std::max(0, window.columns()), std::max(0, window.rows()));
+  const CellBox& box = sums_.box();
+  const int begin = std::max(window.low_column, box.low_column);
+  const int end = std::min(window.end_column, box.end_column);
+  for (int row = std::max(window.low_row, box.low_row); row < std::min(window.end_row, box.end_row);
+       ++row) {
     for (int column = begin; column < end; ++column) {
-      cells[column] = verdict(sums[column], finer_m_);
+      out(column - window.low_column, row - window.low_row) =
+          verdict(sums_.data()[box.index(column, row)], finer_m_);
     }
   }
   return out;

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/geometry/lattice2.h"
 #include "core/geometry/pose2.h"
 #include "core/map/keyframe_grid.h"
 #include "core/map/occupancy.h"
@@ -37,7 +38,7 @@ class EvidenceSum {
   void add(const PlacedGrid& placed);
   void subtract(const PlacedGrid& placed);  ///< undoes add() exactly
 
-  double cell_m() const { return cell_m_; }
+  double cell_m() const { return sums_.cell_m(); }
   OccupancyMap map() const;                                   ///< all there is
   OccupancyMap map(const Vec2& low, const Vec2& high) const;  ///< a window
   Cell at(int column, int row) const;
@@ -53,17 +54,12 @@ class EvidenceSum {
   template <int kSign>
   void apply(const PlacedGrid& placed);
   void drive_over(const PlacedGrid& placed, int sign);
-  void reserve(int low_column, int low_row, int high_column, int high_row);
+  void reserve(const CellBox& asked);
   Cell verdict(const Sum& sum, double finer_m) const;
 
-  double cell_m_;
   Traversed traversed_;
   double finer_m_ = 0.01;  // cell of the grids
-  int first_column_ = 0;
-  int first_row_ = 0;
-  int columns_ = 0;
-  int rows_ = 0;
-  std::vector<Sum> sums_;
+  Lattice2<Sum> sums_;
 };
 
 /// Everything mapped so far; a keyframe that relaxation moved is taken out and put in again

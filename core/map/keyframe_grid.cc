@@ -31,8 +31,8 @@ constexpr double kTrackStep_m = 0.02;
 // The grid grows by whole blocks, so that it seldom does.
 constexpr int kBlock = 64;
 
-int block_floor(double cells) { return static_cast<int>(std::floor(cells / kBlock)) * kBlock; }
-int block_ceil(double cells) { return static_cast<int>(std::ceil(cells / kBlock)) * kBlock; }
+int floor_of(double cells) { return static_cast<int>(std::floor(cells)); }
+int ceil_of(double cells) { return static_cast<int>(std::ceil(cells)); }
 
 // Where the line y crosses a convex outline: [low, high], empty when low > high.
 std::pair<double, double> crossing(const std::vector<Vec2>& outline, double y) {
@@ -63,39 +63,14 @@ std::int8_t GridCrop::at(int column, int row) const {
              : std::int8_t{0};
 }
 
-KeyframeGrid::KeyframeGrid(double cell_m) : cell_m_(cell_m) {
+KeyframeGrid::KeyframeGrid(double cell_m) : cells_(cell_m, kBlock) {
   PANOPTES_CHECK(cell_m > 0, "a grid has cells of some size");
 }
 
 void KeyframeGrid::reserve(const Vec2& low, const Vec2& high) {
-  const int low_column = block_floor(low.x() / cell_m_);
-  const int low_row = block_floor(low.y() / cell_m_);
-  const int high_column = block_ceil(high.x() / cell_m_);
-  const int high_row = block_ceil(high.y() / cell_m_);
-  if (columns_ > 0 && low_column >= first_column_ && low_row >= first_row_ &&
-      high_column <= first_column_ + columns_ && high_row <= first_row_ + rows_) {
-    return;
-  }
-  const int new_first_column = columns_ > 0 ? std::min(low_column, first_column_) : low_column;
-  const int new_first_row = columns_ > 0 ? std::min(low_row, first_row_) : low_row;
-  const int new_columns =
-      (columns_ > 0 ? std::max(high_column, first_column_ + columns_) : high_column) -
-      new_first_column;
-  const int new_rows =
-      (columns_ > 0 ? std::max(high_row, first_row_ + rows_) : high_row) - new_first_row;
-  std::vector<std::int8_t> grown(
-      static_cast<std::size_t>(new_columns) * static_cast<std::size_t>(new_rows), 0);
-  for (int row = 0; row < rows_; ++row) {
-    const auto from = static_cast<std::ptrdiff_t>(row) * columns_;
-    const auto to = static_cast<std::ptrdiff_t>(row + first_row_ - new_first_row) * new_columns +
-                    (first_column_ - new_first_column);
-    std::copy_n(cells_.begin() + from, columns_, grown.begin() + to);
-  }
-  cells_ = std::move(grown);
-  first_column_ = new_first_column;
-  first_row_ = new_first_row;
-  columns_ = new_columns;
-  rows_ = new_rows;
+  const double cell_m = cells_.cell_m();
+  cells_.reserve({floor_of(low.x() / cell_m), floor_of(low.y() / cell_m),
+                  ceil_of(high.x() / cell_m), ceil_of(high.y() / cell_m)});
 }
 
 void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body,
@@ -121,36 +96,36 @@ void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body
     high = high.cwiseMax(outline.back());
   }
   reserve(low, high);
+  const double cell_m = cells_.cell_m();
+  const CellBox box = cells_.box();
 
   // For each cell of the grid within the outline, the raster's cell under its centre, in fixed
   // point: no cell is left out or met twice.
   const Pose2 T_view_keyframe = T_keyframe_view.inverse();
   const std::int8_t* evidence = reading.evidence.data();
   constexpr int kShift = 16;
-  const double scale = cell_m_ / p.cell_m * (1 << kShift);
+  const double scale = cell_m / p.cell_m * (1 << kShift);
   const auto step_x =
       static_cast<std::int32_t>(std::lround(std::cos(T_view_keyframe.theta_rad) * scale));
   const auto step_y =
       static_cast<std::int32_t>(std::lround(std::sin(T_view_keyframe.theta_rad) * scale));
-  const int first_row = std::max(0, static_cast<int>(std::floor(low.y() / cell_m_)) - first_row_);
-  const int last_row =
-      std::min(rows_ - 1, static_cast<int>(std::floor(high.y() / cell_m_)) - first_row_);
+  const int first_row = std::max(box.low_row, floor_of(low.y() / cell_m));
+  const int last_row = std::min(box.end_row - 1, floor_of(high.y() / cell_m));
   for (int row = first_row; row <= last_row; ++row) {
-    const double y = (first_row_ + row + 0.5) * cell_m_;
+    const double y = (row + 0.5) * cell_m;
     const auto [left, right] = crossing(outline, y);
     if (left > right) {
       continue;
     }
-    const int begin = std::max(0, static_cast<int>(std::floor(left / cell_m_)) - first_column_);
-    const int end =
-        std::min(columns_, static_cast<int>(std::ceil(right / cell_m_)) - first_column_);
-    const Vec2 at =
-        (T_view_keyframe * Vec2((first_column_ + begin + 0.5) * cell_m_, y) - p.origin_view) /
-        p.cell_m * (1 << kShift);
+    const int begin = std::max(box.low_column, floor_of(left / cell_m));
+    const int end = std::min(box.end_column, ceil_of(right / cell_m));
+    const Vec2 at = (T_view_keyframe * Vec2((begin + 0.5) * cell_m, y) - p.origin_view) / p.cell_m *
+                    (1 << kShift);
     auto x_fixed = static_cast<std::int32_t>(std::floor(at.x()));
     auto y_fixed = static_cast<std::int32_t>(std::floor(at.y()));
-    std::int8_t* cell = &cells_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_)];
-    for (int column = begin; column < end; ++column, x_fixed += step_x, y_fixed += step_y) {
+    std::int8_t* cells = cells_.row(row);
+    for (int k = begin - box.low_column; k < end - box.low_column;
+         ++k, x_fixed += step_x, y_fixed += step_y) {
       const std::int32_t c = x_fixed >> kShift;
       const std::int32_t r = y_fixed >> kShift;
       if (static_cast<std::uint32_t>(c) >= static_cast<std::uint32_t>(p.cell_columns) ||
@@ -161,11 +136,11 @@ void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body
       if (e == 0) {
         continue;
       }
-      const std::int8_t was = cell[column];
+      const std::int8_t was = cells[k];
       // seen from the same place, a cell gains no more than its looks there are worth
       const int limit =
           independent ? kCertain : std::max(kSamePlaceLooks * std::abs(e), std::abs(was));
-      cell[column] = static_cast<std::int8_t>(
+      cells[k] = static_cast<std::int8_t>(
           std::clamp(was + e, std::min<int>(-limit, was), std::max<int>(limit, was)));
     }
   }
@@ -174,24 +149,21 @@ void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body
 void KeyframeGrid::add_disc(const Vec2& p_keyframe, double radius_m, int evidence) {
   const Vec2 reach = Vec2::Constant(radius_m);
   reserve(p_keyframe - reach, p_keyframe + reach);
-  const int low = static_cast<int>(std::floor((p_keyframe.y() - radius_m) / cell_m_));
-  const int high = static_cast<int>(std::floor((p_keyframe.y() + radius_m) / cell_m_));
-  for (int row = std::max(low, first_row_); row <= std::min(high, first_row_ + rows_ - 1); ++row) {
-    const double dy = (row + 0.5) * cell_m_ - p_keyframe.y();
+  const double cell_m = cells_.cell_m();
+  const CellBox box = cells_.box();
+  const int low = floor_of((p_keyframe.y() - radius_m) / cell_m);
+  const int high = floor_of((p_keyframe.y() + radius_m) / cell_m);
+  for (int row = std::max(low, box.low_row); row <= std::min(high, box.end_row - 1); ++row) {
+    const double dy = (row + 0.5) * cell_m - p_keyframe.y();
     const double half_square = radius_m * radius_m - dy * dy;
     if (half_square <= 0) {
       continue;
     }
     const double half = std::sqrt(half_square);
-    const int begin = std::max(
-        first_column_, static_cast<int>(std::ceil((p_keyframe.x() - half) / cell_m_ - 0.5)));
-    const int end =
-        std::min(first_column_ + columns_,
-                 static_cast<int>(std::floor((p_keyframe.x() + half) / cell_m_ - 0.5)) + 1);
+    const int begin = std::max(box.low_column, ceil_of((p_keyframe.x() - half) / cell_m - 0.5));
+    const int end = std::min(box.end_column, floor_of((p_keyframe.x() + half) / cell_m - 0.5) + 1);
     for (int column = begin; column < end; ++column) {
-      std::int8_t& cell =
-          cells_[static_cast<std::size_t>(row - first_row_) * static_cast<std::size_t>(columns_) +
-                 static_cast<std::size_t>(column - first_column_)];
+      std::int8_t& cell = cells_(column, row);
       cell = evidence > 0 ? std::max(cell, static_cast<std::int8_t>(evidence))
                           : std::min(cell, static_cast<std::int8_t>(evidence));
     }
@@ -216,32 +188,32 @@ void KeyframeGrid::add_occupied_disc(const Vec2& p_keyframe, double radius_m) {
 
 GridCrop KeyframeGrid::crop() const {
   GridCrop out;
-  out.cell_m = cell_m_;
+  out.cell_m = cells_.cell_m();
   out.traversed = traversed_;
   out.body_radius_m = body_radius_m_;
-  const auto columns = static_cast<std::size_t>(columns_);
+  const CellBox& box = cells_.box();
   const auto set = [](std::int8_t v) { return v != 0; };
-  int last_used = -1;
-  for (int row = 0; row < rows_; ++row) {
-    const auto begin = cells_.begin() + static_cast<std::ptrdiff_t>(row) * columns_;
-    const auto end = begin + static_cast<std::ptrdiff_t>(columns);
-    const auto first = std::find_if(begin, end, set);
+  bool any = false;
+  for (int row = box.low_row; row < box.end_row; ++row) {
+    const std::int8_t* begin = cells_.row(row);
+    const std::int8_t* end = begin + box.columns();
+    const std::int8_t* first = std::find_if(begin, end, set);
     GridCrop::Row r;
     r.offset = out.cells.size();
     if (first != end) {
-      auto last = end;
+      const std::int8_t* last = end;
       while (*(last - 1) == 0) {
         --last;
       }
-      if (last_used < 0) {
-        out.first_row = first_row_ + row;
+      if (!any) {
+        out.first_row = row;
       }
-      r.begin = first_column_ + static_cast<int>(first - begin);
-      r.end = first_column_ + static_cast<int>(last - begin);
+      r.begin = box.low_column + static_cast<int>(first - begin);
+      r.end = box.low_column + static_cast<int>(last - begin);
       out.cells.insert(out.cells.end(), first, last);
-      last_used = row;
+      any = true;
     }
-    if (last_used >= 0) {
+    if (any) {
       out.rows.push_back(r);
     }
   }

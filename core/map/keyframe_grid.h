@@ -5,6 +5,7 @@
 #include <map>
 #include <vector>
 
+#include "core/geometry/lattice2.h"
 #include "core/geometry/pose2.h"
 #include "core/map/floor_mapper.h"
 
@@ -55,12 +56,7 @@ class KeyframeGrid {
   void reserve(const Vec2& low, const Vec2& high);
   void add_disc(const Vec2& p_keyframe, double radius_m, int evidence);
 
-  double cell_m_;
-  int first_column_ = 0;
-  int first_row_ = 0;
-  int columns_ = 0;
-  int rows_ = 0;
-  std::vector<std::int8_t> cells_;
+  Lattice2<std::int8_t> cells_;
   std::vector<Vec2> traversed_;
   double body_radius_m_ = 0;
   // Where the last independent reading was taken.

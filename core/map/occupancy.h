@@ -1,34 +1,39 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
-#include <vector>
 
-#include "core/geometry/pose2.h"
+#include "core/geometry/grid2.h"
 
 namespace panoptes {
 
 enum class Cell : std::uint8_t { kUnknown = 0, kFree = 1, kOccupied = 2 };
 
-/// A finished or local map of the floor in some frame: row-major from the lower-left corner; cell
-/// (column, row) covers origin + cell_m * [column, column + 1) x [row, row + 1).
-struct OccupancyMap {
-  double cell_m = 0.01;
-  Vec2 origin = Vec2::Zero();
-  int columns = 0;
-  int rows = 0;
-  std::vector<Cell> cells;
+/// A finished or local map of the floor in some frame; unknown outside.
+using OccupancyMap = Grid2<Cell>;
 
-  bool contains(int column, int row) const {
-    return column >= 0 && row >= 0 && column < columns && row < rows;
+/// What a cell is that has parts_a_side squared parts, as `part(column, row)` tells: occupied where
+/// any of them is, else free where at least half of them are, else unknown.
+template <class Part>
+Cell resampled(int parts_a_side, const Part& part) {
+  int free = 0;
+  for (int row = 0; row < parts_a_side; ++row) {
+    for (int column = 0; column < parts_a_side; ++column) {
+      const Cell cell = part(column, row);
+      if (cell == Cell::kOccupied) {
+        return Cell::kOccupied;
+      }
+      free += cell == Cell::kFree ? 1 : 0;
+    }
   }
-  Cell at(int column, int row) const {  ///< unknown outside
-    return contains(column, row) ? cells[static_cast<std::size_t>(row) * columns + column]
-                                 : Cell::kUnknown;
-  }
-  Cell at(const Vec2& p) const;
-  Vec2 centre(int column, int row) const { return origin + cell_m * Vec2(column + 0.5, row + 0.5); }
-  double free_m2() const;
-};
+  return 2 * free >= parts_a_side * parts_a_side ? Cell::kFree : Cell::kUnknown;
+}
+
+/// How many parts a side of their own size a cell of `cell_m` has; at least one.
+inline int parts_a_side(double cell_m, double part_m) {
+  return std::max(1, static_cast<int>(std::lround(cell_m / part_m)));
+}
 
 }  // namespace panoptes

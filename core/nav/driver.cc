@@ -23,21 +23,15 @@ constexpr double kTrackLength_m = 2.0;
 constexpr double kOverlay_m = 2.0;
 constexpr double kStanding_mps = 0.05;
 
-Cell look_up(const OccupancyMap& map, const Vec2& p) {
-  return map.at(static_cast<int>(std::floor((p.x() - map.origin.x()) / map.cell_m)),
-                static_cast<int>(std::floor((p.y() - map.origin.y()) / map.cell_m)));
-}
-
 void stamp(OccupancyMap& map, const Vec2& p, double radius_m) {
-  const auto first_column =
-      static_cast<int>(std::floor((p.x() - radius_m - map.origin.x()) / map.cell_m));
-  const auto first_row =
-      static_cast<int>(std::floor((p.y() - radius_m - map.origin.y()) / map.cell_m));
+  const Vec2 low = p - Vec2::Constant(radius_m);
+  const int first_column = map.column(low);
+  const int first_row = map.row(low);
   const int count = static_cast<int>(std::ceil(2 * radius_m / map.cell_m)) + 1;
   for (int row = first_row; row < first_row + count; ++row) {
     for (int column = first_column; column < first_column + count; ++column) {
       if (map.contains(column, row) && (map.centre(column, row) - p).norm() <= radius_m) {
-        map.cells[static_cast<std::size_t>(row) * map.columns + column] = Cell::kOccupied;
+        map(column, row) = Cell::kOccupied;
       }
     }
   }
@@ -46,9 +40,9 @@ void stamp(OccupancyMap& map, const Vec2& p, double radius_m) {
 OccupancyMap unknown_around(const Vec2& p, double cell_m) {
   OccupancyMap map;
   map.cell_m = cell_m;
-  map.columns = map.rows = static_cast<int>(std::ceil(2 * kOverlay_m / cell_m));
   map.origin = p - Vec2::Constant(kOverlay_m);
-  map.cells.assign(static_cast<std::size_t>(map.columns) * map.rows, Cell::kUnknown);
+  const int side = static_cast<int>(std::ceil(2 * kOverlay_m / cell_m));
+  map.assign(side, side);
   return map;
 }
 
@@ -56,41 +50,24 @@ OccupancyMap unknown_around(const Vec2& p, double cell_m) {
 void overlay(const OccupancyMap& local_odom, const Pose2& T_map_odom, const Vec2& robot_map,
              OccupancyMap& coarse_map) {
   const Pose2 T_odom_map = T_map_odom.inverse();
-  const int samples =
-      std::max(1, static_cast<int>(std::lround(coarse_map.cell_m / local_odom.cell_m)));
+  const int samples = parts_a_side(coarse_map.cell_m, local_odom.cell_m);
   const double step_m = coarse_map.cell_m / samples;
   const Vec2 along_x = T_odom_map.rotation() * Vec2(step_m, 0);
   const Vec2 along_y = T_odom_map.rotation() * Vec2(0, step_m);
-  const auto clamp_cell = [&](double v, double origin, int count) {
-    return std::clamp(static_cast<int>(std::floor((v - origin) / coarse_map.cell_m)), 0, count);
-  };
-  const int left =
-      clamp_cell(robot_map.x() - kOverlay_m, coarse_map.origin.x(), coarse_map.columns);
-  const int right =
-      clamp_cell(robot_map.x() + kOverlay_m, coarse_map.origin.x(), coarse_map.columns);
-  const int low = clamp_cell(robot_map.y() - kOverlay_m, coarse_map.origin.y(), coarse_map.rows);
-  const int high = clamp_cell(robot_map.y() + kOverlay_m, coarse_map.origin.y(), coarse_map.rows);
-  for (int row = low; row < high; ++row) {
-    for (int column = left; column < right; ++column) {
-      const Vec2 corner =
-          T_odom_map * Vec2(coarse_map.origin + coarse_map.cell_m * Vec2(column, row));
-      int free = 0;
-      bool occupied = false;
-      for (int j = 0; j < samples && !occupied; ++j) {
-        for (int i = 0; i < samples; ++i) {
-          const Cell cell = look_up(local_odom, corner + (i + 0.5) * along_x + (j + 0.5) * along_y);
-          free += cell == Cell::kFree ? 1 : 0;
-          if (cell == Cell::kOccupied) {
-            occupied = true;
-            break;
-          }
-        }
-      }
-      Cell& to = coarse_map.cells[static_cast<std::size_t>(row) * coarse_map.columns + column];
-      if (occupied) {
-        to = Cell::kOccupied;
-      } else if (2 * free >= samples * samples) {
-        to = Cell::kFree;
+  const Vec2 low = robot_map - Vec2::Constant(kOverlay_m);
+  const Vec2 high = robot_map + Vec2::Constant(kOverlay_m);
+  const int begin_column = std::clamp(coarse_map.column(low), 0, coarse_map.columns);
+  const int end_column = std::clamp(coarse_map.column(high), 0, coarse_map.columns);
+  const int begin_row = std::clamp(coarse_map.row(low), 0, coarse_map.rows);
+  const int end_row = std::clamp(coarse_map.row(high), 0, coarse_map.rows);
+  for (int row = begin_row; row < end_row; ++row) {
+    for (int column = begin_column; column < end_column; ++column) {
+      const Vec2 corner = T_odom_map * coarse_map.point(column, row);
+      const Cell cell = resampled(samples, [&](int i, int j) {
+        return local_odom.at(corner + (i + 0.5) * along_x + (j + 0.5) * along_y);
+      });
+      if (cell != Cell::kUnknown) {
+        coarse_map(column, row) = cell;
       }
     }
   }
@@ -118,18 +95,18 @@ OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
   const OccupancyMap& local = *task.local_odom;
   OccupancyMap window;
   window.cell_m = options.cell_m;
-  window.columns = window.rows = static_cast<int>(std::ceil(options.window_m / options.cell_m));
+  const int side = static_cast<int>(std::ceil(options.window_m / options.cell_m));
+  window.assign(side, side);
   // On a fixed grid in odom, so that cells do not shift under the robot from one step to the next.
   const Vec2 corner =
       task.T_odom_body.position() - Vec2::Constant(0.5 * window.columns * window.cell_m);
   window.origin = {std::floor(corner.x() / window.cell_m) * window.cell_m,
                    std::floor(corner.y() / window.cell_m) * window.cell_m};
-  window.cells.resize(static_cast<std::size_t>(window.columns) * window.rows);
   const Mat2 R_map_odom = task.T_map_odom.rotation();
   // Both grids lie along odom's axes: columns and rows correspond once and for all.
-  const int samples = std::max(1, static_cast<int>(std::lround(window.cell_m / local.cell_m)));
+  const int samples = parts_a_side(window.cell_m, local.cell_m);
   const auto corresponding = [&](double start, double local_start) {
-    std::vector<int> cells(static_cast<std::size_t>(window.columns) * samples);
+    std::vector<int> cells(static_cast<std::size_t>(side) * samples);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const double p = start + window.cell_m * (static_cast<double>(i) + 0.5) / samples;
       cells[i] = static_cast<int>(std::floor((p - local_start) / local.cell_m));
@@ -138,49 +115,33 @@ OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
   };
   const std::vector<int> local_columns = corresponding(window.origin.x(), local.origin.x());
   const std::vector<int> local_rows = corresponding(window.origin.y(), local.origin.y());
-  std::vector<Cell> known(window.cells.size());
   for (int row = 0; row < window.rows; ++row) {
     for (int column = 0; column < window.columns; ++column) {
-      int free = 0;
-      bool occupied = false;
-      for (int j = 0; j < samples; ++j) {
-        for (int i = 0; i < samples; ++i) {
-          const Cell cell = local.at(local_columns[static_cast<std::size_t>(column) * samples + i],
-                                     local_rows[static_cast<std::size_t>(row) * samples + j]);
-          free += cell == Cell::kFree ? 1 : 0;
-          occupied = occupied || cell == Cell::kOccupied;
-        }
+      Cell cell = resampled(samples, [&](int i, int j) {
+        return local.at(local_columns[static_cast<std::size_t>(column) * samples + i],
+                        local_rows[static_cast<std::size_t>(row) * samples + j]);
+      });
+      if (cell == Cell::kUnknown) {
+        cell = task.map->at(task.T_map_odom.position() + R_map_odom * window.centre(column, row));
       }
-      Cell cell = Cell::kUnknown;
-      if (occupied) {
-        cell = Cell::kOccupied;
-      } else if (2 * free >= samples * samples) {
-        cell = Cell::kFree;
-      } else {
-        cell = look_up(*task.map,
-                       task.T_map_odom.position() + R_map_odom * window.centre(column, row));
-      }
-      known[static_cast<std::size_t>(row) * window.columns + column] = cell;
+      window(column, row) = cell;
     }
   }
-  window.cells = known;
+  const OccupancyMap known = window;
   constexpr int kMostFree = 6;  // of eight neighbours: a lone cell or a pair
   for (int row = 1; row + 1 < window.rows; ++row) {
     for (int column = 1; column + 1 < window.columns; ++column) {
-      const std::size_t at = static_cast<std::size_t>(row) * window.columns + column;
-      if (known[at] != Cell::kUnknown) {
+      if (known(column, row) != Cell::kUnknown) {
         continue;
       }
       int free = 0;
       for (int dy = -1; dy <= 1; ++dy) {
         for (int dx = -1; dx <= 1; ++dx) {
-          const std::size_t beside =
-              static_cast<std::size_t>(row + dy) * window.columns + column + dx;
-          free += known[beside] == Cell::kFree ? 1 : 0;
+          free += known(column + dx, row + dy) == Cell::kFree ? 1 : 0;
         }
       }
       if (free >= kMostFree) {
-        window.cells[at] = Cell::kFree;
+        window(column, row) = Cell::kFree;
       }
     }
   }

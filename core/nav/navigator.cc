@@ -194,7 +194,7 @@ PilotStep Navigator::step(const Observation& seen, const SlamStep& at) {
     plan(seen, at, step);
   }
   step.frontier_reachable = frontier_reachable_;
-  step.mapped_free_m2 = plan_map_.free_m2();
+  step.mapped_free_m2 = plan_map_.area_m2(Cell::kFree);
   return step;
 }
 

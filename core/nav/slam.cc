@@ -19,7 +19,7 @@ OccupancyMap Slam::map(double cell_m) const {
 
 OccupancyMap Slam::planning_map() {
   OccupancyMap map = mapper_.map(localiser_.graph().T_map_node);
-  mapped_free_m2_ = map.free_m2();
+  mapped_free_m2_ = map.area_m2(Cell::kFree);
   return map;
 }
 

@@ -15,11 +15,9 @@ struct ClearanceMap {
   std::vector<float> to_occupied_m;  ///< as `map.cells`
   std::vector<float> to_unknown_m;   ///< as `map.cells`; outside the map all is unknown
 
-  std::size_t index(int column, int row) const {
-    return static_cast<std::size_t>(row) * map.columns + column;
-  }
-  int column(const Vec2& p) const;  ///< of the cell that holds `p`; may lie outside
-  int row(const Vec2& p) const;
+  std::size_t index(int column, int row) const { return map.index(column, row); }
+  int column(const Vec2& p) const { return map.column(p); }
+  int row(const Vec2& p) const { return map.row(p); }
 };
 
 ClearanceMap clearance_map(OccupancyMap map, double cap_m);

@@ -59,13 +59,12 @@ void bind(Fields& f, LayerPlaces& o) {
 }
 
 LayerPlace place_of(const TruthLayer& layer) {
-  return {layer.cell_m, layer.origin_scene, layer.columns, layer.rows};
+  return {layer.cell_m, layer.origin, layer.columns, layer.rows};
 }
 
 TruthLayer empty_layer(const LayerPlace& place) {
   TruthLayer layer{place.cell_m, place.origin_m, place.columns, place.rows, {}};
-  layer.cells.resize(static_cast<std::size_t>(place.columns) *
-                     static_cast<std::size_t>(place.rows));
+  layer.cells.resize(layer.size());
   return layer;
 }
 
@@ -77,8 +76,7 @@ void write_layer(const fs::path& file, const TruthLayer& layer) {
   cv::Mat picture(layer.rows, layer.columns, CV_8UC1);
   for (int row = 0; row < layer.rows; ++row) {
     auto* pixels = picture.ptr<std::uint8_t>(layer.rows - 1 - row);
-    const auto* cells =
-        &layer.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(layer.columns)];
+    const auto* cells = &layer(0, row);
     std::transform(cells, cells + layer.columns, pixels,
                    [](std::uint8_t cell) { return cell != 0 ? 255 : 0; });
   }
@@ -117,8 +115,7 @@ TruthLayer read_layer(const fs::path& file, const LayerPlace& place) {
   }
   for (int row = 0; row < layer.rows; ++row) {
     const auto* pixels = picture.ptr<std::uint8_t>(layer.rows - 1 - row);
-    auto* cells =
-        &layer.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(layer.columns)];
+    auto* cells = &layer(0, row);
     std::transform(pixels, pixels + layer.columns, cells,
                    [](std::uint8_t grey) { return static_cast<std::uint8_t>(grey > 127 ? 1 : 0); });
   }

@@ -15,10 +15,6 @@ constexpr double kIndexCell_m = 0.5;    // about the size of furniture
 constexpr double kRegionCell_m = 0.05;  // the narrowest aisle is ten times as wide
 constexpr double kMostRegionCells = 16e6;
 
-int cell_of(double value, double low, double cell, int count) {
-  return std::clamp(static_cast<int>(std::floor((value - low) / cell)), 0, count - 1);
-}
-
 int cells_over(double length, double cell) {
   return std::max(1, static_cast<int>(std::ceil(length / cell)));
 }
@@ -73,9 +69,16 @@ Obstacles::Obstacles(std::vector<Outline> outlines) : outlines_(std::move(outlin
       high_ = high_.cwiseMax(corner);
     }
   }
-  columns_ = cells_over(high_.x() - low_.x(), kIndexCell_m);
-  rows_ = cells_over(high_.y() - low_.y(), kIndexCell_m);
-  by_cell_.resize(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
+  by_cell_.cell_m = kIndexCell_m;
+  by_cell_.origin = low_;
+  by_cell_.assign(cells_over(high_.x() - low_.x(), kIndexCell_m),
+                  cells_over(high_.y() - low_.y(), kIndexCell_m));
+  const auto column_of = [this](const Vec2& p) {
+    return std::clamp(by_cell_.column(p), 0, by_cell_.columns - 1);
+  };
+  const auto row_of = [this](const Vec2& p) {
+    return std::clamp(by_cell_.row(p), 0, by_cell_.rows - 1);
+  };
   for (std::size_t i = 0; i < outlines_.size(); ++i) {
     Vec2 low = Vec2::Constant(kInfinity);
     Vec2 high = Vec2::Constant(-kInfinity);
@@ -83,14 +86,11 @@ Obstacles::Obstacles(std::vector<Outline> outlines) : outlines_(std::move(outlin
       low = low.cwiseMin(corner);
       high = high.cwiseMax(corner);
     }
-    const int last_row = cell_of(high.y(), low_.y(), kIndexCell_m, rows_);
-    const int last_column = cell_of(high.x(), low_.x(), kIndexCell_m, columns_);
-    for (int row = cell_of(low.y(), low_.y(), kIndexCell_m, rows_); row <= last_row; ++row) {
-      for (int column = cell_of(low.x(), low_.x(), kIndexCell_m, columns_); column <= last_column;
-           ++column) {
-        by_cell_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                 static_cast<std::size_t>(column)]
-            .push_back(static_cast<int>(i));
+    const int last_row = row_of(high);
+    const int last_column = column_of(high);
+    for (int row = row_of(low); row <= last_row; ++row) {
+      for (int column = column_of(low); column <= last_column; ++column) {
+        by_cell_(column, row).push_back(static_cast<int>(i));
       }
     }
   }
@@ -102,24 +102,22 @@ std::optional<Nearest> Obstacles::nearest(const Vec2& p_scene, double within_m) 
     return best;
   }
   // Rings of cells around the point's own; whatever lies beyond ring k is at least k cells away.
-  const int column = static_cast<int>(std::floor((p_scene.x() - low_.x()) / kIndexCell_m));
-  const int row = static_cast<int>(std::floor((p_scene.y() - low_.y()) / kIndexCell_m));
-  const int rings = std::max({std::abs(column), std::abs(columns_ - 1 - column), std::abs(row),
-                              std::abs(rows_ - 1 - row)});
+  const int column = by_cell_.column(p_scene);
+  const int row = by_cell_.row(p_scene);
+  const int rings = std::max({std::abs(column), std::abs(by_cell_.columns - 1 - column),
+                              std::abs(row), std::abs(by_cell_.rows - 1 - row)});
   for (int ring = 0; ring <= rings; ++ring) {
     const double beyond_m = (ring - 1) * kIndexCell_m;
     if (beyond_m > within_m || (best && best->distance_m <= beyond_m)) {
       break;
     }
-    for (int r = std::max(0, row - ring); r <= std::min(rows_ - 1, row + ring); ++r) {
+    for (int r = std::max(0, row - ring); r <= std::min(by_cell_.rows - 1, row + ring); ++r) {
       const bool whole_row = std::abs(r - row) == ring;
       for (int c = column - ring; c <= column + ring; c += whole_row || ring == 0 ? 1 : 2 * ring) {
-        if (c < 0 || c >= columns_) {
+        if (c < 0 || c >= by_cell_.columns) {
           continue;
         }
-        for (const int i :
-             by_cell_[static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_) +
-                      static_cast<std::size_t>(c)]) {
+        for (const int i : by_cell_(c, r)) {
           const Nearest found = nearest_on(outlines_[static_cast<std::size_t>(i)], p_scene);
           if (found.distance_m <= within_m && (!best || found.distance_m < best->distance_m)) {
             best = found;
@@ -135,20 +133,18 @@ FreeRegion::FreeRegion(const Obstacles& obstacles, double radius_m)
     : FreeRegion(obstacles, radius_m, obstacles.low_scene(), obstacles.high_scene()) {}
 
 FreeRegion::FreeRegion(const Obstacles& obstacles, double radius_m, const Vec2& low_scene,
-                       const Vec2& high_scene)
-    : low_(low_scene),
-      cell_m_(
-          std::max(kRegionCell_m, std::sqrt((high_scene - low_scene).prod() / kMostRegionCells))),
-      columns_(cells_over(high_scene.x() - low_.x(), cell_m_)),
-      rows_(cells_over(high_scene.y() - low_.y(), cell_m_)) {
-  const std::size_t cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+                       const Vec2& high_scene) {
+  inside_.cell_m =
+      std::max(kRegionCell_m, std::sqrt((high_scene - low_scene).prod() / kMostRegionCells));
+  inside_.origin = low_scene;
+  inside_.assign(cells_over(high_scene.x() - low_scene.x(), inside_.cell_m),
+                 cells_over(high_scene.y() - low_scene.y(), inside_.cell_m));
+  const std::size_t cells = inside_.size();
   std::vector<int> region(cells, -1);  // -1: not free; 0: free; else the region's number
-  for (int row = 0; row < rows_; ++row) {
-    for (int column = 0; column < columns_; ++column) {
-      const Vec2 p_scene = low_ + cell_m_ * Vec2(column + 0.5, row + 0.5);
-      if (!obstacles.nearest(p_scene, radius_m)) {
-        region[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-               static_cast<std::size_t>(column)] = 0;
+  for (int row = 0; row < inside_.rows; ++row) {
+    for (int column = 0; column < inside_.columns; ++column) {
+      if (!obstacles.nearest(inside_.centre(column, row), radius_m)) {
+        region[inside_.index(column, row)] = 0;
       }
     }
   }
@@ -156,7 +152,7 @@ FreeRegion::FreeRegion(const Obstacles& obstacles, double radius_m, const Vec2& 
   int largest = 0;
   std::size_t largest_cells = 0;
   std::vector<std::size_t> open;
-  const std::size_t width = static_cast<std::size_t>(columns_);
+  const std::size_t width = static_cast<std::size_t>(inside_.columns);
   for (std::size_t seed = 0; seed < cells; ++seed) {
     if (region[seed] != 0) {
       continue;
@@ -185,23 +181,14 @@ FreeRegion::FreeRegion(const Obstacles& obstacles, double radius_m, const Vec2& 
       largest_cells = size;
     }
   }
-  inside_.resize(cells);
   for (std::size_t i = 0; i < cells; ++i) {
-    inside_[i] = largest > 0 && region[i] == largest ? 1 : 0;
+    inside_.cells[i] = largest > 0 && region[i] == largest ? 1 : 0;
   }
 }
 
-bool FreeRegion::contains(const Vec2& p_scene) const {
-  const double column = std::floor((p_scene.x() - low_.x()) / cell_m_);
-  const double row = std::floor((p_scene.y() - low_.y()) / cell_m_);
-  return column >= 0 && row >= 0 && column < columns_ && row < rows_ &&
-         inside_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                 static_cast<std::size_t>(column)] != 0;
-}
-
 double FreeRegion::area_m2() const {
-  return cell_m_ * cell_m_ *
-         static_cast<double>(std::count(inside_.begin(), inside_.end(), char{1}));
+  return inside_.cell_m * inside_.cell_m *
+         static_cast<double>(std::count(inside_.cells.begin(), inside_.cells.end(), char{1}));
 }
 
 }  // namespace panoptes::sim

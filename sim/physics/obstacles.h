@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/geometry/grid2.h"
 #include "core/geometry/pose2.h"
 #include "sim/world/layers.h"
 
@@ -38,9 +39,7 @@ class Obstacles {
   std::vector<Outline> outlines_;
   Vec2 low_ = Vec2::Zero();
   Vec2 high_ = Vec2::Zero();
-  int columns_ = 0;
-  int rows_ = 0;
-  std::vector<std::vector<int>> by_cell_;  // outlines whose box touches the cell, in order
+  Grid2<std::vector<int>> by_cell_;  // outlines whose box touches the cell, in order
 };
 
 /// Where a disc of `radius_m` can go without touching anything: the largest connected such region
@@ -52,15 +51,11 @@ class FreeRegion {
   FreeRegion(const Obstacles& obstacles, double radius_m, const Vec2& low_scene,
              const Vec2& high_scene);
 
-  bool contains(const Vec2& p_scene) const;
+  bool contains(const Vec2& p_scene) const { return inside_.at(p_scene) != 0; }
   double area_m2() const;
 
  private:
-  Vec2 low_;
-  double cell_m_;
-  int columns_ = 0;
-  int rows_ = 0;
-  std::vector<char> inside_;
+  Grid2<char> inside_;
 };
 
 }  // namespace panoptes::sim

@@ -35,8 +35,8 @@ void SeenFloor::mark(const cv::Mat& floor_label, const Pose2& T_scene_body,
   const double per_cell = 1 / seen.cell_m;
   const float c = static_cast<float>(std::cos(T_scene_body.theta_rad) * per_cell);
   const float s = static_cast<float>(std::sin(T_scene_body.theta_rad) * per_cell);
-  const float x0 = static_cast<float>((T_scene_body.x_m - seen.origin_scene.x()) * per_cell);
-  const float y0 = static_cast<float>((T_scene_body.y_m - seen.origin_scene.y()) * per_cell);
+  const float x0 = static_cast<float>((T_scene_body.x_m - seen.origin.x()) * per_cell);
+  const float y0 = static_cast<float>((T_scene_body.y_m - seen.origin.y()) * per_cell);
   const float columns = static_cast<float>(seen.columns);
   const float rows = static_cast<float>(seen.rows);
 
@@ -61,8 +61,7 @@ void SeenFloor::mark(const cv::Mat& floor_label, const Pose2& T_scene_body,
       const float column = x0 + c * x - s * y;
       const float row = y0 + s * x + c * y;
       if (column >= 0 && column < columns && row >= 0 && row < rows) {  // false for NaN
-        seen.cells[static_cast<std::size_t>(row) * static_cast<std::size_t>(seen.columns) +
-                   static_cast<std::size_t>(column)] = 1;
+        seen(static_cast<int>(column), static_cast<int>(row)) = 1;
       }
     }
   }

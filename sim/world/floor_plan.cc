@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "core/base/error.h"
+#include "core/geometry/grid2.h"
 #include "core/io/map_server.h"
 #include "sim/world/boxes.h"
 
@@ -23,33 +24,19 @@ constexpr double kFloorPicture_m = 2;  // of our own pictures' sides
 constexpr double kCeilingPicture_m = 2.4;
 
 /// Which cells are wall; nothing outside is.
-struct Walls {
-  double cell_m = 0;
-  int columns = 0;
-  int rows = 0;
-  std::vector<std::uint8_t> cells;
-
-  bool at(int column, int row) const {
-    return column >= 0 && row >= 0 && column < columns && row < rows &&
-           cells[index(column, row)] != 0;
-  }
-  std::size_t index(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
-           static_cast<std::size_t>(column);
-  }
-};
+using Walls = Grid2<std::uint8_t>;
 
 /// The walls of a map, and one around it, so that nobody looks or drives out of it: the cell
 /// (0, 0) is diagonally before the map's first.
 Walls walls_of(const OccupancyMap& map, bool unknown_is_wall) {
-  Walls walls{map.cell_m, map.columns + 2, map.rows + 2, {}};
-  walls.cells.assign(static_cast<std::size_t>(walls.columns) * static_cast<std::size_t>(walls.rows),
-                     1);
+  Walls walls;
+  walls.cell_m = map.cell_m;
+  walls.assign(map.columns + 2, map.rows + 2, 1);
   for (int row = 0; row < map.rows; ++row) {
     for (int column = 0; column < map.columns; ++column) {
       const Cell cell = map.at(column, row);
       const bool is_wall = cell == Cell::kOccupied || (unknown_is_wall && cell == Cell::kUnknown);
-      walls.cells[walls.index(column + 1, row + 1)] = is_wall ? 1 : 0;
+      walls(column + 1, row + 1) = is_wall ? 1 : 0;
     }
   }
   return walls;
@@ -57,13 +44,13 @@ Walls walls_of(const OccupancyMap& map, bool unknown_is_wall) {
 
 /// Two by two cells in one, wall where any of them is.
 Walls halved(const Walls& fine) {
-  Walls walls{2 * fine.cell_m, (fine.columns + 1) / 2, (fine.rows + 1) / 2, {}};
-  walls.cells.assign(static_cast<std::size_t>(walls.columns) * static_cast<std::size_t>(walls.rows),
-                     0);
+  Walls walls;
+  walls.cell_m = 2 * fine.cell_m;
+  walls.assign((fine.columns + 1) / 2, (fine.rows + 1) / 2);
   for (int row = 0; row < fine.rows; ++row) {
     for (int column = 0; column < fine.columns; ++column) {
-      if (fine.at(column, row)) {
-        walls.cells[walls.index(column / 2, row / 2)] = 1;
+      if (fine.at(column, row) != 0) {
+        walls(column / 2, row / 2) = 1;
       }
     }
   }
@@ -83,16 +70,16 @@ std::vector<Block> blocks_of(Walls walls) {
   std::vector<Block> blocks;
   for (int row = 0; row < walls.rows; ++row) {
     for (int column = 0; column < walls.columns; ++column) {
-      if (!walls.at(column, row)) {
+      if (walls.at(column, row) == 0) {
         continue;
       }
       Block block{column, row, column + 1, row + 1};
-      while (walls.at(block.end_column, row)) {
+      while (walls.at(block.end_column, row) != 0) {
         ++block.end_column;
       }
       const auto row_is_wall = [&](int r) {
         for (int c = block.column; c < block.end_column; ++c) {
-          if (!walls.at(c, r)) {
+          if (walls.at(c, r) == 0) {
             return false;
           }
         }
@@ -103,7 +90,7 @@ std::vector<Block> blocks_of(Walls walls) {
       }
       for (int r = block.row; r < block.end_row; ++r) {
         for (int c = block.column; c < block.end_column; ++c) {
-          walls.cells[walls.index(c, r)] = 0;
+          walls(c, r) = 0;
         }
       }
       blocks.push_back(block);
@@ -129,8 +116,8 @@ std::vector<Stretch> stretches_of(const Walls& walls) {
     for (const int towards : {-1, 1}) {
       for (int column = 0; column < walls.columns; ++column) {
         const int first = column;
-        while (column < walls.columns && walls.at(column, row) &&
-               !walls.at(column, row + towards)) {
+        while (column < walls.columns && walls.at(column, row) != 0 &&
+               walls.at(column, row + towards) == 0) {
           ++column;
         }
         if (column > first) {
@@ -145,7 +132,8 @@ std::vector<Stretch> stretches_of(const Walls& walls) {
     for (const int towards : {-1, 1}) {
       for (int row = 0; row < walls.rows; ++row) {
         const int first = row;
-        while (row < walls.rows && walls.at(column, row) && !walls.at(column + towards, row)) {
+        while (row < walls.rows && walls.at(column, row) != 0 &&
+               walls.at(column + towards, row) == 0) {
           ++row;
         }
         if (row > first) {

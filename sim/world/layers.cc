@@ -317,10 +317,8 @@ void fill(const std::vector<Vec2>& outline, int first_column, int first_row, Tru
     }
     const int from = std::max(cell_of(low + sliver_m) - first_column, 0);
     const int to = std::min(cell_of(high - sliver_m) - first_column, layer.columns - 1);
-    const auto start =
-        layer.cells.begin() + static_cast<std::ptrdiff_t>(row - first_row) * layer.columns;
     if (from <= to) {
-      std::fill(start + from, start + to + 1, 1);
+      std::fill_n(&layer(from, row - first_row), to + 1 - from, 1);
     }
   }
 }
@@ -388,11 +386,8 @@ TruthLayer occupancy(const World& world, double z_low_m, double z_high_m, double
   const auto cell_of = [cell_m](double x) { return static_cast<int>(std::floor(x / cell_m)); };
   const int first_column = cell_of(low.x()) - 1;
   const int first_row = cell_of(low.y()) - 1;
-  layer.origin_scene = cell_m * Vec2(first_column, first_row);
-  layer.columns = cell_of(high.x()) + 2 - first_column;
-  layer.rows = cell_of(high.y()) + 2 - first_row;
-  layer.cells.assign(static_cast<std::size_t>(layer.columns) * static_cast<std::size_t>(layer.rows),
-                     0);
+  layer.origin = cell_m * Vec2(first_column, first_row);
+  layer.assign(cell_of(high.x()) + 2 - first_column, cell_of(high.y()) + 2 - first_row);
   for (const Outline& outline : outlines(world, z_low_m, z_high_m)) {
     fill(outline.corners_scene, first_column, first_row, layer);
   }

@@ -22,13 +22,13 @@ constexpr int kNearCells = 3;  // in a corner a robot stands no farther from the
 
 }  // namespace
 
-PassabilityGrid::PassabilityGrid(const Vec2& low, const Vec2& high)
-    : low_(low),
-      columns_(static_cast<int>(std::ceil((high.x() - low.x()) / kCell_m))),
-      rows_(static_cast<int>(std::ceil((high.y() - low.y()) / kCell_m))) {
-  PANOPTES_CHECK(columns_ > 0 && rows_ > 0, "a place has room");
-  clearance_m_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_),
-                      static_cast<float>(kFar_m));
+PassabilityGrid::PassabilityGrid(const Vec2& low, const Vec2& high) {
+  const int columns = static_cast<int>(std::ceil((high.x() - low.x()) / kCell_m));
+  const int rows = static_cast<int>(std::ceil((high.y() - low.y()) / kCell_m));
+  PANOPTES_CHECK(columns > 0 && rows > 0, "a place has room");
+  clearance_m_.cell_m = kCell_m;
+  clearance_m_.origin = low;
+  clearance_m_.assign(columns, rows, static_cast<float>(kFar_m));
   lower_clearance({low - Vec2(1, 1), {low.x(), high.y() + 1}});
   lower_clearance({{high.x(), low.y() - 1}, high + Vec2(1, 1)});
   lower_clearance({low - Vec2(1, 1), {high.x() + 1, low.y()}});
@@ -36,18 +36,19 @@ PassabilityGrid::PassabilityGrid(const Vec2& low, const Vec2& high)
 }
 
 void PassabilityGrid::lower_clearance(const Rectangle& what) {
-  const Vec2 from = (what.low - low_) / kCell_m;
-  const Vec2 to = (what.high - low_) / kCell_m;
+  const Vec2 from = (what.low - clearance_m_.origin) / kCell_m;
+  const Vec2 to = (what.high - clearance_m_.origin) / kCell_m;
   const double reach = kFar_m / kCell_m;
   const auto clamped = [](double at, int count) {
     return std::clamp(static_cast<int>(std::floor(at)), 0, count - 1);
   };
-  for (int row = clamped(from.y() - reach, rows_); row <= clamped(to.y() + reach, rows_); ++row) {
-    for (int column = clamped(from.x() - reach, columns_);
-         column <= clamped(to.x() + reach, columns_); ++column) {
-      const Vec2 middle = low_ + kCell_m * Vec2(column + 0.5, row + 0.5);
+  for (int row = clamped(from.y() - reach, clearance_m_.rows);
+       row <= clamped(to.y() + reach, clearance_m_.rows); ++row) {
+    for (int column = clamped(from.x() - reach, clearance_m_.columns);
+         column <= clamped(to.x() + reach, clearance_m_.columns); ++column) {
+      const Vec2 middle = clearance_m_.centre(column, row);
       const Vec2 off = (what.low - middle).cwiseMax(middle - what.high).cwiseMax(0);
-      float& there = clearance_m_[cell(column, row)];
+      float& there = clearance_m_(column, row);
       there = std::min(there, static_cast<float>(off.norm()));
     }
   }
@@ -59,30 +60,25 @@ void PassabilityGrid::keep_open(const std::vector<Vec2>& places) {
   places_.insert(places_.end(), places.begin(), places.end());
 }
 
-std::size_t PassabilityGrid::cell(int column, int row) const {
-  return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-         static_cast<std::size_t>(column);
-}
-
 std::size_t PassabilityGrid::cell_of(const Vec2& p) const {
-  const Vec2 at = (p - low_) / kCell_m;
-  const int column = std::clamp(static_cast<int>(at.x()), 0, columns_ - 1);
-  const int row = std::clamp(static_cast<int>(at.y()), 0, rows_ - 1);
-  return cell(column, row);
+  const Vec2 at = (p - clearance_m_.origin) / kCell_m;
+  const int column = std::clamp(static_cast<int>(at.x()), 0, clearance_m_.columns - 1);
+  const int row = std::clamp(static_cast<int>(at.y()), 0, clearance_m_.rows - 1);
+  return clearance_m_.index(column, row);
 }
 
 /// The cells with that clearance that hang together with the first of the places.
 std::vector<char> PassabilityGrid::region(double clearance_m) const {
-  std::vector<char> inside(clearance_m_.size(), 0);
+  std::vector<char> inside(clearance_m_.cells.size(), 0);
   std::vector<std::size_t> stack;
   const auto visit = [&](std::size_t next) {
-    if (inside[next] == 0 && clearance_m_[next] >= clearance_m) {
+    if (inside[next] == 0 && clearance_m_.cells[next] >= clearance_m) {
       inside[next] = 1;
       stack.push_back(next);
     }
   };
   visit(cell_of(places_.front()));
-  const auto width = static_cast<std::size_t>(columns_);
+  const auto width = static_cast<std::size_t>(clearance_m_.columns);
   while (!stack.empty()) {
     const std::size_t here = stack.back();
     stack.pop_back();
@@ -95,7 +91,7 @@ std::vector<char> PassabilityGrid::region(double clearance_m) const {
     if (here >= width) {
       visit(here - width);
     }
-    if (here + width < clearance_m_.size()) {
+    if (here + width < clearance_m_.cells.size()) {
       visit(here + width);
     }
   }
@@ -110,17 +106,18 @@ bool PassabilityGrid::is_passable() const {
   }
   // Whatever the robot may fit into lies beside floor it surely gets to.
   const std::vector<char> open = region(kSurelyOpen_m);
-  for (int row = 0; row < rows_; ++row) {
-    for (int column = 0; column < columns_; ++column) {
-      const std::size_t here = cell(column, row);
-      if (clearance_m_[here] < kPerhapsOpen_m || open[here] != 0) {
+  for (int row = 0; row < clearance_m_.rows; ++row) {
+    for (int column = 0; column < clearance_m_.columns; ++column) {
+      const std::size_t here = clearance_m_.index(column, row);
+      if (clearance_m_.cells[here] < kPerhapsOpen_m || open[here] != 0) {
         continue;
       }
       bool is_near = false;
-      for (int y = std::max(0, row - kNearCells); y <= std::min(rows_ - 1, row + kNearCells); ++y) {
+      for (int y = std::max(0, row - kNearCells);
+           y <= std::min(clearance_m_.rows - 1, row + kNearCells); ++y) {
         for (int x = std::max(0, column - kNearCells);
-             x <= std::min(columns_ - 1, column + kNearCells); ++x) {
-          is_near = is_near || open[cell(x, y)] != 0;
+             x <= std::min(clearance_m_.columns - 1, column + kNearCells); ++x) {
+          is_near = is_near || open[clearance_m_.index(x, y)] != 0;
         }
       }
       if (!is_near) {
@@ -133,12 +130,12 @@ bool PassabilityGrid::is_passable() const {
 
 bool PassabilityGrid::block_if_passable(const Rectangle& what) {
   PANOPTES_CHECK(!places_.empty(), "there are places to keep open");
-  const std::vector<float> before = clearance_m_;
+  const std::vector<float> before = clearance_m_.cells;
   lower_clearance(what);
   if (is_passable()) {
     return true;
   }
-  clearance_m_ = before;
+  clearance_m_.cells = before;
   return false;
 }
 

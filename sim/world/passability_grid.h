@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/geometry/grid2.h"
 #include "core/geometry/pose2.h"
 #include "sim/world/room_plan.h"
 
@@ -28,14 +29,10 @@ class PassabilityGrid {
  private:
   bool is_passable() const;
   std::vector<char> region(double clearance_m) const;
-  std::size_t cell(int column, int row) const;
   std::size_t cell_of(const Vec2& p) const;
   void lower_clearance(const Rectangle& what);
 
-  Vec2 low_;
-  int columns_ = 0;
-  int rows_ = 0;
-  std::vector<float> clearance_m_;  // of the middle of each cell, as far as it matters
+  Grid2<float> clearance_m_;  // of the middle of each cell, as far as it matters
   std::vector<Vec2> places_;
 };
 

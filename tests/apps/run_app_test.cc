@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-const std::string kScenes = std::string(PANOPTES_SOURCE_DIR) + "/scenes/";
+const std::string kScenes = PANOPTES_SOURCE_DIR "/scenes/";
 const std::string kOffice = kScenes + "missions/explore-office.yaml";
 
 std::string write(const fs::path& file, const std::string& text) {

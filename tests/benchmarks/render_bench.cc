@@ -24,8 +24,7 @@ constexpr std::size_t kTriangles = 38000;
 constexpr double kFurniture_m = 2;  // longer edges are walls, floors, ceilings
 
 const World& office() {
-  static const World world =
-      load_world(std::string(PANOPTES_SOURCE_DIR) + "/scenes/worlds/office.yaml");
+  static const World world = load_world(PANOPTES_SOURCE_DIR "/scenes/worlds/office.yaml");
   return world;
 }
 

@@ -38,7 +38,7 @@ Intrinsics lens_of(benchmark::State& state) {
 RenderedImage rendered(const View& view, const RenderOutputs& outputs) {
   static Renderer renderer = [] {
     set_render_threads(2);
-    return Renderer(load_world(std::string(PANOPTES_SOURCE_DIR) + "/scenes/worlds/office.yaml"));
+    return Renderer(load_world(PANOPTES_SOURCE_DIR "/scenes/worlds/office.yaml"));
   }();
   return renderer.draw(view, outputs);
 }

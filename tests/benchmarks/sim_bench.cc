@@ -24,7 +24,7 @@
 namespace panoptes::sim {
 namespace {
 
-const std::string kScenes = std::string(PANOPTES_SOURCE_DIR) + "/scenes/";
+const std::string kScenes = PANOPTES_SOURCE_DIR "/scenes/";
 
 enum Case : int { kPinhole, kBlur, kLens };
 

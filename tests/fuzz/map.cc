@@ -44,7 +44,7 @@ void read_input(std::string_view bytes) {
   sim::WorldSettings settings;
   settings.floor_plan.emplace();
   settings.floor_plan->map = (folder / "map.yaml").string();
-  const std::string small = std::string(PANOPTES_SOURCE_DIR) + "/tests/data/meshes/quarters.png";
+  const std::string small = PANOPTES_SOURCE_DIR "/tests/data/meshes/quarters.png";
   settings.floor_plan->wall = settings.floor_plan->floor = settings.floor_plan->ceiling = small;
   sim::make_world(settings);
 }

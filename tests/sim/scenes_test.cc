@@ -11,7 +11,7 @@
 namespace panoptes::sim {
 namespace {
 
-const std::string kScenes = std::string(PANOPTES_SOURCE_DIR) + "/scenes/";
+const std::string kScenes = PANOPTES_SOURCE_DIR "/scenes/";
 
 TEST(Scenes, ThePioneersRigHasTheGeometryOfItsComments) {
   const Body body = read_settings<Body>(kScenes + "robots/pioneer3dx.yaml");

@@ -26,7 +26,7 @@ using testing::SizeIs;
 TruthLayer layer_of(double size_m) {
   TruthLayer layer;
   layer.cell_m = 0.01;
-  layer.origin_scene = {-0.2, -0.2};
+  layer.origin = {-0.2, -0.2};
   layer.columns = layer.rows = static_cast<int>(std::lround((size_m + 0.4) / layer.cell_m));
   layer.cells.resize(static_cast<std::size_t>(layer.columns) *
                      static_cast<std::size_t>(layer.rows));
@@ -138,7 +138,7 @@ std::string refusal(const std::function<void()>& what) {
 }
 
 TEST(SimulatedOptions, AreReadWithAllTheirErrors) {
-  const std::string name = std::string(PANOPTES_SOURCE_DIR) + "/scenes/missions/some.yaml";
+  const std::string name = PANOPTES_SOURCE_DIR "/scenes/missions/some.yaml";
   const auto read = [&](const std::string& text) {
     return read_settings_text<SimulatedOptions>(text, name);
   };
@@ -186,7 +186,7 @@ TEST(SimulatedOptions, AreReadWithAllTheirErrors) {
 }
 
 TEST(SimulatedOptions, FaultsSayWhatAndWhenAndOfACameraThatIsThere) {
-  const std::string name = std::string(PANOPTES_SOURCE_DIR) + "/scenes/missions/some.yaml";
+  const std::string name = PANOPTES_SOURCE_DIR "/scenes/missions/some.yaml";
   EXPECT_EQ(
       refusal([&] {
         read_settings_text<SimulatedOptions>(
@@ -482,7 +482,7 @@ TEST(SimulatedRobot, DrawsAStartWhereNoThreeFloorsMeet) {
 }
 
 TEST(SimulatedRobot, DrawsAStartOnOneFloorOfTheStreet) {
-  const World world = load_world(std::string(PANOPTES_SOURCE_DIR) + "/scenes/worlds/street.yaml");
+  const World world = load_world(PANOPTES_SOURCE_DIR "/scenes/worlds/street.yaml");
   Surroundings around = bare_surroundings(world, Body{});
   around.draw = room().draw;
   // A mission's first draws with these lie on kerbs (3 and 6) and on paint in shadow (39).

@@ -22,13 +22,13 @@ const Vec2 kStart(0.5, 0.5);
 TruthLayer hall() {
   TruthLayer layer;
   layer.cell_m = 0.05;
-  layer.origin_scene = Vec2(-0.1, -0.1);
+  layer.origin = Vec2(-0.1, -0.1);
   layer.columns = 184;
   layer.rows = 144;
   layer.cells.assign(static_cast<std::size_t>(layer.columns) * layer.rows, 0);
   for (int row = 0; row < layer.rows; ++row) {
     for (int column = 0; column < layer.columns; ++column) {
-      const Vec2 p = layer.origin_scene + layer.cell_m * Vec2(column + 0.5, row + 0.5);
+      const Vec2 p = layer.origin + layer.cell_m * Vec2(column + 0.5, row + 0.5);
       const auto inside = [&](double x0, double y0, double x1, double y1) {
         return p.x() > x0 && p.x() < x1 && p.y() > y0 && p.y() < y1;
       };

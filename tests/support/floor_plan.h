@@ -15,15 +15,13 @@ inline OccupancyMap floor_plan(const std::vector<std::string>& lines, double squ
   const int factor = static_cast<int>(square_m / cell_m + 0.5);
   OccupancyMap map;
   map.cell_m = cell_m;
-  map.columns = static_cast<int>(lines.front().size()) * factor;
-  map.rows = static_cast<int>(lines.size()) * factor;
-  map.cells.resize(static_cast<std::size_t>(map.columns) * map.rows);
+  map.assign(static_cast<int>(lines.front().size()) * factor,
+             static_cast<int>(lines.size()) * factor);
   for (int row = 0; row < map.rows; ++row) {
     for (int column = 0; column < map.columns; ++column) {
       const char c = lines[lines.size() - 1 - static_cast<std::size_t>(row / factor)]
                           [static_cast<std::size_t>(column / factor)];
-      map.cells[static_cast<std::size_t>(row) * map.columns + column] =
-          c == '#' ? Cell::kOccupied : (c == '.' ? Cell::kFree : Cell::kUnknown);
+      map(column, row) = c == '#' ? Cell::kOccupied : (c == '.' ? Cell::kFree : Cell::kUnknown);
     }
   }
   return map;
@@ -33,13 +31,12 @@ inline OccupancyMap floor_plan(const std::vector<std::string>& lines, double squ
 inline OccupancyMap empty_room(double width_m, double height_m, double cell_m) {
   OccupancyMap map;
   map.cell_m = cell_m;
-  map.columns = static_cast<int>(width_m / cell_m + 0.5);
-  map.rows = static_cast<int>(height_m / cell_m + 0.5);
-  map.cells.assign(static_cast<std::size_t>(map.columns) * map.rows, Cell::kFree);
+  map.assign(static_cast<int>(width_m / cell_m + 0.5), static_cast<int>(height_m / cell_m + 0.5),
+             Cell::kFree);
   for (int row = 0; row < map.rows; ++row) {
     for (int column = 0; column < map.columns; ++column) {
       if (row == 0 || column == 0 || row + 1 == map.rows || column + 1 == map.columns) {
-        map.cells[static_cast<std::size_t>(row) * map.columns + column] = Cell::kOccupied;
+        map(column, row) = Cell::kOccupied;
       }
     }
   }
@@ -52,7 +49,7 @@ inline void fill(OccupancyMap& map, double x0, double y0, double x1, double y1, 
     for (int column = 0; column < map.columns; ++column) {
       const Vec2 p = map.centre(column, row);
       if (p.x() >= x0 && p.x() < x1 && p.y() >= y0 && p.y() < y1) {
-        map.cells[static_cast<std::size_t>(row) * map.columns + column] = cell;
+        map(column, row) = cell;
       }
     }
   }

@@ -21,7 +21,7 @@ void block(OccupancyMap& map, double x0, double y0, double x1, double y1) {
     for (int column = 0; column < map.columns; ++column) {
       const Vec2 p = map.centre(column, row);
       if (p.x() >= x0 && p.x() < x1 && p.y() >= y0 && p.y() < y1) {
-        map.cells[static_cast<std::size_t>(row) * map.columns + column] = Cell::kOccupied;
+        map(column, row) = Cell::kOccupied;
       }
     }
   }
@@ -41,8 +41,8 @@ double GridWorld::gap_m(const Vec2& p, double radius_m) const {
 GridWorld make_office(Rng rng) {
   OccupancyMap map;
   map.cell_m = kCell_m;
-  map.columns = map.rows = static_cast<int>(kSide_m / kCell_m);
-  map.cells.assign(static_cast<std::size_t>(map.columns) * map.rows, Cell::kFree);
+  constexpr int kCells = static_cast<int>(kSide_m / kCell_m);
+  map.assign(kCells, kCells, Cell::kFree);
   constexpr double kWall_m = 0.1;
   block(map, 0, 0, kSide_m, kWall_m);
   block(map, 0, kSide_m - kWall_m, kSide_m, kSide_m);
@@ -106,11 +106,10 @@ GridRobot::GridRobot(const GridWorld& world, const Body& body, const FloorWedge&
   for (Grid* grid : {&local_odom_, &map_}) {
     grid->map.cell_m = kCell_m;
     grid->map.origin = Vec2::Constant(-kHalf_m);
-    grid->map.columns = grid->map.rows = static_cast<int>(2 * kHalf_m / kCell_m);
-    const auto size = static_cast<std::size_t>(grid->map.columns) * grid->map.rows;
-    grid->map.cells.assign(size, Cell::kUnknown);
-    grid->votes.assign(size, 0);
-    grid->keyframe.assign(size, 0);
+    const int side = static_cast<int>(2 * kHalf_m / kCell_m);
+    grid->map.assign(side, side);
+    grid->votes.assign(grid->map.size(), 0);
+    grid->keyframe.assign(grid->map.size(), 0);
   }
   assume_free(local_odom_, T_odom_body_);
   assume_free(map_, T_odom_body_);
@@ -151,12 +150,12 @@ void GridRobot::assume_free(Grid& grid, const Pose2& T) {
 }
 
 void GridRobot::vote(Grid& grid, const Vec2& p, int votes) const {
-  const auto column = static_cast<int>(std::floor((p.x() - grid.map.origin.x()) / kCell_m));
-  const auto row = static_cast<int>(std::floor((p.y() - grid.map.origin.y()) / kCell_m));
+  const int column = grid.map.column(p);
+  const int row = grid.map.row(p);
   if (!grid.map.contains(column, row)) {
     return;
   }
-  const std::size_t i = static_cast<std::size_t>(row) * grid.map.columns + column;
+  const std::size_t i = grid.map.index(column, row);
   grid.votes[i] = std::clamp(grid.votes[i] + votes, -kMaxVotes, kMaxVotes);
   grid.keyframe[i] = keyframe_;
   grid.map.cells[i] = grid.votes[i] > 0   ? Cell::kFree
@@ -175,7 +174,7 @@ void GridRobot::forget() {
        row < std::min(local_odom_.map.rows, at(T_odom_body_.y_m + reach)); ++row) {
     for (int column = std::max(0, at(T_odom_body_.x_m - reach));
          column < std::min(local_odom_.map.columns, at(T_odom_body_.x_m + reach)); ++column) {
-      const std::size_t i = static_cast<std::size_t>(row) * local_odom_.map.columns + column;
+      const std::size_t i = local_odom_.map.index(column, row);
       if (local_odom_.keyframe[i] < keyframe_ - kKept) {
         local_odom_.votes[i] = 0;
         local_odom_.map.cells[i] = Cell::kUnknown;

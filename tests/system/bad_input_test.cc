@@ -59,8 +59,8 @@ TEST_F(BadInput, WorldsAndAssetsThatAreNotThere) {
                  "w.yaml:3:24: mesh 'room.gltf' cannot be read: No suitable reader found for the "
                  "file format of file \"room.gltf\".; export it again, as glTF or OBJ");
 
-  const std::string before = "  - {name: d, mesh: " + std::string(PANOPTES_SOURCE_DIR) +
-                             "/assets/office/desk.gltf, textures: {top: ";
+  const std::string before =
+      "  - {name: d, mesh: " PANOPTES_SOURCE_DIR "/assets/office/desk.gltf, textures: {top: ";
   const std::string place = "w.yaml:3:" + std::to_string(before.size() + 1) + ": ";
   write("w.yaml", "name: w\nobjects:\n" + before + "t.png}}\n");
   expect_refused(2, place + "platform.world.objects[0].textures.top: no such file: t.png");

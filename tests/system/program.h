@@ -41,7 +41,7 @@ class SystemTest : public ScratchTest {
   std::string write(const std::string& name, const std::string& text) const;
 };
 
-inline const std::string kScenes = std::string(PANOPTES_SOURCE_DIR) + "/scenes/";
+inline const std::string kScenes = PANOPTES_SOURCE_DIR "/scenes/";
 inline const std::string kOffice = kScenes + "missions/explore-office.yaml";
 
 /// Every file of a run's folder by name; metrics.json without what may differ between two runs of

@@ -86,7 +86,8 @@ TEST_F(Runs, AreReadByWhatOthersWrote) {
   EXPECT_EQ(read_tum(run / "trajectory.tum").size(), read_csv(run / "steps.csv").rows.size());
   EXPECT_EQ(read_tum(run / "odometry.tum").size(), read_csv(run / "steps.csv").rows.size());
   EXPECT_EQ(read_graph(run / "graph.g2o").graph.T_map_node.size(), keyframes);
-  EXPECT_NEAR(read_map_server(run / "map.yaml").free_m2(), metrics("a")["map"]["mapped_free_m2"],
+  EXPECT_NEAR(read_map_server(run / "map.yaml").area_m2(Cell::kFree),
+              metrics("a")["map"]["mapped_free_m2"],
               1e-6);  // the same cells, each 1e-4
 }
 
@@ -98,7 +99,7 @@ TEST_F(Runs, EndWithTheirMapWhenTheUserAsks) {
     EXPECT_THAT(said.out, StartsWith("interrupted after "));
     EXPECT_EQ(metrics(out)["outcome"], "interrupted");
     EXPECT_GE(metrics(out)["frames"], 1);
-    EXPECT_GT(read_map_server(folder_ / "work" / out / "map.yaml").free_m2(), 0);
+    EXPECT_GT(read_map_server(folder_ / "work" / out / "map.yaml").area_m2(Cell::kFree), 0);
   }
 }
 

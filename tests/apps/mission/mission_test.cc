@@ -13,7 +13,7 @@
 namespace panoptes {
 namespace {
 
-const std::string kScenes = std::string(PANOPTES_SOURCE_DIR) + "/scenes/";
+const std::string kScenes = PANOPTES_SOURCE_DIR "/scenes/";
 const std::string kOffice = kScenes + "missions/explore-office.yaml";
 
 std::vector<std::string> faults(const std::vector<std::string>& overrides,
@@ -170,8 +170,8 @@ TEST(Mission, TellsWhatAPioneerLacks) {
 }
 
 TEST(Mission, TakesRigAndRobotOfAStandIn) {
-  const auto mission = load_mission<ExploreMission>(std::string(PANOPTES_SOURCE_DIR) +
-                                                    "/scenes/missions/wire-office.yaml");
+  const auto mission =
+      load_mission<ExploreMission>(PANOPTES_SOURCE_DIR "/scenes/missions/wire-office.yaml");
   const auto& wired = std::get<PioneerOptions>(mission.platform);
   ASSERT_NE(wired.standin, nullptr);
   EXPECT_EQ(mission.rig.cameras.size(), wired.standin->rig.cameras.size());

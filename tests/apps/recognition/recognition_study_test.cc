@@ -19,7 +19,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::SizeIs;
 
-const std::string kScenes = std::string(PANOPTES_SOURCE_DIR) + "/scenes/";
+const std::string kScenes = PANOPTES_SOURCE_DIR "/scenes/";
 const std::string kOffice = kScenes + "missions/loops-office.yaml";
 const std::string kCorners = "rig=" + kScenes + "rigs/front-back-floor-corners.yaml";
 

@@ -95,7 +95,7 @@ TEST_F(ServedTruthFiles, ReadBackAsTheyWereWritten) {
   for (const auto& [read, written] :
        {std::pair(served.truth.floor, world().floor), std::pair(served.truth.body, world().body)}) {
     EXPECT_EQ(read.cell_m, written.cell_m);
-    EXPECT_EQ(read.origin_scene, written.origin_scene);
+    EXPECT_EQ(read.origin, written.origin);
     EXPECT_EQ(read.columns, written.columns);
     EXPECT_EQ(read.rows, written.rows);
     EXPECT_EQ(read.cells, written.cells);

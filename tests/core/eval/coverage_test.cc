@@ -17,7 +17,7 @@ constexpr double kPi = std::numbers::pi;
 TruthLayer layer(double cell_m, const std::function<bool(double, double)>& is_set) {
   TruthLayer result;
   result.cell_m = cell_m;
-  result.origin_scene = {1, 2};
+  result.origin = {1, 2};
   result.columns = static_cast<int>(std::lround(4 / cell_m));
   result.rows = static_cast<int>(std::lround(3 / cell_m));
   for (int row = 0; row < result.rows; ++row) {

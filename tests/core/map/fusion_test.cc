@@ -143,7 +143,7 @@ TEST_P(EveryCellSize, LeavesNoHoles) {
       ASSERT_EQ(map.at(T * Vec2(x, y)), Cell::kFree);
     }
   }
-  EXPECT_NEAR(map.free_m2(), 2, 6 * GetParam());  // a cell along the outline
+  EXPECT_NEAR(map.area_m2(Cell::kFree), 2, 6 * GetParam());  // a cell along the outline
 }
 
 // A wall across the way that the body takes along x, from -0.2 to 0.2 m.

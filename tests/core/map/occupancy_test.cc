@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/map/occupancy.h"
 
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace panoptes {
@@ -21,8 +23,24 @@ TEST(OccupancyMap, IsUnknownOutside) {
 TEST(OccupancyMap, CountsFreeFloor) {
   OccupancyMap map{
       0.1, Vec2::Zero(), 2, 2, {Cell::kFree, Cell::kOccupied, Cell::kFree, Cell::kUnknown}};
-  EXPECT_NEAR(map.free_m2(), 0.02, 1e-12);
+  EXPECT_NEAR(map.area_m2(Cell::kFree), 0.02, 1e-12);
   EXPECT_EQ(map.at(map.centre(0, 1)), Cell::kFree);
+}
+
+TEST(Resampled, IsOccupiedWhereAnyPartIsAndFreeWhereHalfAre) {
+  const auto of = [](const std::vector<Cell>& parts) {
+    return resampled(2, [&](int column, int row) { return parts[2 * row + column]; });
+  };
+  constexpr Cell kU = Cell::kUnknown;
+  constexpr Cell kF = Cell::kFree;
+  constexpr Cell kO = Cell::kOccupied;
+  EXPECT_EQ(of({kU, kU, kU, kU}), kU);
+  EXPECT_EQ(of({kU, kF, kU, kU}), kU);
+  EXPECT_EQ(of({kU, kF, kF, kU}), kF);
+  EXPECT_EQ(of({kF, kF, kF, kO}), kO);
+  EXPECT_EQ(resampled(1, [](int, int) { return kF; }), kF);
+  EXPECT_EQ(parts_a_side(0.05, 0.01), 5);
+  EXPECT_EQ(parts_a_side(0.02, 0.05), 1);
 }
 
 }  // namespace

@@ -176,7 +176,7 @@ Spoiled spoiled(const std::function<void(Observation&)>& spoil, int frames) {
       EXPECT_GT(std::abs(twist.v_mps) + std::abs(twist.w_radps), 0);
     }
     if (i == kBadFrom + 1) {  // what freezes has been seen once
-      out.free_before_m2 = explorer.slam.map(0.05).free_m2();
+      out.free_before_m2 = explorer.slam.map(0.05).area_m2(Cell::kFree);
       out.keyframes_before = explorer.slam.keyframes().size();
     }
     Observation seen = robot.look(i * kFrame_s, start * T_odom_body, T_odom_body);
@@ -191,7 +191,7 @@ Spoiled spoiled(const std::function<void(Observation&)>& spoil, int frames) {
     twist = out.last.command_body;
     T_odom_body = T_odom_body * exp_twist(twist, kFrame_s);
   }
-  out.free_after_m2 = explorer.slam.map(0.05).free_m2();
+  out.free_after_m2 = explorer.slam.map(0.05).area_m2(Cell::kFree);
   out.keyframes_after = explorer.slam.keyframes().size();
   out.lost_cameras = explorer.navigator.lost_cameras();
   out.done = explorer.navigator.done();

@@ -47,7 +47,7 @@ void expect_same(const TruthLayer& a, const TruthLayer& b) {
   EXPECT_EQ(a.columns, b.columns);
   EXPECT_EQ(a.rows, b.rows);
   expect_same(a.cell_m, b.cell_m);
-  EXPECT_EQ(a.origin_scene, b.origin_scene);
+  EXPECT_EQ(a.origin, b.origin);
   EXPECT_TRUE(a.cells == b.cells);
 }
 

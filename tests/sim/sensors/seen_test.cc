@@ -22,7 +22,7 @@ RigCamera floor_camera() {
 TruthLayer empty_layer() {
   TruthLayer layer;
   layer.cell_m = 0.05;
-  layer.origin_scene = {-5, -5};
+  layer.origin = {-5, -5};
   layer.columns = 200;
   layer.rows = 200;
   layer.cells.resize(40'000);

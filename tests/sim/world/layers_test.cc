@@ -153,7 +153,7 @@ TEST(Occupancy, ATurnedBoxFillsItsAreaAndLessThanACellAround) {
   EXPECT_LE(found_m2, (1.0 + 2 * rim_m) * (0.4 + 2 * rim_m));
   for (int row = 0; row < layer.rows; ++row) {
     for (int column = 0; column < layer.columns; ++column) {
-      const Vec2 centre = layer.origin_scene + cell_m * Vec2(column + 0.5, row + 0.5);
+      const Vec2 centre = layer.origin + cell_m * Vec2(column + 0.5, row + 0.5);
       const Vec2 p = Pose2{0, 0, 0.4}.inverse() * centre;
       if (std::abs(p.x()) < 0.5 && std::abs(p.y()) < 0.2) {
         ASSERT_TRUE(layer.at(centre)) << centre.transpose();

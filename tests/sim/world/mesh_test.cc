@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 constexpr double kSingle_m = 1e-6;  // meshes are read in single precision
 
 std::string data(const std::string& name) {
-  return std::string(PANOPTES_SOURCE_DIR) + "/tests/data/meshes/" + name;
+  return std::string(PANOPTES_SOURCE_DIR "/tests/data/meshes/") + name;
 }
 
 World world_of(const ObjectSettings& object) {

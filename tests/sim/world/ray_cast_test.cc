@@ -79,7 +79,7 @@ class RayCast {
         continue;
       }
       const auto ray_of = [&](double x, int axis) {
-        return static_cast<int>((x - found_.origin_scene[axis]) / found_.cell_m * kRays);
+        return static_cast<int>((x - found_.origin[axis]) / found_.cell_m * kRays);
       };
       const auto [x0, x1] = std::minmax({t[0].x(), t[1].x(), t[2].x()});
       const auto [y0, y1] = std::minmax({t[0].y(), t[1].y(), t[2].y()});
@@ -105,7 +105,7 @@ class RayCast {
   int lines(int along) const { return along == 0 ? found_.rows : found_.columns; }
   double line_m(int along, int ray) const {  // where a ray runs, across itself
     const double in_cell = std::clamp((ray % kRays) / (kRays - 1.0), 1e-4, 1 - 1e-4);
-    return found_.origin_scene[1 - along] + found_.cell_m * (ray / kRays + in_cell);
+    return found_.origin[1 - along] + found_.cell_m * (ray / kRays + in_cell);
   }
 
   void cast(const std::vector<std::array<Vec3, 3>>& triangles, double z_m, int along) {
@@ -128,7 +128,7 @@ class RayCast {
       const int inwards = normal[along] < 0 ? 1 : -1;
       const auto [low, high] = std::minmax(cut[0][across], cut[1][across]);
       const double per_m = kRays / found_.cell_m;
-      const double origin_m = found_.origin_scene[across];
+      const double origin_m = found_.origin[across];
       const auto from = static_cast<int>(std::floor((low - origin_m) * per_m)) - 1;
       const auto to = static_cast<int>(std::ceil((high - origin_m) * per_m)) + 1;
       for (int ray = std::max(from, 0); ray <= std::min(to, lines(along) * kRays - 1); ++ray) {
@@ -165,7 +165,7 @@ class RayCast {
 
   void fill(double from_m, double to_m, int along, int line) {
     const auto cell = [&](double x) {
-      return static_cast<int>(std::floor((x - found_.origin_scene[along]) / found_.cell_m));
+      return static_cast<int>(std::floor((x - found_.origin[along]) / found_.cell_m));
     };
     for (int i = cell(from_m); i <= cell(to_m); ++i) {
       const int column = along == 0 ? i : line;
@@ -204,7 +204,7 @@ double agreement_with_rays(const World& world, double z_low_m, double z_high_m, 
 }
 
 std::string scene(const char* name) {
-  return std::string(PANOPTES_SOURCE_DIR) + "/scenes/worlds/" + name;
+  return std::string(PANOPTES_SOURCE_DIR "/scenes/worlds/") + name;
 }
 
 TEST(RayCastTruth, AgreesInTheOffice) {
