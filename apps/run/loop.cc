@@ -63,7 +63,7 @@ RunResult run_result(const Slam* slam) {
   if (slam == nullptr) {
     return result;
   }
-  result.graph = slam->graph();
+  result.graph = pairwise(slam->graph());
   // a step that was cut short may have left a keyframe without its node
   const std::size_t count = std::min(slam->keyframes().size(), result.graph.T_map_node.size());
   for (std::size_t i = 0; i < count; ++i) {

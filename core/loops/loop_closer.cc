@@ -142,7 +142,7 @@ LoopCloser::LoopCloser(const LoopOptions& options, const LoopCameras& cameras, R
   }
 }
 
-std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const PoseGraph& graph,
+std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const SharedGraph& graph,
                                              const ContourSource& contours) {
   PANOPTES_CHECK(graph.T_map_node.size() == places_.size() + 1,
                  "the newest keyframe is the graph's last node");
@@ -173,13 +173,6 @@ std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const PoseGraph& g
     return close_by_histogram(*histogram, recent, contours);
   }
   return close_verified(std::get<VerifiedMethod>(options_.method), recent, graph, contours);
-}
-
-std::optional<PlanarMotion> LoopCloser::motion_to(const LoopPlace& place, int from,
-                                                  const MotionPrior& wheels) const {
-  PANOPTES_CHECK(from >= 0 && from <= newest(), "a keyframe remembered");
-  return visual_heading(options_.features, options_.motion, cameras_, places_[from].place.features,
-                        places_[from].depths, place.features, wheels);
 }
 
 bool LoopCloser::spaced(int recent, Heading heading) const {
@@ -218,7 +211,7 @@ ClosureReport LoopCloser::report_of(int recent, int earlier, Heading heading) co
   return report;
 }
 
-const PlaceDepths& LoopCloser::depths(int keyframe, const PoseGraph& graph) {
+const PlaceDepths& LoopCloser::depths(int keyframe, const SharedGraph& graph) {
   Remembered& here = places_[keyframe];
   constexpr int kNeighbours = 2;  // to each side: half a metre of baseline
   const int until = std::min(newest(), keyframe + kNeighbours);
@@ -239,7 +232,7 @@ const PlaceDepths& LoopCloser::depths(int keyframe, const PoseGraph& graph) {
 }
 
 std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& method, int recent,
-                                                         const PoseGraph& graph) const {
+                                                         const SharedGraph& graph) const {
   std::vector<Heading> headings;
   std::copy_if(kHeadings.begin(), kHeadings.end(), std::back_inserter(headings),
                [&](Heading heading) { return spaced(recent, heading); });
@@ -323,7 +316,7 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
 struct LoopCloser::CandidateCheck {
   const VerifiedMethod& method;
   const Candidate& candidate;
-  const PoseGraph& graph;
+  const SharedGraph& graph;
   const ContourSource& contours;
   ClosureReport& report;
   double limit = chi_square_3_quantile(method.gate_probability);
@@ -336,7 +329,7 @@ struct LoopCloser::CandidateCheck {
 };
 
 std::vector<ClosureReport> LoopCloser::close_verified(const VerifiedMethod& method, int recent,
-                                                      const PoseGraph& graph,
+                                                      const SharedGraph& graph,
                                                       const ContourSource& contours) {
   std::vector<ClosureReport> reports;
   for (const Candidate& candidate : shortlist(method, recent, graph)) {
@@ -543,10 +536,10 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_contours(const CandidateChe
 
 // The whole graph agrees after relaxing.
 std::optional<LoopCloser::Refusal> LoopCloser::check_graph(const CandidateCheck& check) const {
-  PoseGraph tried = check.graph;
+  SharedGraph tried = check.graph;
   const double before = chi2(tried);
-  tried.edges.push_back(closure_edge(check.report));
-  const RelaxReport relaxed = relax(tried, RelaxStart::kCurrent);
+  tried.edges.push_back({closure_edge(check.report), {}, {}});
+  const RelaxReport relaxed = relax(tried);
   check.report.chi2_growth = relaxed.chi2_end - before;
   const double limit = chi_square_3_quantile(check.method.chi2_probability);
   if (!relaxed.converged || !(check.report.chi2_growth <= limit)) {

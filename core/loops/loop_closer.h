@@ -7,12 +7,13 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "core/base/rng.h"
 #include "core/config/fields.h"
-#include "core/graph/pose_graph.h"
+#include "core/graph/shared_graph.h"
 #include "core/loops/closure.h"
 #include "core/map/contours.h"
 #include "core/vision/local_features.h"
@@ -108,13 +109,11 @@ class LoopCloser {
   /// Takes the newest keyframe, which is the graph's last node, and tries the one three before it,
   /// so that each pair has seven keyframes on either side. Reports every pair that came as far as
   /// the diagonals; the caller adds `closure_edge` of the accepted ones and relaxes.
-  std::vector<ClosureReport> close(LoopPlace place, const PoseGraph& graph,
+  std::vector<ClosureReport> close(LoopPlace place, const SharedGraph& graph,
                                    const ContourSource& contours);
 
-  /// Motion from keyframe `from` to the newest, by wheels and pictures together: `place` is not yet
-  /// remembered. Empty when the pictures say nothing.
-  std::optional<PlanarMotion> motion_to(const LoopPlace& place, int from,
-                                        const MotionPrior& wheels) const;
+  /// What is known of the cameras by now; as many as there were, in their order.
+  void correct(LoopCameras cameras) { cameras_ = std::move(cameras); }
 
   const LoopCameras& cameras() const { return cameras_; }
 
@@ -142,11 +141,12 @@ class LoopCloser {
   double nearby_threshold_grey() const;
   bool spaced(int recent, Heading heading) const;
   void accept(ClosureReport& report);
-  const PlaceDepths& depths(int keyframe, const PoseGraph& graph);
+  const PlaceDepths& depths(int keyframe, const SharedGraph& graph);
   std::vector<Candidate> shortlist(const VerifiedMethod& method, int recent,
-                                   const PoseGraph& graph) const;
+                                   const SharedGraph& graph) const;
   std::vector<ClosureReport> close_verified(const VerifiedMethod& method, int recent,
-                                            const PoseGraph& graph, const ContourSource& contours);
+                                            const SharedGraph& graph,
+                                            const ContourSource& contours);
   std::vector<ClosureReport> close_by_histogram(const HistogramMethod& method, int recent,
                                                 const ContourSource& contours);
 

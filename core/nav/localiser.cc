@@ -16,6 +16,21 @@ bool is_lost(const CameraReports& cameras, const std::string& name) {
   return found != cameras.end() && found->second.state != CameraState::kGood;
 }
 
+RigState prior_sigmas(const RigPrior& prior, std::size_t cameras) {
+  RigState sigmas(rig_states(cameras));
+  for (int camera = 0; camera < static_cast<int>(cameras); ++camera) {
+    auto s = sigmas.segment<kCameraStates>(camera_state(camera));
+    s.segment<3>(kRotation).setConstant(prior.rotation_rad);
+    s.segment<2>(kPosition).setConstant(prior.position_m);
+    s[kFocal] = prior.focal_share;
+    s.segment<2>(kCentre).setConstant(prior.centre_px);
+    s[kClock] = prior.clock_s;
+  }
+  sigmas.tail<kWheelStates>() << prior.wheel_scale_share, prior.wheel_difference_share,
+      prior.wheel_base_share;
+  return sigmas;
+}
+
 }  // namespace
 
 void bind(Fields& f, KeyframeOptions& o) {
@@ -24,10 +39,23 @@ void bind(Fields& f, KeyframeOptions& o) {
   f("dissimilarity", o.dissimilarity, at_least(1));
 }
 
+void bind(Fields& f, RigPrior& o) {
+  f.angle("rotation", o.rotation_rad, positive);
+  f("position_m", o.position_m, positive);
+  f("focal_share", o.focal_share, positive);
+  f("centre_px", o.centre_px, positive);
+  f("clock_s", o.clock_s, positive);
+  f("wheel_scale_share", o.wheel_scale_share, positive);
+  f("wheel_difference_share", o.wheel_difference_share, positive);
+  f("wheel_base_share", o.wheel_base_share, positive);
+}
+
 void bind(Fields& f, LocaliserOptions& o) {
   f("keyframe", o.keyframe);
   f("signature", o.signature);
   f("wheels", o.wheels);
+  f("bundle", o.bundle);
+  f("rig_prior", o.rig_prior);
   f("visual_heading", o.visual_heading);
   f("loops", o.loops);
 }
@@ -36,7 +64,13 @@ Localiser::Localiser(const LocaliserOptions& options, const OdometrySource& odom
                      const Rig& rig, Rng rng)
     : options_(options),
       odometry_(odometry),
-      closer_(options.loops, loop_cameras(rig), rng.fork("loops")) {}
+      believed_(loop_cameras(rig)),
+      keyframe_odometry_(options.bundle, options.loops.features, believed_),
+      closer_(options.loops, believed_, rng.fork("loops")) {
+  graph_.state = RigState::Zero(rig_states(believed_.size()));
+  graph_.prior_information =
+      prior_sigmas(options.rig_prior, believed_.size()).cwiseAbs2().cwiseInverse().asDiagonal();
+}
 
 // Empty while a camera that is not lost has no picture in the set.
 std::optional<Localiser::Views> Localiser::views_of(const Observation& seen,
@@ -73,20 +107,32 @@ bool Localiser::keyframe_due(const Pose2& T_last_body, const LoopPlace& now) con
              o.dissimilarity * static_cast<double>(steps_grey_[steps_grey_.size() / 2]);
 }
 
-Pose2 Localiser::link_to_last(const LoopPlace& place, Time taken, const Pose2& T_last_body) {
-  const int last = static_cast<int>(keyframes_.size()) - 1;
-  const MotionPrior prior{T_last_body,
-                          odometry_.covariance(keyframes_.back().stamp, taken, T_last_body)};
-  GraphEdge edge{last, last + 1, T_last_body, prior.covariance.inverse(), false};
-  if (options_.visual_heading) {
-    const auto seen = closer_.motion_to(place, last, prior);
-    if (const auto information = seen ? inverse_of(seen->covariance) : std::nullopt) {
-      edge.T_from_to = seen->T_a_b;
-      edge.information = *information;
-    }
+// Adds what wheels and pictures say of the motion since the last keyframe, and tells it.
+Pose2 Localiser::link_to_last(const Observation& seen, Time taken, const LoopPlace& place,
+                              const Pose2& T_last_body) {
+  BundleFrame frame;
+  frame.twist_body = seen.odometry.twist_body;
+  for (const LoopCamera& camera : believed_) {
+    const auto picture = seen.pictures.find(camera.name);
+    frame.late_s.push_back(
+        picture == seen.pictures.end() ? 0 : to_seconds(picture->second.stamp - taken));
   }
-  graph_.edges.push_back(edge);
-  return edge.T_from_to;
+  if (!keyframes_.empty()) {
+    frame.T_before_here = T_last_body;
+    frame.covariance = odometry_.covariance(keyframes_.back().stamp, taken, T_last_body);
+    frame.by_wheels = odometry_.by_wheels(T_last_body);
+  }
+  const PlaceFeatures none(believed_.size());
+  KeyframeOdometry::Motion motion = keyframe_odometry_.add(
+      frame, options_.visual_heading && !place.features.empty() ? place.features : none,
+      graph_.state);
+  // the open bundle's edges are made anew with each keyframe
+  std::erase_if(graph_.edges, [](const SharedEdge& shared) { return !shared.edge.closure; });
+  graph_.edges.insert(graph_.edges.end(), motion.open.begin(), motion.open.end());
+  if (motion.closed) {
+    graph_.joints.push_back(*std::move(motion.closed));
+  }
+  return motion.T_last_here;
 }
 
 void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlace& place,
@@ -94,10 +140,11 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
   const int made = static_cast<int>(keyframes_.size());
   const Pose2 T_now_then = T_body_then(seen, taken);
   Keyframe keyframe{taken, seen.odometry.T_odom_body * T_now_then, Pose2{}};
+  const std::size_t joints = graph_.joints.size();
+  const Pose2 T_last_then = link_to_last(seen, taken, place, out.T_last_body * T_now_then);
   if (made == 0) {
     graph_.T_map_node.push_back(Pose2{});
   } else {
-    const Pose2 T_last_then = link_to_last(place, taken, out.T_last_body * T_now_then);
     keyframe.T_odom_body = keyframes_.back().T_odom_body * T_last_then;
     graph_.T_map_node.push_back(graph_.T_map_node.back() * T_last_then);
     if (!place.featureless()) {
@@ -105,6 +152,19 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
       steps_grey_.insert(std::upper_bound(steps_grey_.begin(), steps_grey_.end(), step_grey),
                          step_grey);
     }
+  }
+  if (graph_.joints.size() > joints) {
+    relax(graph_);
+    if (getenv("RIGDEBUG")) {
+      const Eigen::MatrixXd C = state_covariance(graph_);
+      fprintf(stderr, "RIG %zu", graph_.joints.size());
+      for (int k = 0; k < graph_.state.size(); ++k) {
+        fprintf(stderr, " %.6g %.6g", graph_.state[k], std::sqrt(C(k, k)));
+      }
+      fprintf(stderr, "\n");
+    }
+    out.relaxed = true;
+    closer_.correct(corrected(believed_, graph_.state));
   }
   last_signature_ = place.signature;
   keyframes_.push_back(keyframe);
@@ -114,14 +174,16 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
 
 void Localiser::close_loops(LoopPlace place, const ContourSource& contours, Located& out) {
   out.closures = closer_.close(std::move(place), graph_, contours);
+  bool closed = false;
   for (const ClosureReport& closure : out.closures) {
     if (closure.accepted) {
-      graph_.edges.push_back(closure_edge(closure));
-      out.relaxed = true;
+      graph_.edges.push_back({closure_edge(closure), {}, {}});
+      closed = true;
     }
   }
-  if (out.relaxed) {
-    relax(graph_, RelaxStart::kCurrent);
+  if (closed) {
+    out.relaxed = true;
+    relax(graph_);
   }
 }
 

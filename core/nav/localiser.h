@@ -10,8 +10,9 @@
 #include "core/camera/observation.h"
 #include "core/camera/rig.h"
 #include "core/config/fields.h"
-#include "core/graph/pose_graph.h"
+#include "core/graph/shared_graph.h"
 #include "core/loops/loop_closer.h"
+#include "core/nav/keyframe_odometry.h"
 #include "core/nav/stage.h"
 #include "core/odometry/odometry_source.h"
 #include "core/odometry/wheel_odometry.h"
@@ -26,8 +27,23 @@ struct KeyframeOptions {
 };
 void bind(Fields& f, KeyframeOptions& o);
 
+/// How wrong the rig and the wheels may be, one sigma, before the robot has moved.
+struct RigPrior {
+  double rotation_rad = deg_to_rad(1);
+  double position_m = 0.01;
+  double focal_share = 0.005;
+  double centre_px = 2;
+  double clock_s = 0.01;
+  double wheel_scale_share = 0.005;
+  double wheel_difference_share = 0.005;
+  double wheel_base_share = 0.02;
+};
+void bind(Fields& f, RigPrior& o);
+
 struct LocaliserOptions {
   KeyframeOptions keyframe;
+  BundleOdometryOptions bundle;
+  RigPrior rig_prior;
   SignatureOptions signature;
   WheelNoise wheels;
   bool visual_heading = true;  ///< pictures correct the wheels' heading between keyframes
@@ -70,8 +86,8 @@ class Localiser {
                const StageListener& listener = {}, const CameraReports& cameras = {});
 
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
-  const PoseGraph& graph() const { return graph_; }
-  const LoopCameras& cameras() const { return closer_.cameras(); }
+  const SharedGraph& graph() const { return graph_; }
+  const LoopCameras& cameras() const { return believed_; }
   const LoopPlace& place(int keyframe) const { return closer_.place(keyframe); }
 
  private:
@@ -82,14 +98,17 @@ class Localiser {
   PlaceSignature signature_of(const Views& views) const;
   bool keyframe_due(const Pose2& T_last_body, const LoopPlace& now) const;
   void add_keyframe(const Observation& seen, Time taken, const LoopPlace& place, Located& out);
-  Pose2 link_to_last(const LoopPlace& place, Time taken, const Pose2& T_last_body);
+  Pose2 link_to_last(const Observation& seen, Time taken, const LoopPlace& place,
+                     const Pose2& T_last_body);
   void close_loops(LoopPlace place, const ContourSource& contours, Located& out);
 
   LocaliserOptions options_;
   const OdometrySource& odometry_;
+  LoopCameras believed_;
+  KeyframeOdometry keyframe_odometry_;
   LoopCloser closer_;
   std::vector<Keyframe> keyframes_;
-  PoseGraph graph_;
+  SharedGraph graph_;
   PlaceSignature last_signature_;
   std::vector<float> steps_grey_;  // signature distances between consecutive keyframes, sorted
 };

@@ -21,10 +21,6 @@ constexpr int kSmallest = 6;  // matches below which nothing is tried
 constexpr int kScored = 100;  // matches that judge a sampled hypothesis: more cost only time
 constexpr double kPoseNoise_px = 0.5;  // of a neighbour's pose: 0.15 degrees on a 190 px lens
 constexpr double kRoom_per_m = 0.3;  // how far a room's mean inverse depth may be from the default
-// What neighbouring keyframes get wrong together (depths from one baseline, lens, mounting) and no
-// number of features averages away.
-constexpr double kTogether_m = 0.001;
-constexpr double kTogether_rad = 0.0009;  // 0.05 degrees, a sixth of a pixel
 constexpr double kForgetPrior =
     1e-4;  // share of the prior kept where the pictures shall speak alone
 
@@ -460,22 +456,6 @@ std::vector<std::optional<PlanarMotion>> motion_by_each_camera(
         motion_by_features(options, cameras, a, depths_a, b, depths_b, own, prior, nullptr));
   }
   return alone;
-}
-
-std::optional<PlanarMotion> visual_heading(const FeatureOptions& feature_options,
-                                           const MotionOptions& options, const LoopCameras& cameras,
-                                           const PlaceFeatures& previous,
-                                           const PlaceDepths& previous_depths,
-                                           const PlaceFeatures& now, const MotionPrior& wheels) {
-  std::optional<PlanarMotion> motion =
-      motion_by_features(options, cameras, previous, previous_depths, now, {},
-                         match_places(feature_options, previous, now, false), wheels, nullptr);
-  if (motion) {
-    motion->covariance.diagonal() +=
-        Vec3(kTogether_m * kTogether_m, kTogether_m * kTogether_m, kTogether_rad * kTogether_rad);
-    motion->sigma_theta_rad = std::sqrt(motion->covariance(2, 2));
-  }
-  return motion;
 }
 
 PlaceDepths triangulate(const FeatureOptions& feature_options, const MotionOptions& options,

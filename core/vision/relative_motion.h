@@ -104,14 +104,6 @@ std::vector<std::optional<PlanarMotion>> motion_by_each_camera(
     const PlaceDepths& depths_a, const PlaceFeatures& b, const PlaceDepths& depths_b,
     const std::vector<PlaceMatch>& matches, const MotionPrior& prior);
 
-/// The motion between consecutive keyframes: wheels for the translation, pictures for the heading.
-/// Matches and calls the above; falls back to empty when the pictures say nothing.
-std::optional<PlanarMotion> visual_heading(const FeatureOptions& feature_options,
-                                           const MotionOptions& options, const LoopCameras& cameras,
-                                           const PlaceFeatures& previous,
-                                           const PlaceDepths& previous_depths,
-                                           const PlaceFeatures& now, const MotionPrior& wheels);
-
 /// A place seen from where `here` was or will be.
 struct Neighbour {
   const PlaceFeatures* features = nullptr;

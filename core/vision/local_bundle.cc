@@ -1,0 +1,631 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/vision/local_bundle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "core/base/check.h"
+
+namespace panoptes {
+namespace {
+
+using Mat23 = Eigen::Matrix<double, 2, 3>;
+using Mat29 = Eigen::Matrix<double, 2, kCameraStates>;
+
+constexpr double kBehind =
+    0.05;  // of the depth at the first keyframe: too near the picture's plane
+// Inverse depths of a bundle's things are spread about a mean, and both are learned from the
+// bundle: one distribution for all rooms would tell the scale, since things agree better on one
+// mean the farther they are, and thousands of them outvote the wheels. Before anything is seen:
+constexpr double kDepthMean_per_m = 0.4;
+constexpr double kDepthMeanSigma_per_m = 0.5;
+constexpr double kDepthSpread_per_m = 0.5;
+constexpr double kNearest_per_m = 10;
+constexpr double kFarthest_per_m = -0.2;  // beyond infinity: what noise may make of a far thing
+
+const Mat2 kQuarter = (Mat2() << 0, -1, 1, 0).finished();
+
+Mat3 cross(const Vec3& v) {
+  Mat3 m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+// The body where a camera took its picture, in the bundle's first frame.
+struct PictureBody {
+  Mat3 R = Mat3::Identity();
+  Vec3 t = Vec3::Zero();
+  Vec3 swing = Vec3::Zero();  // how t moves with the keyframe's heading
+  Vec3 velocity = Vec3::Zero();
+  double turn_radps = 0;
+};
+
+PictureBody picture_body(const Pose2& T_first_frame, const BundleFrame& frame, double after_s) {
+  const Pose2 T_frame_picture = exp_twist(frame.twist_body, after_s);
+  const Pose2 T = T_first_frame * T_frame_picture;
+  PictureBody body;
+  body.R.topLeftCorner<2, 2>() = T.rotation();
+  body.t = {T.x_m, T.y_m, 0};
+  body.swing.head<2>() = kQuarter * (T.position() - T_first_frame.position());
+  body.velocity.head<2>() = T.rotation() * Vec2(frame.twist_body.v_mps, 0);
+  body.turn_radps = frame.twist_body.w_radps;
+  return body;
+}
+
+// One thing: where its first picture shows it, with z = 1 in that camera, and its inverse depth.
+using Point = Vec3;
+
+struct CameraModel {
+  Mat3 R_body_camera;
+  Vec3 origin_body;
+  Vec2 focal_px;
+  Vec2 centre_px;
+};
+
+// A residual and what it changes with.
+struct Residual {
+  Vec2 r;
+  Mat23 by_point;
+  Mat23 by_anchor;  // x, y, theta of the keyframe that saw it first
+  Mat23 by_frame;
+  Mat29 by_camera;
+  // how by_point's last column changes with the same
+  Mat23 depth_by_anchor;
+  Mat23 depth_by_frame;
+  Eigen::Matrix<double, 2, 2> depth_by_position;
+};
+
+// False where the camera cannot see it.
+bool observe(const CameraModel& camera, const PictureBody& anchor, const PictureBody& body,
+             bool same_frame, const Point& point, const Vec2& px, bool all, Residual& out) {
+  const double rho = point.z();
+  const Vec3 direction = camera.R_body_camera * Vec3(point.x(), point.y(), 1);
+  const Mat3 M = body.R.transpose() * anchor.R;
+  const Vec3 at_anchor = rho * camera.origin_body + direction;
+  const Vec3 baseline = body.R.transpose() * (anchor.t - body.t);
+  const Vec3 at_body = M * at_anchor + rho * baseline;
+  const Mat3 R_camera_body = camera.R_body_camera.transpose();
+  const Vec3 from_camera = at_body - rho * camera.origin_body;
+  const Vec3 q = R_camera_body * from_camera;
+  if (!(q.z() >= kBehind)) {
+    return false;
+  }
+  const double z = 1 / q.z();
+  const Vec2 m(q.x() * z, q.y() * z);
+  out.r = camera.centre_px + camera.focal_px.cwiseProduct(m) - px;
+  Mat23 project;
+  project << camera.focal_px.x() * z, 0, -camera.focal_px.x() * m.x() * z, 0,
+      camera.focal_px.y() * z, -camera.focal_px.y() * m.y() * z;
+  const Mat23 by_body = project * R_camera_body;
+  Mat3 point_body;
+  point_body.leftCols<2>() = M * camera.R_body_camera.leftCols<2>();
+  point_body.col(2) = M * camera.origin_body + baseline - camera.origin_body;
+  out.by_point = by_body * point_body;
+  if (!all) {
+    return true;
+  }
+  Mat3 anchor_body = Mat3::Zero();
+  Mat3 frame_body = Mat3::Zero();
+  if (!same_frame) {
+    const Mat3 Rt = body.R.transpose();
+    const Vec3 turned = anchor.R * at_anchor;
+    anchor_body.leftCols<2>() = rho * Rt.leftCols<2>();
+    anchor_body.col(2) = Rt * (Vec3(-turned.y(), turned.x(), 0) + rho * anchor.swing);
+    frame_body.leftCols<2>() = -anchor_body.leftCols<2>();
+    frame_body.col(2) = Vec3(at_body.y(), -at_body.x(), 0) - rho * (Rt * body.swing);
+  }
+  out.by_anchor = by_body * anchor_body;
+  out.by_frame = by_body * frame_body;
+  out.by_camera.setZero();
+  out.depth_by_anchor.setZero();
+  out.depth_by_frame.setZero();
+  out.depth_by_position.setZero();
+  if (!same_frame) {
+    const Mat3 Rt = body.R.transpose();
+    const Vec3 turned = anchor.R * camera.origin_body;
+    const Vec3 origin = M * camera.origin_body + baseline;
+    Mat3 depth_anchor = Rt;
+    depth_anchor.col(2) = Rt * (Vec3(-turned.y(), turned.x(), 0) + anchor.swing);
+    Mat3 depth_frame = -Rt;
+    depth_frame.col(2) = Vec3(origin.y(), -origin.x(), 0) - Rt * body.swing;
+    out.depth_by_anchor = by_body * depth_anchor;
+    out.depth_by_frame = by_body * depth_frame;
+    out.depth_by_position = by_body * (M - Mat3::Identity()).leftCols<2>();
+    out.by_camera.middleCols<3>(kRotation) = by_body * (cross(from_camera) - M * cross(direction));
+    out.by_camera.middleCols<2>(kPosition) = by_body * rho * (M - Mat3::Identity()).leftCols<2>();
+    // a stamp that is late puts both pictures too late on the path
+    const Vec3 by_clock =
+        -(anchor_body.leftCols<2>() * anchor.velocity.head<2>() +
+          frame_body.leftCols<2>() * body.velocity.head<2>()) -
+        body.R.transpose() *
+            (Vec3(-(anchor.R * at_anchor).y(), (anchor.R * at_anchor).x(), 0) * anchor.turn_radps) -
+        Vec3(at_body.y(), -at_body.x(), 0) * body.turn_radps;
+    out.by_camera.col(kClock) = by_body * by_clock;
+  }
+  out.by_camera.col(kFocal) = camera.focal_px.cwiseProduct(m);
+  out.by_camera.middleCols<2>(kCentre) = Mat2::Identity();
+  return true;
+}
+
+// Where each unknown lies: three of each keyframe but the first, the rig's states, and the mean
+// inverse depth.
+struct Columns {
+  int poses = 0;  // of all keyframes together
+  int states = 0;
+  int wheels = 0;
+
+  int pose(int frame) const { return 3 * (frame - 1); }
+  int camera(int camera) const { return poses + camera_state(camera); }
+  int wheel() const { return poses + wheels; }
+  int mean() const { return poses + states; }
+  int size() const { return poses + states + 1; }
+};
+
+// What one track says, its point integrated out, and how that point follows the rest.
+struct TrackSystem {
+  std::vector<int> columns;  // of the whole system
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+  Eigen::Matrix<double, 3, Eigen::Dynamic> point_by_rest;
+  Vec3 point_step = Vec3::Zero();
+};
+
+double chi_square_limit(int freedoms, double sigma) {
+  // Wilson and Hilferty 1931
+  const double v = 2.0 / (9.0 * freedoms);
+  const double root = 1 - v + sigma * std::sqrt(v);
+  return freedoms * root * root * root;
+}
+
+int freedoms_of(const Track& track) { return 2 * static_cast<int>(track.seen.size()) - 2; }
+
+class Bundle {
+ public:
+  Bundle(const BundleOptions& options, const LoopCameras& believed, const RigState& state,
+         const std::vector<BundleFrame>& frames, const std::vector<Track>& tracks,
+         const std::vector<Pose2>& start)
+      : options_(options), state_(state), frames_(frames), tracks_(tracks), poses_(start) {
+    columns_.poses = 3 * (static_cast<int>(frames.size()) - 1);
+    columns_.states = rig_states(believed.size());
+    columns_.wheels = wheel_state(believed.size());
+    for (const LoopCamera& camera : corrected(believed, state)) {
+      cameras_.push_back({camera.T_body_camera.rotation.toRotationMatrix(),
+                          camera.T_body_camera.translation,
+                          {camera.intrinsics.fx_px, camera.intrinsics.fy_px},
+                          {camera.intrinsics.cx_px, camera.intrinsics.cy_px}});
+    }
+    for (const Track& track : tracks) {
+      const CameraModel& camera = cameras_[track.camera];
+      const Vec2 m = (track.seen.front().px - camera.centre_px).cwiseQuotient(camera.focal_px);
+      points_.emplace_back(m.x(), m.y(), kDepthMean_per_m);
+    }
+    systems_.resize(tracks.size());
+  }
+
+  BundleSolution solve() {
+    variance_px2_ = options_.noise_px * options_.noise_px;
+    trusts_.assign(tracks_.size(), 1);
+    for (int iteration = 0; iteration < options_.iterations; ++iteration) {
+      place_bodies();
+      settle_points();
+      // from forgiving to strict
+      weigh(iteration < 2 ? 8 : iteration < 4 ? 5 : 3);
+      learn_depth_spread();
+      sum_up(false);
+      step();
+    }
+    place_bodies();
+    settle_points();
+    choose_inliers();
+    for (int round = 0; round < 2; ++round) {
+      learn_depth_spread();
+      sum_up(false);
+      step();
+      place_bodies();
+      settle_points();
+    }
+    learn_noise();
+    sum_up(true);
+    return solution();
+  }
+
+ private:
+  void place_bodies() {
+    bodies_.assign(frames_.size() * cameras_.size(), {});
+    for (std::size_t frame = 0; frame < frames_.size(); ++frame) {
+      for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
+        const double after_s =
+            frames_[frame].late_s[camera] - state_[camera_state(static_cast<int>(camera)) + kClock];
+        bodies_[frame * cameras_.size() + camera] =
+            picture_body(poses_[frame], frames_[frame], after_s);
+      }
+    }
+  }
+
+  const PictureBody& body(int frame, int camera) const {
+    return bodies_[static_cast<std::size_t>(frame) * cameras_.size() + camera];
+  }
+
+  bool residual(const Track& track, const Track::Seen& seen, const Point& point, bool all,
+                Residual& out) const {
+    const int first = track.seen.front().frame;
+    return observe(cameras_[track.camera], body(first, track.camera),
+                   body(seen.frame, track.camera), seen.frame == first, point, seen.px, all, out);
+  }
+
+  double prior_residual(std::size_t t) const {
+    return (points_[t].z() - depth_mean_per_m_) / depth_spread_per_m_;
+  }
+
+  // Sum of squares in sigmas with the room's prior; infinite where it cannot be seen.
+  double squares(std::size_t t) const {
+    const double prior = prior_residual(t);
+    double sum = prior * prior;
+    Residual residual_here;
+    for (const Track::Seen& seen : tracks_[t].seen) {
+      if (!residual(tracks_[t], seen, points_[t], false, residual_here)) {
+        return std::numeric_limits<double>::infinity();
+      }
+      sum += residual_here.r.squaredNorm() / variance_px2_;
+    }
+    return sum;
+  }
+
+  // The points where the poses as they are have them.
+  void settle_points() {
+    squares_.assign(tracks_.size(), 0);
+    depth_variances_.assign(tracks_.size(), depth_spread_per_m_ * depth_spread_per_m_);
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      for (int round = 0; round < 2; ++round) {
+        Mat3 H = Mat3::Zero();
+        Vec3 g = Vec3::Zero();
+        Residual here;
+        bool seen_by_all = true;
+        for (const Track::Seen& seen : tracks_[t].seen) {
+          if (!residual(tracks_[t], seen, points_[t], false, here)) {
+            seen_by_all = false;
+            break;
+          }
+          H += here.by_point.transpose() * here.by_point / variance_px2_;
+          g += here.by_point.transpose() * here.r / variance_px2_;
+        }
+        if (!seen_by_all) {
+          points_[t].z() /= 2;  // farther away
+          continue;
+        }
+        H(2, 2) += depth_prior();
+        g[2] += depth_prior() * (points_[t].z() - depth_mean_per_m_);
+        move(points_[t], -H.ldlt().solve(g));
+        depth_variances_[t] = H.inverse()(2, 2);
+      }
+      squares_[t] = squares(t);
+    }
+  }
+
+  void weigh(double kernel) {
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      const double share = squares_[t] / (kernel * kernel * freedoms_of(tracks_[t]));
+      trusts_[t] = std::isfinite(share) ? 1 / ((1 + share) * (1 + share)) : 0;
+    }
+  }
+
+  void choose_inliers() {
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      trusts_[t] =
+          squares_[t] <= chi_square_limit(freedoms_of(tracks_[t]), options_.inlier_sigma) ? 1 : 0;
+    }
+  }
+
+  // What is left over says how noisy features are, together with what was said of it before.
+  void learn_noise() {
+    constexpr double kPriorFreedoms = 30;
+    double sum = kPriorFreedoms;
+    double freedoms = kPriorFreedoms;
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      if (trusts_[t] > 0) {
+        sum += squares_[t];
+        freedoms += freedoms_of(tracks_[t]);
+      }
+    }
+    variance_px2_ *= sum / freedoms;
+  }
+
+  double depth_prior() const { return 1 / (depth_spread_per_m_ * depth_spread_per_m_); }
+
+  static void move(Point& point, const Vec3& by) {
+    point += by;
+    point.z() = std::clamp(point.z(), kFarthest_per_m, kNearest_per_m);
+  }
+
+  // How inverse depths are spread, as they and their own uncertainty have it (Dempster, Laird and
+  // Rubin 1977), together with what was said before.
+  void learn_depth_spread() {
+    constexpr double kPriorCount = 10;
+    double sum = kPriorCount * kDepthSpread_per_m * kDepthSpread_per_m;
+    double count = kPriorCount;
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      const double off = points_[t].z() - depth_mean_per_m_;
+      sum += trusts_[t] * (off * off + depth_variances_[t]);
+      count += trusts_[t];
+    }
+    depth_spread_per_m_ = std::sqrt(sum / count);
+  }
+
+  void add_track(std::size_t t, bool with_states) {
+    const Track& track = tracks_[t];
+    const int first = track.seen.front().frame;
+    const int count = static_cast<int>(track.seen.size());
+    TrackSystem& system = systems_[t];
+    system.columns.clear();
+    for (const Track::Seen& seen : track.seen) {
+      for (int k = 0; k < 3; ++k) {
+        system.columns.push_back(seen.frame > 0 ? columns_.pose(seen.frame) + k : -1);
+      }
+    }
+    const int states_at = 3 * count;
+    if (with_states) {
+      for (int k = 0; k < kCameraStates; ++k) {
+        system.columns.push_back(columns_.camera(track.camera) + k);
+      }
+    }
+    const int mean_at = static_cast<int>(system.columns.size());
+    system.columns.push_back(columns_.mean());
+    const int size = mean_at + 1;
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(size, size);
+    Eigen::VectorXd g = Eigen::VectorXd::Zero(size);
+    Eigen::Matrix<double, Eigen::Dynamic, 3> B =
+        Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(size, 3);
+    // the same for the last column of what the point changes, which its unknowns change
+    Eigen::Matrix<double, Eigen::Dynamic, 3> by_depth =
+        Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(size, 3);
+    Mat3 H_point = Mat3::Zero();
+    Vec3 g_point = Vec3::Zero();
+    Residual here;
+    const double weight = trusts_[t] / variance_px2_;
+    for (int i = 0; i < count; ++i) {
+      if (!residual(track, track.seen[i], points_[t], true, here)) {
+        system.columns.clear();  // says nothing
+        return;
+      }
+      const Mat23 by_point = weight * here.by_point;
+      H_point += by_point.transpose() * here.by_point;
+      g_point += by_point.transpose() * here.r;
+      const bool moves = track.seen[i].frame != first;
+      const int at = 3 * i;
+      if (moves) {
+        const Mat23 frame = weight * here.by_frame;
+        const Mat23 anchor = weight * here.by_anchor;
+        H.block<3, 3>(at, at) += frame.transpose() * here.by_frame;
+        H.block<3, 3>(0, 0) += anchor.transpose() * here.by_anchor;
+        H.block<3, 3>(0, at) += anchor.transpose() * here.by_frame;
+        H.block<3, 3>(at, 0) += frame.transpose() * here.by_anchor;
+        g.segment<3>(at) += frame.transpose() * here.r;
+        g.segment<3>(0) += anchor.transpose() * here.r;
+        B.middleRows<3>(at) += frame.transpose() * here.by_point;
+        B.middleRows<3>(0) += anchor.transpose() * here.by_point;
+        by_depth.middleRows<3>(at) += here.depth_by_frame.transpose() * by_point;
+        by_depth.middleRows<3>(0) += here.depth_by_anchor.transpose() * by_point;
+      }
+      if (with_states) {
+        const Mat29 camera = weight * here.by_camera;
+        H.block<kCameraStates, kCameraStates>(states_at, states_at) +=
+            camera.transpose() * here.by_camera;
+        g.segment<kCameraStates>(states_at) += camera.transpose() * here.r;
+        B.middleRows<kCameraStates>(states_at) += camera.transpose() * here.by_point;
+        by_depth.middleRows<2>(states_at + kPosition) +=
+            here.depth_by_position.transpose() * by_point;
+        if (moves) {
+          const Eigen::Matrix<double, kCameraStates, 3> frame = camera.transpose() * here.by_frame;
+          const Eigen::Matrix<double, kCameraStates, 3> anchor =
+              camera.transpose() * here.by_anchor;
+          H.block<kCameraStates, 3>(states_at, at) += frame;
+          H.block<3, kCameraStates>(at, states_at) += frame.transpose();
+          H.block<kCameraStates, 3>(states_at, 0) += anchor;
+          H.block<3, kCameraStates>(0, states_at) += anchor.transpose();
+        }
+      }
+    }
+    const double prior = trusts_[t] * depth_prior();
+    const double off = points_[t].z() - depth_mean_per_m_;
+    H_point(2, 2) += prior;
+    g_point[2] += prior * off;
+    // The depth is integrated out and not only fitted: half the logarithm of its information, which
+    // grows with the baselines, is part of what is minimised. Without it noise is explained by
+    // baselines that are not there (Neyman and Scott 1948).
+    const Mat2 bearing = H_point.topLeftCorner<2, 2>();
+    const Vec2 bearing_by_depth = bearing.inverse() * H_point.topRightCorner<2, 1>();
+    const double information = H_point(2, 2) - H_point.col(2).head<2>().dot(bearing_by_depth);
+    g += trusts_[t] / information * (by_depth.col(2) - by_depth.leftCols<2>() * bearing_by_depth);
+    H(mean_at, mean_at) += prior;
+    g[mean_at] -= prior * off;
+    B(mean_at, 2) -= prior;
+    const Mat3 inverse = H_point.inverse();
+    if (!inverse.allFinite()) {
+      system.columns.clear();
+      return;
+    }
+    system.point_by_rest = -inverse * B.transpose();
+    system.point_step = -inverse * g_point;
+    system.information = H + B * system.point_by_rest;
+    system.gradient = g + B * system.point_step;
+    for (int row = 0; row < size; ++row) {
+      const int to_row = system.columns[row];
+      if (to_row < 0) {
+        continue;
+      }
+      gradient_[to_row] += system.gradient[row];
+      for (int column = 0; column < size; ++column) {
+        const int to_column = system.columns[column];
+        if (to_column >= 0) {
+          information_(to_row, to_column) += system.information(row, column);
+        }
+      }
+    }
+  }
+
+  void add_odometry(int frame) {
+    const Pose2& from = poses_[frame - 1];
+    const Pose2 relative = from.inverse() * poses_[frame];
+    const BundleFrame& here = frames_[frame];
+    const Eigen::Matrix<double, kWheelStates, 1> wheels =
+        state_.segment<kWheelStates>(columns_.wheels);
+    const Vec3 corrected_by = here.by_wheels * wheels;
+    const Vec3 r(relative.x_m - here.T_before_here.x_m - corrected_by.x(),
+                 relative.y_m - here.T_before_here.y_m - corrected_by.y(),
+                 wrap_angle(relative.theta_rad - here.T_before_here.theta_rad - corrected_by.z()));
+    Mat3 by_from = Mat3::Zero();
+    Mat3 by_here = Mat3::Identity();
+    const Mat2 Rt = from.rotation().transpose();
+    by_here.topLeftCorner<2, 2>() = Rt;
+    by_from.topLeftCorner<2, 2>() = -Rt;
+    by_from.col(2) = Vec3(relative.y_m, -relative.x_m, -1);
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, columns_.size());
+    if (frame > 1) {
+      J.middleCols<3>(columns_.pose(frame - 1)) = by_from;
+    }
+    J.middleCols<3>(columns_.pose(frame)) = by_here;
+    J.middleCols<kWheelStates>(columns_.wheel()) = -here.by_wheels;
+    const Mat3 W = here.covariance.inverse();
+    information_ += J.transpose() * W * J;
+    gradient_ += J.transpose() * (W * r);
+  }
+
+  void sum_up(bool with_states) {
+    information_ = Eigen::MatrixXd::Zero(columns_.size(), columns_.size());
+    gradient_ = Eigen::VectorXd::Zero(columns_.size());
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      systems_[t].columns.clear();
+      if (trusts_[t] > 0) {
+        add_track(t, with_states);
+      }
+    }
+    for (int frame = 1; frame < static_cast<int>(frames_.size()); ++frame) {
+      add_odometry(frame);
+    }
+    constexpr double kMeanPrior = 1 / (kDepthMeanSigma_per_m * kDepthMeanSigma_per_m);
+    information_(columns_.mean(), columns_.mean()) += kMeanPrior;
+    gradient_[columns_.mean()] += kMeanPrior * (depth_mean_per_m_ - kDepthMean_per_m);
+  }
+
+  // The poses, the points and their mean depth move, the states stay.
+  void step() {
+    std::vector<int> free(columns_.poses);
+    std::iota(free.begin(), free.end(), 0);
+    free.push_back(columns_.mean());
+    Eigen::VectorXd all = Eigen::VectorXd::Zero(columns_.size());
+    const Eigen::MatrixXd H = information_(free, free);
+    const Eigen::VectorXd g = gradient_(free);
+    all(free) = -H.ldlt().solve(g);
+    if (!all.allFinite()) {
+      return;
+    }
+    for (int frame = 1; frame < static_cast<int>(frames_.size()); ++frame) {
+      const auto d = all.segment<3>(columns_.pose(frame));
+      Pose2& pose = poses_[frame];
+      pose = {pose.x_m + d.x(), pose.y_m + d.y(), wrap_angle(pose.theta_rad + d.z())};
+    }
+    depth_mean_per_m_ += all[columns_.mean()];
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      const TrackSystem& system = systems_[t];
+      if (system.columns.empty()) {
+        continue;
+      }
+      Vec3 d = system.point_step;
+      for (std::size_t k = 0; k < system.columns.size(); ++k) {
+        if (system.columns[k] >= 0) {
+          d += system.point_by_rest.col(static_cast<Eigen::Index>(k)) * all[system.columns[k]];
+        }
+      }
+      move(points_[t], d);
+    }
+  }
+
+  BundleSolution solution() const {
+    BundleSolution s;
+    s.T_first_frame = poses_;
+    s.state = state_;
+    // the mean depth integrated out
+    const int kept = columns_.mean();
+    const Eigen::VectorXd shared = information_.col(kept).head(kept);
+    const double own = information_(kept, kept);
+    s.information = information_.topLeftCorner(kept, kept) - shared * shared.transpose() / own;
+    s.gradient = gradient_.head(kept) - shared * (gradient_[kept] / own);
+    s.noise_px = std::sqrt(variance_px2_);
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      Mat3 H = Mat3::Zero();
+      Residual here;
+      for (const Track::Seen& seen : tracks_[t].seen) {
+        if (residual(tracks_[t], seen, points_[t], false, here)) {
+          H += here.by_point.transpose() * here.by_point / variance_px2_;
+        }
+      }
+      H(2, 2) += depth_prior();
+      s.inlier.push_back(trusts_[t] > 0);
+      s.inverse_depth_per_m.push_back(points_[t].z());
+      s.inverse_depth_sigma_per_m.push_back(std::sqrt(H.inverse()(2, 2)));
+    }
+    return s;
+  }
+
+  BundleOptions options_;
+  RigState state_;
+  const std::vector<BundleFrame>& frames_;
+  const std::vector<Track>& tracks_;
+  Columns columns_;
+  std::vector<CameraModel> cameras_;
+  std::vector<Pose2> poses_;
+  std::vector<Point> points_;
+  double depth_mean_per_m_ = kDepthMean_per_m;
+  double depth_spread_per_m_ = kDepthSpread_per_m;
+  std::vector<double> depth_variances_;  // of each point
+  double variance_px2_ = 1;
+  std::vector<PictureBody> bodies_;
+  std::vector<double> squares_;
+  std::vector<double> trusts_;
+  std::vector<TrackSystem> systems_;
+  Eigen::MatrixXd information_;
+  Eigen::VectorXd gradient_;
+};
+
+}  // namespace
+
+LoopCameras corrected(const LoopCameras& believed, const RigState& state) {
+  PANOPTES_CHECK(state.size() == rig_states(believed.size()), "a state for every camera");
+  LoopCameras cameras = believed;
+  for (int i = 0; i < static_cast<int>(cameras.size()); ++i) {
+    const auto s = state.segment<kCameraStates>(camera_state(i));
+    LoopCamera& camera = cameras[i];
+    const Vec3 turn = s.segment<3>(kRotation);
+    const double angle = turn.norm();
+    if (angle > 0) {
+      camera.T_body_camera.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle)) *
+                                      camera.T_body_camera.rotation;
+    }
+    camera.T_body_camera.translation.head<2>() += s.segment<2>(kPosition);
+    camera.intrinsics.fx_px *= 1 + s[kFocal];
+    camera.intrinsics.fy_px *= 1 + s[kFocal];
+    camera.intrinsics.cx_px += s[kCentre];
+    camera.intrinsics.cy_px += s[kCentre + 1];
+  }
+  return cameras;
+}
+
+BundleSolution adjust_bundle(const BundleOptions& options, const LoopCameras& believed,
+                             const RigState& state, const std::vector<BundleFrame>& frames,
+                             const std::vector<Track>& tracks,
+                             const std::vector<Pose2>& start_T_first_frame) {
+  PANOPTES_CHECK(frames.size() >= 2 && start_T_first_frame.size() == frames.size(),
+                 "a pose for each of two keyframes or more");
+  for (const Track& track : tracks) {
+    PANOPTES_CHECK(track.seen.size() >= 2, "a track is seen twice");
+  }
+  return Bundle(options, believed, state, frames, tracks, start_T_first_frame).solve();
+}
+
+}  // namespace panoptes
