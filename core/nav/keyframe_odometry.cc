@@ -35,7 +35,7 @@ KeyframeOdometry::KeyframeOdometry(const BundleOdometryOptions& options,
       noise_px_(options.bundle.noise_px) {}
 
 // Of all keyframes from `first` on, with what was seen from two of them or more.
-BundleSolution KeyframeOdometry::adjust(int first, const RigState& state) const {
+BundleSolution KeyframeOdometry::adjust(int first, const RigPriorState& rig) const {
   std::vector<Track> tracks;
   for (const Track& track : tracks_) {
     Track part{track.camera, {}};
@@ -56,12 +56,12 @@ BundleSolution KeyframeOdometry::adjust(int first, const RigState& state) const 
   }
   BundleOptions options = options_.bundle;
   options.noise_px = noise_px_;
-  return adjust_bundle(options, cameras_, state, frames, tracks, start);
+  return adjust_bundle(options, cameras_, rig, frames, tracks, start);
 }
 
 KeyframeOdometry::Motion KeyframeOdometry::add(const BundleFrame& frame,
                                                const PlaceFeatures& features,
-                                               const RigState& state) {
+                                               const RigPriorState& rig) {
   PANOPTES_CHECK(features.size() == cameras_.size(), "a picture's features a camera");
   ++newest_;
   std::vector<std::vector<int>> tracks_here(cameras_.size());
@@ -87,7 +87,7 @@ KeyframeOdometry::Motion KeyframeOdometry::add(const BundleFrame& frame,
   last_features_ = features;
   last_tracks_ = std::move(tracks_here);
   frames_.push_back(frame);
-  const Vec3 by_state = frame.by_wheels * state.tail<kWheelStates>();
+  const Vec3 by_state = frame.by_wheels * rig.state.tail<kWheelStates>();
   T_before_here_.push_back({frame.T_before_here.x_m + by_state.x(),
                             frame.T_before_here.y_m + by_state.y(),
                             wrap_angle(frame.T_before_here.theta_rad + by_state.z())});
@@ -96,7 +96,7 @@ KeyframeOdometry::Motion KeyframeOdometry::add(const BundleFrame& frame,
     return motion;
   }
   const int live_first = std::max(kept_first_, bundle_first_ - options_.before);
-  const BundleSolution live = adjust(live_first, state);
+  const BundleSolution live = adjust(live_first, {rig.state, {}});
   for (int k = live_first + 1; k <= newest_; ++k) {
     T_before_here_[k - kept_first_] =
         live.T_first_frame[k - live_first - 1].inverse() * live.T_first_frame[k - live_first];
@@ -104,12 +104,11 @@ KeyframeOdometry::Motion KeyframeOdometry::add(const BundleFrame& frame,
   noise_px_ = live.noise_px;
   motion.T_last_here = T_before_here_.back();
   if (newest_ - bundle_first_ < options_.keyframes) {
-    std::vector<SharedEdge> edges = pairwise_edges(joint_edge(live_first, live), state);
+    std::vector<SharedEdge> edges = pairwise_edges(joint_edge(live_first, live), rig.state);
     motion.open.assign(edges.begin() + (bundle_first_ - live_first), edges.end());
     return motion;
   }
-  motion.closed =
-      joint_edge(bundle_first_, live_first == bundle_first_ ? live : adjust(bundle_first_, state));
+  motion.closed = joint_edge(bundle_first_, adjust(bundle_first_, rig));
   bundle_first_ = newest_;
   const int forget = std::max(kept_first_, newest_ - options_.before) - kept_first_;
   frames_.erase(frames_.begin(), frames_.begin() + forget);

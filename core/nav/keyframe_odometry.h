@@ -34,12 +34,12 @@ class KeyframeOdometry {
     std::optional<JointEdge> closed;  ///< the bundle that this keyframe made full
   };
 
-  /// The next keyframe; its number is how many came before. `state` is what is known of the rig.
+  /// The next keyframe; its number is how many came before. `rig` is what is known of the rig.
   /// `place` has features of each loop camera. Of the first one the motion is none.
-  Motion add(const BundleFrame& frame, const PlaceFeatures& features, const RigState& state);
+  Motion add(const BundleFrame& frame, const PlaceFeatures& features, const RigPriorState& rig);
 
  private:
-  BundleSolution adjust(int first, const RigState& state) const;
+  BundleSolution adjust(int first, const RigPriorState& rig) const;
 
   BundleOdometryOptions options_;
   FeatureOptions features_;

@@ -70,6 +70,7 @@ Localiser::Localiser(const LocaliserOptions& options, const OdometrySource& odom
   graph_.state = RigState::Zero(rig_states(believed_.size()));
   graph_.prior_information =
       prior_sigmas(options.rig_prior, believed_.size()).cwiseAbs2().cwiseInverse().asDiagonal();
+  state_information_ = graph_.prior_information;
 }
 
 // Empty while a camera that is not lost has no picture in the set.
@@ -125,7 +126,7 @@ Pose2 Localiser::link_to_last(const Observation& seen, Time taken, const LoopPla
   const PlaceFeatures none(believed_.size());
   KeyframeOdometry::Motion motion = keyframe_odometry_.add(
       frame, options_.visual_heading && !place.features.empty() ? place.features : none,
-      graph_.state);
+      {graph_.state, state_information_});
   // the open bundle's edges are made anew with each keyframe
   std::erase_if(graph_.edges, [](const SharedEdge& shared) { return !shared.edge.closure; });
   graph_.edges.insert(graph_.edges.end(), motion.open.begin(), motion.open.end());
@@ -155,6 +156,7 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
   }
   if (graph_.joints.size() > joints) {
     relax(graph_);
+    state_information_ = state_covariance(graph_).inverse();
     if (getenv("RIGDEBUG")) {
       const Eigen::MatrixXd C = state_covariance(graph_);
       fprintf(stderr, "RIG %zu", graph_.joints.size());

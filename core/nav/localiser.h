@@ -109,6 +109,7 @@ class Localiser {
   LoopCloser closer_;
   std::vector<Keyframe> keyframes_;
   SharedGraph graph_;
+  Eigen::MatrixXd state_information_;  // of its states, as far as bundles have shown them
   PlaceSignature last_signature_;
   std::vector<float> steps_grey_;  // signature distances between consecutive keyframes, sorted
 };

@@ -20,12 +20,15 @@ using Mat29 = Eigen::Matrix<double, 2, kCameraStates>;
 
 constexpr double kBehind =
     0.05;  // of the depth at the first keyframe: too near the picture's plane
-// Inverse depths of a bundle's things are spread about a mean, and both are learned from the
-// bundle: one distribution for all rooms would tell the scale, since things agree better on one
-// mean the farther they are, and thousands of them outvote the wheels. Before anything is seen:
+// What is known of an inverse depth before anything is seen: next to nothing. The distribution of
+// inverse depths in rooms would tell the scale, since things agree better on it the farther they
+// are, and thousands of them outvote the wheels.
 constexpr double kDepthMean_per_m = 0.4;
-constexpr double kDepthMeanSigma_per_m = 0.5;
-constexpr double kDepthSpread_per_m = 0.5;
+constexpr double kDepthSigma_per_m = 5;
+constexpr double kDepthPrior = 1 / (kDepthSigma_per_m * kDepthSigma_per_m);
+// A depth is shown by the path where the path alone, without the cameras' distance from the axis
+// that the body turns about, tells it to a quarter of what is usual in a room.
+constexpr double kShownSigma_per_m = 0.1;
 constexpr double kNearest_per_m = 10;
 constexpr double kFarthest_per_m = -0.2;  // beyond infinity: what noise may make of a far thing
 
@@ -72,13 +75,10 @@ struct CameraModel {
 struct Residual {
   Vec2 r;
   Mat23 by_point;
-  Mat23 by_anchor;  // x, y, theta of the keyframe that saw it first
+  Vec2 by_depth_on_axis;  // by_point's last column, were the camera on the axis of turning
+  Mat23 by_anchor;        // x, y, theta of the keyframe that saw it first
   Mat23 by_frame;
   Mat29 by_camera;
-  // how by_point's last column changes with the same
-  Mat23 depth_by_anchor;
-  Mat23 depth_by_frame;
-  Eigen::Matrix<double, 2, 2> depth_by_position;
 };
 
 // False where the camera cannot see it.
@@ -107,6 +107,7 @@ bool observe(const CameraModel& camera, const PictureBody& anchor, const Picture
   point_body.leftCols<2>() = M * camera.R_body_camera.leftCols<2>();
   point_body.col(2) = M * camera.origin_body + baseline - camera.origin_body;
   out.by_point = by_body * point_body;
+  out.by_depth_on_axis = by_body * baseline;
   if (!all) {
     return true;
   }
@@ -123,20 +124,7 @@ bool observe(const CameraModel& camera, const PictureBody& anchor, const Picture
   out.by_anchor = by_body * anchor_body;
   out.by_frame = by_body * frame_body;
   out.by_camera.setZero();
-  out.depth_by_anchor.setZero();
-  out.depth_by_frame.setZero();
-  out.depth_by_position.setZero();
   if (!same_frame) {
-    const Mat3 Rt = body.R.transpose();
-    const Vec3 turned = anchor.R * camera.origin_body;
-    const Vec3 origin = M * camera.origin_body + baseline;
-    Mat3 depth_anchor = Rt;
-    depth_anchor.col(2) = Rt * (Vec3(-turned.y(), turned.x(), 0) + anchor.swing);
-    Mat3 depth_frame = -Rt;
-    depth_frame.col(2) = Vec3(origin.y(), -origin.x(), 0) - Rt * body.swing;
-    out.depth_by_anchor = by_body * depth_anchor;
-    out.depth_by_frame = by_body * depth_frame;
-    out.depth_by_position = by_body * (M - Mat3::Identity()).leftCols<2>();
     out.by_camera.middleCols<3>(kRotation) = by_body * (cross(from_camera) - M * cross(direction));
     out.by_camera.middleCols<2>(kPosition) = by_body * rho * (M - Mat3::Identity()).leftCols<2>();
     // a stamp that is late puts both pictures too late on the path
@@ -153,8 +141,7 @@ bool observe(const CameraModel& camera, const PictureBody& anchor, const Picture
   return true;
 }
 
-// Where each unknown lies: three of each keyframe but the first, the rig's states, and the mean
-// inverse depth.
+// Where each unknown lies: three of each keyframe but the first, and the rig's states.
 struct Columns {
   int poses = 0;  // of all keyframes together
   int states = 0;
@@ -163,8 +150,16 @@ struct Columns {
   int pose(int frame) const { return 3 * (frame - 1); }
   int camera(int camera) const { return poses + camera_state(camera); }
   int wheel() const { return poses + wheels; }
-  int mean() const { return poses + states; }
-  int size() const { return poses + states + 1; }
+  int size() const { return poses + states; }
+};
+
+// A Gaussian in all unknowns.
+struct NormalEquations {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+
+  explicit NormalEquations(int size)
+      : information(Eigen::MatrixXd::Zero(size, size)), gradient(Eigen::VectorXd::Zero(size)) {}
 };
 
 // What one track says, its point integrated out, and how that point follows the rest.
@@ -174,6 +169,7 @@ struct TrackSystem {
   Eigen::VectorXd gradient;
   Eigen::Matrix<double, 3, Eigen::Dynamic> point_by_rest;
   Vec3 point_step = Vec3::Zero();
+  bool depth_shown = false;  // by the path
 };
 
 double chi_square_limit(int freedoms, double sigma) {
@@ -187,19 +183,20 @@ int freedoms_of(const Track& track) { return 2 * static_cast<int>(track.seen.siz
 
 class Bundle {
  public:
-  Bundle(const BundleOptions& options, const LoopCameras& believed, const RigState& state,
+  Bundle(const BundleOptions& options, const LoopCameras& believed, const RigPriorState& prior,
          const std::vector<BundleFrame>& frames, const std::vector<Track>& tracks,
          const std::vector<Pose2>& start)
-      : options_(options), state_(state), frames_(frames), tracks_(tracks), poses_(start) {
+      : options_(options),
+        believed_(believed),
+        prior_(prior),
+        state_(prior.state),
+        frames_(frames),
+        tracks_(tracks),
+        poses_(start) {
     columns_.poses = 3 * (static_cast<int>(frames.size()) - 1);
     columns_.states = rig_states(believed.size());
     columns_.wheels = wheel_state(believed.size());
-    for (const LoopCamera& camera : corrected(believed, state)) {
-      cameras_.push_back({camera.T_body_camera.rotation.toRotationMatrix(),
-                          camera.T_body_camera.translation,
-                          {camera.intrinsics.fx_px, camera.intrinsics.fy_px},
-                          {camera.intrinsics.cx_px, camera.intrinsics.cy_px}});
-    }
+    place_cameras();
     for (const Track& track : tracks) {
       const CameraModel& camera = cameras_[track.camera];
       const Vec2 m = (track.seen.front().px - camera.centre_px).cwiseQuotient(camera.focal_px);
@@ -216,16 +213,14 @@ class Bundle {
       settle_points();
       // from forgiving to strict
       weigh(iteration < 2 ? 8 : iteration < 4 ? 5 : 3);
-      learn_depth_spread();
-      sum_up(false);
+      sum_up(free());
       step();
     }
     place_bodies();
     settle_points();
     choose_inliers();
     for (int round = 0; round < 2; ++round) {
-      learn_depth_spread();
-      sum_up(false);
+      sum_up(free());
       step();
       place_bodies();
       settle_points();
@@ -236,6 +231,19 @@ class Bundle {
   }
 
  private:
+  /// The states are estimated along.
+  bool free() const { return prior_.information.size() > 0; }
+
+  void place_cameras() {
+    cameras_.clear();
+    for (const LoopCamera& camera : corrected(believed_, state_)) {
+      cameras_.push_back({camera.T_body_camera.rotation.toRotationMatrix(),
+                          camera.T_body_camera.translation,
+                          {camera.intrinsics.fx_px, camera.intrinsics.fy_px},
+                          {camera.intrinsics.cx_px, camera.intrinsics.cy_px}});
+    }
+  }
+
   void place_bodies() {
     bodies_.assign(frames_.size() * cameras_.size(), {});
     for (std::size_t frame = 0; frame < frames_.size(); ++frame) {
@@ -260,7 +268,7 @@ class Bundle {
   }
 
   double prior_residual(std::size_t t) const {
-    return (points_[t].z() - depth_mean_per_m_) / depth_spread_per_m_;
+    return (points_[t].z() - kDepthMean_per_m) / kDepthSigma_per_m;
   }
 
   // Sum of squares in sigmas with the room's prior; infinite where it cannot be seen.
@@ -280,7 +288,6 @@ class Bundle {
   // The points where the poses as they are have them.
   void settle_points() {
     squares_.assign(tracks_.size(), 0);
-    depth_variances_.assign(tracks_.size(), depth_spread_per_m_ * depth_spread_per_m_);
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
       for (int round = 0; round < 2; ++round) {
         Mat3 H = Mat3::Zero();
@@ -299,10 +306,9 @@ class Bundle {
           points_[t].z() /= 2;  // farther away
           continue;
         }
-        H(2, 2) += depth_prior();
-        g[2] += depth_prior() * (points_[t].z() - depth_mean_per_m_);
+        H(2, 2) += kDepthPrior;
+        g[2] += kDepthPrior * (points_[t].z() - kDepthMean_per_m);
         move(points_[t], -H.ldlt().solve(g));
-        depth_variances_[t] = H.inverse()(2, 2);
       }
       squares_[t] = squares(t);
     }
@@ -336,25 +342,9 @@ class Bundle {
     variance_px2_ *= sum / freedoms;
   }
 
-  double depth_prior() const { return 1 / (depth_spread_per_m_ * depth_spread_per_m_); }
-
   static void move(Point& point, const Vec3& by) {
     point += by;
     point.z() = std::clamp(point.z(), kFarthest_per_m, kNearest_per_m);
-  }
-
-  // How inverse depths are spread, as they and their own uncertainty have it (Dempster, Laird and
-  // Rubin 1977), together with what was said before.
-  void learn_depth_spread() {
-    constexpr double kPriorCount = 10;
-    double sum = kPriorCount * kDepthSpread_per_m * kDepthSpread_per_m;
-    double count = kPriorCount;
-    for (std::size_t t = 0; t < tracks_.size(); ++t) {
-      const double off = points_[t].z() - depth_mean_per_m_;
-      sum += trusts_[t] * (off * off + depth_variances_[t]);
-      count += trusts_[t];
-    }
-    depth_spread_per_m_ = std::sqrt(sum / count);
   }
 
   void add_track(std::size_t t, bool with_states) {
@@ -374,18 +364,14 @@ class Bundle {
         system.columns.push_back(columns_.camera(track.camera) + k);
       }
     }
-    const int mean_at = static_cast<int>(system.columns.size());
-    system.columns.push_back(columns_.mean());
-    const int size = mean_at + 1;
+    const int size = static_cast<int>(system.columns.size());
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(size, size);
     Eigen::VectorXd g = Eigen::VectorXd::Zero(size);
     Eigen::Matrix<double, Eigen::Dynamic, 3> B =
         Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(size, 3);
-    // the same for the last column of what the point changes, which its unknowns change
-    Eigen::Matrix<double, Eigen::Dynamic, 3> by_depth =
-        Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(size, 3);
     Mat3 H_point = Mat3::Zero();
     Vec3 g_point = Vec3::Zero();
+    Mat3 H_on_axis = Mat3::Zero();
     Residual here;
     const double weight = trusts_[t] / variance_px2_;
     for (int i = 0; i < count; ++i) {
@@ -396,6 +382,9 @@ class Bundle {
       const Mat23 by_point = weight * here.by_point;
       H_point += by_point.transpose() * here.by_point;
       g_point += by_point.transpose() * here.r;
+      Mat23 on_axis = here.by_point;
+      on_axis.col(2) = here.by_depth_on_axis;
+      H_on_axis += on_axis.transpose() * on_axis / variance_px2_;
       const bool moves = track.seen[i].frame != first;
       const int at = 3 * i;
       if (moves) {
@@ -409,8 +398,6 @@ class Bundle {
         g.segment<3>(0) += anchor.transpose() * here.r;
         B.middleRows<3>(at) += frame.transpose() * here.by_point;
         B.middleRows<3>(0) += anchor.transpose() * here.by_point;
-        by_depth.middleRows<3>(at) += here.depth_by_frame.transpose() * by_point;
-        by_depth.middleRows<3>(0) += here.depth_by_anchor.transpose() * by_point;
       }
       if (with_states) {
         const Mat29 camera = weight * here.by_camera;
@@ -418,8 +405,6 @@ class Bundle {
             camera.transpose() * here.by_camera;
         g.segment<kCameraStates>(states_at) += camera.transpose() * here.r;
         B.middleRows<kCameraStates>(states_at) += camera.transpose() * here.by_point;
-        by_depth.middleRows<2>(states_at + kPosition) +=
-            here.depth_by_position.transpose() * by_point;
         if (moves) {
           const Eigen::Matrix<double, kCameraStates, 3> frame = camera.transpose() * here.by_frame;
           const Eigen::Matrix<double, kCameraStates, 3> anchor =
@@ -431,20 +416,8 @@ class Bundle {
         }
       }
     }
-    const double prior = trusts_[t] * depth_prior();
-    const double off = points_[t].z() - depth_mean_per_m_;
-    H_point(2, 2) += prior;
-    g_point[2] += prior * off;
-    // The depth is integrated out and not only fitted: half the logarithm of its information, which
-    // grows with the baselines, is part of what is minimised. Without it noise is explained by
-    // baselines that are not there (Neyman and Scott 1948).
-    const Mat2 bearing = H_point.topLeftCorner<2, 2>();
-    const Vec2 bearing_by_depth = bearing.inverse() * H_point.topRightCorner<2, 1>();
-    const double information = H_point(2, 2) - H_point.col(2).head<2>().dot(bearing_by_depth);
-    g += trusts_[t] / information * (by_depth.col(2) - by_depth.leftCols<2>() * bearing_by_depth);
-    H(mean_at, mean_at) += prior;
-    g[mean_at] -= prior * off;
-    B(mean_at, 2) -= prior;
+    H_point(2, 2) += trusts_[t] * kDepthPrior;
+    g_point[2] += trusts_[t] * kDepthPrior * (points_[t].z() - kDepthMean_per_m);
     const Mat3 inverse = H_point.inverse();
     if (!inverse.allFinite()) {
       system.columns.clear();
@@ -454,16 +427,22 @@ class Bundle {
     system.point_step = -inverse * g_point;
     system.information = H + B * system.point_by_rest;
     system.gradient = g + B * system.point_step;
+    const Vec2 bearing_by_depth =
+        H_on_axis.topLeftCorner<2, 2>().inverse() * H_on_axis.topRightCorner<2, 1>();
+    const double depth_information =
+        H_on_axis(2, 2) - H_on_axis.col(2).head<2>().dot(bearing_by_depth);
+    system.depth_shown = depth_information * kShownSigma_per_m * kShownSigma_per_m > 1;
+    NormalEquations& sum = system.depth_shown ? sum_ : unshown_;
     for (int row = 0; row < size; ++row) {
       const int to_row = system.columns[row];
       if (to_row < 0) {
         continue;
       }
-      gradient_[to_row] += system.gradient[row];
+      sum.gradient[to_row] += system.gradient[row];
       for (int column = 0; column < size; ++column) {
         const int to_column = system.columns[column];
         if (to_column >= 0) {
-          information_(to_row, to_column) += system.information(row, column);
+          sum.information(to_row, to_column) += system.information(row, column);
         }
       }
     }
@@ -492,36 +471,57 @@ class Bundle {
     J.middleCols<3>(columns_.pose(frame)) = by_here;
     J.middleCols<kWheelStates>(columns_.wheel()) = -here.by_wheels;
     const Mat3 W = here.covariance.inverse();
-    information_ += J.transpose() * W * J;
-    gradient_ += J.transpose() * (W * r);
+    sum_.information += J.transpose() * W * J;
+    sum_.gradient += J.transpose() * (W * r);
+  }
+
+  // Where a depth is shown by a camera's distance from the axis alone, that distance and the depth
+  // explain noise together, the better the larger the distance: thousands of such depths would
+  // claim one that is not there (Neyman and Scott 1948). What such tracks say of the motion, the
+  // states given, is kept, and what they say of the states is not.
+  void drop_states(NormalEquations& of) const {
+    const int poses = columns_.poses;
+    const int states = columns_.states;
+    Eigen::MatrixXd among_poses = of.information.topLeftCorner(poses, poses);
+    among_poses.diagonal().array() += 1e-9 * (1 + among_poses.trace());
+    const Eigen::LDLT<Eigen::MatrixXd> solver(among_poses);
+    const Eigen::MatrixXd across = of.information.topRightCorner(poses, states);
+    const Eigen::MatrixXd K = solver.solve(across);
+    of.information.bottomRightCorner(states, states) = across.transpose() * K;
+    of.gradient.tail(states) = K.transpose() * of.gradient.head(poses);
   }
 
   void sum_up(bool with_states) {
-    information_ = Eigen::MatrixXd::Zero(columns_.size(), columns_.size());
-    gradient_ = Eigen::VectorXd::Zero(columns_.size());
+    sum_ = NormalEquations(columns_.size());
+    unshown_ = NormalEquations(columns_.size());
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
       systems_[t].columns.clear();
       if (trusts_[t] > 0) {
         add_track(t, with_states);
       }
     }
+    if (with_states) {
+      drop_states(unshown_);
+    }
+    sum_.information += unshown_.information;
+    sum_.gradient += unshown_.gradient;
     for (int frame = 1; frame < static_cast<int>(frames_.size()); ++frame) {
       add_odometry(frame);
     }
-    constexpr double kMeanPrior = 1 / (kDepthMeanSigma_per_m * kDepthMeanSigma_per_m);
-    information_(columns_.mean(), columns_.mean()) += kMeanPrior;
-    gradient_[columns_.mean()] += kMeanPrior * (depth_mean_per_m_ - kDepthMean_per_m);
   }
 
-  // The poses, the points and their mean depth move, the states stay.
+  // Poses and points move, and the states where they are free.
   void step() {
-    std::vector<int> free(columns_.poses);
-    std::iota(free.begin(), free.end(), 0);
-    free.push_back(columns_.mean());
+    const int states = free() ? columns_.states : 0;
+    const int moved = columns_.poses + states;
+    Eigen::MatrixXd H = sum_.information.topLeftCorner(moved, moved);
+    Eigen::VectorXd g = sum_.gradient.head(moved);
+    if (free()) {
+      H.bottomRightCorner(states, states) += prior_.information;
+      g.tail(states) += prior_.information * (state_ - prior_.state);
+    }
     Eigen::VectorXd all = Eigen::VectorXd::Zero(columns_.size());
-    const Eigen::MatrixXd H = information_(free, free);
-    const Eigen::VectorXd g = gradient_(free);
-    all(free) = -H.ldlt().solve(g);
+    all.head(moved) = -H.ldlt().solve(g);
     if (!all.allFinite()) {
       return;
     }
@@ -530,7 +530,8 @@ class Bundle {
       Pose2& pose = poses_[frame];
       pose = {pose.x_m + d.x(), pose.y_m + d.y(), wrap_angle(pose.theta_rad + d.z())};
     }
-    depth_mean_per_m_ += all[columns_.mean()];
+    state_ += all.tail(columns_.states);
+    place_cameras();
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
       const TrackSystem& system = systems_[t];
       if (system.columns.empty()) {
@@ -550,12 +551,8 @@ class Bundle {
     BundleSolution s;
     s.T_first_frame = poses_;
     s.state = state_;
-    // the mean depth integrated out
-    const int kept = columns_.mean();
-    const Eigen::VectorXd shared = information_.col(kept).head(kept);
-    const double own = information_(kept, kept);
-    s.information = information_.topLeftCorner(kept, kept) - shared * shared.transpose() / own;
-    s.gradient = gradient_.head(kept) - shared * (gradient_[kept] / own);
+    s.information = sum_.information;
+    s.gradient = sum_.gradient;
     s.noise_px = std::sqrt(variance_px2_);
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
       Mat3 H = Mat3::Zero();
@@ -565,7 +562,7 @@ class Bundle {
           H += here.by_point.transpose() * here.by_point / variance_px2_;
         }
       }
-      H(2, 2) += depth_prior();
+      H(2, 2) += kDepthPrior;
       s.inlier.push_back(trusts_[t] > 0);
       s.inverse_depth_per_m.push_back(points_[t].z());
       s.inverse_depth_sigma_per_m.push_back(std::sqrt(H.inverse()(2, 2)));
@@ -574,6 +571,8 @@ class Bundle {
   }
 
   BundleOptions options_;
+  const LoopCameras& believed_;
+  const RigPriorState& prior_;
   RigState state_;
   const std::vector<BundleFrame>& frames_;
   const std::vector<Track>& tracks_;
@@ -581,16 +580,13 @@ class Bundle {
   std::vector<CameraModel> cameras_;
   std::vector<Pose2> poses_;
   std::vector<Point> points_;
-  double depth_mean_per_m_ = kDepthMean_per_m;
-  double depth_spread_per_m_ = kDepthSpread_per_m;
-  std::vector<double> depth_variances_;  // of each point
   double variance_px2_ = 1;
   std::vector<PictureBody> bodies_;
   std::vector<double> squares_;
   std::vector<double> trusts_;
   std::vector<TrackSystem> systems_;
-  Eigen::MatrixXd information_;
-  Eigen::VectorXd gradient_;
+  NormalEquations sum_{0};
+  NormalEquations unshown_{0};  // of the tracks whose depth the path does not show
 };
 
 }  // namespace
@@ -617,7 +613,7 @@ LoopCameras corrected(const LoopCameras& believed, const RigState& state) {
 }
 
 BundleSolution adjust_bundle(const BundleOptions& options, const LoopCameras& believed,
-                             const RigState& state, const std::vector<BundleFrame>& frames,
+                             const RigPriorState& prior, const std::vector<BundleFrame>& frames,
                              const std::vector<Track>& tracks,
                              const std::vector<Pose2>& start_T_first_frame) {
   PANOPTES_CHECK(frames.size() >= 2 && start_T_first_frame.size() == frames.size(),
@@ -625,7 +621,7 @@ BundleSolution adjust_bundle(const BundleOptions& options, const LoopCameras& be
   for (const Track& track : tracks) {
     PANOPTES_CHECK(track.seen.size() >= 2, "a track is seen twice");
   }
-  return Bundle(options, believed, state, frames, tracks, start_T_first_frame).solve();
+  return Bundle(options, believed, prior, frames, tracks, start_T_first_frame).solve();
 }
 
 }  // namespace panoptes

@@ -51,12 +51,19 @@ struct BundleSolution {
   double noise_px = 0;  ///< as its residuals have it
 };
 
-/// Poses and depths that explain the tracks and the wheels best, the rig being as `state` says.
+/// What is known of the rig before a bundle is adjusted.
+struct RigPriorState {
+  RigState state;
+  Eigen::MatrixXd information;  ///< inverse covariance; empty: the states are held
+};
+
+/// Poses and depths that explain the tracks and the wheels best, and the states of the rig where
+/// they are not held.
 /// Each thing is a point of unknown bearing and inverse depth at the first keyframe that saw it
 /// (Civera, Davison and Montiel 2008), integrated out by Schur's complement (Triggs et al.
 /// 2000).
 BundleSolution adjust_bundle(const BundleOptions& options, const LoopCameras& believed,
-                             const RigState& state, const std::vector<BundleFrame>& frames,
+                             const RigPriorState& prior, const std::vector<BundleFrame>& frames,
                              const std::vector<Track>& tracks,
                              const std::vector<Pose2>& start_T_first_frame);
 
