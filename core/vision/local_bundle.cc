@@ -475,20 +475,22 @@ class Bundle {
     sum_.gradient += J.transpose() * (W * r);
   }
 
-  // Where a depth is shown by a camera's distance from the axis alone, that distance and the depth
-  // explain noise together, the better the larger the distance: thousands of such depths would
-  // claim one that is not there (Neyman and Scott 1948). What such tracks say of the motion, the
-  // states given, is kept, and what they say of the states is not.
-  void drop_states(NormalEquations& of) const {
-    const int poses = columns_.poses;
-    const int states = columns_.states;
-    Eigen::MatrixXd among_poses = of.information.topLeftCorner(poses, poses);
-    among_poses.diagonal().array() += 1e-9 * (1 + among_poses.trace());
-    const Eigen::LDLT<Eigen::MatrixXd> solver(among_poses);
-    const Eigen::MatrixXd across = of.information.topRightCorner(poses, states);
-    const Eigen::MatrixXd K = solver.solve(across);
-    of.information.bottomRightCorner(states, states) = across.transpose() * K;
-    of.gradient.tail(states) = K.transpose() * of.gradient.head(poses);
+  // Where the path does not show a depth, a baseline and the depth explain noise together, the
+  // better the longer the baseline: thousands of such depths would claim one that is not there
+  // (Neyman and Scott 1948). What such tracks say of the headings, all else given, is kept, and
+  // what they say of baselines and of the rig is not.
+  void keep_headings(NormalEquations& of) const {
+    std::vector<int> headings;
+    std::vector<int> rest;
+    for (int k = 0; k < columns_.size(); ++k) {
+      (k < columns_.poses && k % 3 == 2 ? headings : rest).push_back(k);
+    }
+    Eigen::MatrixXd among = of.information(headings, headings);
+    among.diagonal().array() += 1e-9 * (1 + among.trace());
+    const Eigen::MatrixXd across = of.information(headings, rest);
+    const Eigen::MatrixXd K = among.ldlt().solve(across);
+    of.information(rest, rest) = across.transpose() * K;
+    of.gradient(rest) = K.transpose() * of.gradient(headings);
   }
 
   void sum_up(bool with_states) {
@@ -500,9 +502,7 @@ class Bundle {
         add_track(t, with_states);
       }
     }
-    if (with_states) {
-      drop_states(unshown_);
-    }
+    keep_headings(unshown_);
     sum_.information += unshown_.information;
     sum_.gradient += unshown_.gradient;
     for (int frame = 1; frame < static_cast<int>(frames_.size()); ++frame) {
