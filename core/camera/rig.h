@@ -108,6 +108,8 @@ struct RigCamera {
   std::optional<FloorView> floor;
 
   bool has_role(std::string_view role) const;
+  /// By any role that begins with `loop_`: places are recognised by its pictures.
+  bool is_loop() const;
 };
 
 /// What the robot believes it carries, by the cameras' names.

@@ -206,9 +206,9 @@ void bind(Fields& f, RigCamera& o) {
                : "must be from 0.1 to 1000, or 0 for a camera that takes pictures only when it "
                  "is asked to";
   });
-  for (const char* role : {"loop_front", "loop_back", "floor"}) {
-    f.require(o.rate_hz > 0 || !o.has_role(role), "rate_hz",
-              std::string("must be > 0 of a camera with the role ") + role +
+  for (const std::string& role : o.roles) {
+    f.require(o.rate_hz > 0 || (role != "floor" && !role.starts_with("loop_")), "rate_hz",
+              "must be > 0 of a camera with the role " + role +
                   ", whose pictures the navigator waits for");
   }
   bind_intrinsics(f, o.intrinsics);

@@ -137,7 +137,7 @@ CameraHealth::CameraHealth(const Rig& rig) {
       watched_.emplace(name, std::move(watched));
       CameraReport& report = reports_[name];
       report.is_floor = camera.has_role("floor");
-      report.is_loop = camera.has_role("loop_front") || camera.has_role("loop_back");
+      report.is_loop = camera.is_loop();
     }
   }
 }

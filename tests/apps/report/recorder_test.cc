@@ -12,6 +12,7 @@
 
 #include "apps/report/figure_names.h"
 #include "core/base/error.h"
+#include "core/camera/rig.h"
 #include "core/io/csv.h"
 #include "core/io/graph_file.h"
 #include "core/io/map_server.h"
@@ -344,6 +345,27 @@ TEST_F(RecorderTest, ARecordingIsNotJudgedByWhatTheWholeMissionRequires) {
   EXPECT_TRUE(lines[0].contains("value"));
   EXPECT_THAT(report.summary, testing::Contains("not judged: map.coverage >= 2 (it is not for "
                                                 "what this command does)"));
+}
+
+TEST_F(RecorderTest, TellsWhatWasMissedWhileACameraWasLost) {
+  Rig rig;
+  for (const char* role : {"floor", "loop_left", "stereo_left"}) {
+    rig.cameras[role].roles = {role};
+    rig.cameras[role].intrinsics = pinhole(320, 240, deg_to_rad(80));
+  }
+  RunEnd end{"completed", "duration"};
+  end.cameras = CameraHealth(rig).reports();
+  for (auto& [name, report] : end.cameras) {
+    report.dark = 15;
+    report.lost = from_seconds(1);
+  }
+  const RunReport report = record(folder_ / "run", run_.truth, {}, end);
+  for (const char* line :
+       {"camera floor: lost for 1.0 s, pictures 15 dark; meanwhile no floor was mapped by it",
+        "camera loop_left: lost for 1.0 s, pictures 15 dark; meanwhile no loops could be closed",
+        "camera stereo_left: lost for 1.0 s, pictures 15 dark; meanwhile nobody needed it"}) {
+    EXPECT_THAT(report.summary, testing::Contains(line));
+  }
 }
 
 TEST_F(RecorderTest, CallsACollisionACollision) {

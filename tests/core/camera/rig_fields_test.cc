@@ -91,11 +91,14 @@ TEST(RigFields, RefusesWhatNoCameraCanBe) {
   EXPECT_THAT(
       faults("cameras: {a: {fov_deg: 80, at_m: [0, 0, 1], rate_hz: 0.01}, b: {fov_deg: 80, at_m: "
              "[0, 0, 1], rate_hz: 0, roles: [loop_back]}, c: {fov_deg: 80, at_m: [0, 0, 1], "
-             "rate_hz: 0, roles: [corner]}}"),
+             "rate_hz: 0, roles: [corner]}, d: {fov_deg: 80, at_m: [0, 0, 1], rate_hz: 0, roles: "
+             "[loop_left]}}"),
       ElementsAre("rig.yaml:1:54: cameras.a.rate_hz: must be from 0.1 to 1000, or 0 for a camera "
                   "that takes pictures only when it is asked to, got 0.01",
                   "rig.yaml:1:104: cameras.b.rate_hz: must be > 0 of a camera with the role "
-                  "loop_back, whose pictures the navigator waits for, got 0"));
+                  "loop_back, whose pictures the navigator waits for, got 0",
+                  "rig.yaml:1:221: cameras.d.rate_hz: must be > 0 of a camera with the role "
+                  "loop_left, whose pictures the navigator waits for, got 0"));
   EXPECT_THAT(faults("cameras: {a: {fov_deg: 190, at_m: [0, 0, 1]}}"),
               ElementsAre("rig.yaml:1:24: cameras.a.fov_deg: must be from 1 to 170, got 190"));
   EXPECT_THAT(
