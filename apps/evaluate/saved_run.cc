@@ -43,13 +43,16 @@ void take_metrics(const Json& metrics, FinishedRun& run) {
   metrics.at("version").get_to(run.info.version);
   metrics.at("mission").get_to(run.info.mission);
   metrics.at("seed").get_to(run.info.seed);
-  run.info.judged = run.info.command != "record";
   if (metrics.contains("start_unix_ns")) {
     run.info.start_unix_ns = metrics["start_unix_ns"].get<std::int64_t>();
   }
-  for (const Json& line : metrics.at("requirements")) {
+  const Json& lines = metrics.at("requirements");
+  for (const Json& line : lines) {
     run.info.require.push_back(parse_requirement(line.at("require").get<std::string>()));
   }
+  // as the run itself decided: `pass` is null where a line was not judged
+  run.info.judged = std::any_of(lines.begin(), lines.end(),
+                                [](const Json& line) { return !line.at("pass").is_null(); });
   const Json end = own_end(metrics);
   end.at("outcome").get_to(run.end.outcome);
   run.end.end_reason = end.value("end_reason", "");

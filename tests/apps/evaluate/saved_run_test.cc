@@ -192,6 +192,27 @@ TEST_F(SavedRunTest, GetsTheFiguresThatNeedTheTruth) {
   EXPECT_TRUE(fs::exists(run_ / "errors.png"));
 }
 
+TEST_F(SavedRunTest, DoesNotJudgeWhatTheRunItselfDidNot) {
+  for (const char* command : {"explore", "teleop", "record"}) {
+    change([command](json& m) {
+      m["command"] = command;
+      for (json& line : m["requirements"]) {
+        line["pass"] = nullptr;
+      }
+    });
+    EXPECT_FALSE(read_run(run_).run.info.judged);
+    serve(truth());
+    const RunReport report = evaluate(served_);
+    EXPECT_EQ(report.exit_status, 0) << command;
+    for (const json& line : metrics()["requirements"]) {
+      EXPECT_TRUE(line["pass"].is_null()) << command;
+    }
+    EXPECT_THAT(report.summary,
+                testing::Contains("not judged: collisions == 0, outcome == completed, run_s > 1 "
+                                  "(it is not for what this command does)"));
+  }
+}
+
 TEST_F(SavedRunTest, KnowsTheWheelsOfAKeyframeBetweenFrameSets) {
   serve(truth());
   const SavedRun whole = read_run(run_);
