@@ -146,30 +146,25 @@ void bind(Fields& f, ExploreMission& o) {
   f("seed", o.seed);
   f("until", o.until);
   f.choice("drive", o.drive);
-  f.require(pioneer == nullptr || !std::holds_alternative<Drive<"route">>(o.drive), "drive",
-            "must not be a route on a pioneer: a route is followed on the true pose, which only a "
-            "simulated platform knows; use teleop, none or navigator");
+  const DriveNeeds drive_needs = needs_of(o.drive);
+  f.require(pioneer == nullptr || !drive_needs.truth, "drive",
+            "must not be " + std::string(name_of(o.drive)) +
+                " on a pioneer: it drives by the true pose, which only a simulated platform "
+                "knows; use " +
+                drives_on_any_robot(!without_cameras));
   const std::vector<std::string> missing = missing_roles(o.rig);
-  f.require(!without_cameras ||
-                (o.needs != CameraRequirement::kNavigator &&
-                 !std::holds_alternative<Drive<"navigator">>(o.drive)) ||
-                o.needs == CameraRequirement::kNothing,
-            "platform",
-            "has cameras: none, and the navigator needs pictures; drive it with drive: "
-            "teleop or none");
-  const bool navigates = o.needs == CameraRequirement::kNavigator ||
-                         (o.needs == CameraRequirement::kDriver &&
-                          std::holds_alternative<Drive<"navigator">>(o.drive));
-  f.require(!navigates || !rig.said || missing.empty(), "rig",
-            "has no camera with the role " + joined(missing, " or ") + "; the navigator of '" +
-                o.name + "' needs loop_front, loop_back and floor");
+  const bool maps = o.needs == CameraRequirement::kNavigator ||
+                    (o.needs == CameraRequirement::kDriver && drive_needs.slam);
+  f.require(!without_cameras || !maps, "platform",
+            "has cameras: none, and SLAM needs pictures; drive it with drive: " +
+                drives_on_any_robot(false));
+  f.require(!maps || !rig.said || missing.empty(), "rig",
+            "has no camera with the role " + joined(missing, " or ") + "; SLAM in '" + o.name +
+                "' needs loop_front, loop_back and floor");
   if (o.needs != CameraRequirement::kNothing) {
     for (const auto& [name, camera] : o.rig.cameras) {
-      const bool recognises =
-          std::any_of(camera.roles.begin(), camera.roles.end(),
-                      [](const std::string& role) { return role.starts_with("loop_"); });
-      f.require(!recognises || std::min(camera.intrinsics.width_px, camera.intrinsics.height_px) >=
-                                   kLeastSide_px,
+      f.require(!camera.is_loop() || std::min(camera.intrinsics.width_px,
+                                              camera.intrinsics.height_px) >= kLeastSide_px,
                 "rig.cameras." + name + ".size_px",
                 "must be at least " + std::to_string(kLeastSide_px) +
                     " either way, for the descriptors of features leave nothing of a smaller "

@@ -48,10 +48,9 @@ int trials(const TrialsArguments& args) {
   options.resolve = [&](const std::string& file, const std::vector<std::string>& set) {
     keep_inputs();
     const auto mission = load_mission<ExploreMission>(file, set, CameraRequirement::kNavigator);
-    if (by_hand(mission)) {
-      throw ConfigError(file +
-                        ": drive: teleop cannot be tried many times; record it once and give the "
-                        "dataset");
+    if (takes_terminal(mission)) {
+      throw ConfigError(file + ": drive: " + std::string(name_of(mission.drive)) +
+                        " cannot be tried many times; record it once and give the dataset");
     }
     return ResolvedMission{mission.name, mission_text(options.version, write_settings(mission)),
                            inputs()};

@@ -79,9 +79,22 @@ TEST(Mission, RefusesARigWithoutTheCameraARoleNeeds) {
   ASSERT_EQ(lines.size(), 1U);
   EXPECT_THAT(lines[0], testing::StartsWith(rig + ":"));
   EXPECT_THAT(lines[0],
-              testing::EndsWith(": rig: has no camera with the role loop_front; the navigator of "
+              testing::EndsWith(": rig: has no camera with the role loop_front; SLAM in "
                                 "'explore-office' needs loop_front, loop_back and floor"));
   EXPECT_EQ(faults({"rig.cameras.front.roles=[]", "rig.cameras.back.roles=[]"}).size(), 1U);
+}
+
+// A mission is refused by what the line of its pilot in apps/CMakeLists.txt says, not by its name.
+TEST(Mission, EveryPilotSaysWhatItCannotDriveWithout) {
+  EXPECT_TRUE(needs_of(Drive<"navigator">()).slam);
+  EXPECT_TRUE(needs_of(Drive<"route">()).truth);
+  EXPECT_TRUE(needs_of(Drive<"teleop">()).terminal);
+  const DriveNeeds none = needs_of(Drive<"none">());
+  EXPECT_FALSE(none.slam || none.truth || none.terminal);
+  constexpr DriveNeeds kTwo = all_of(DriveNeed::kTerminal, DriveNeed::kSlam);
+  EXPECT_TRUE(kTwo.slam && kTwo.terminal && !kTwo.truth);
+  EXPECT_EQ(drives_on_any_robot(true), "navigator or teleop or none");
+  EXPECT_EQ(drives_on_any_robot(false), "teleop or none");
 }
 
 TEST(Mission, WhoDoesNotNavigateNeedsNoSuchCamera) {
@@ -166,7 +179,13 @@ TEST(Mission, TellsWhatAPioneerLacks) {
   EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0'}"), testing::IsEmpty());
   EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0'}",
                    "{route: {waypoints: [{x_m: 1, y_m: 2}], speed_mps: 0.3}}"),
-              testing::Contains(testing::HasSubstr("drive: must not be a route on a pioneer")));
+              testing::ElementsAre(testing::EndsWith(
+                  "drive: must not be route on a pioneer: it drives by the true pose, which only a "
+                  "simulated platform knows; use teleop or none")));
+  EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0'}", "navigator"),
+              testing::ElementsAre(testing::EndsWith(
+                  "platform: has cameras: none, and SLAM needs pictures; drive it with drive: "
+                  "teleop or none")));
 }
 
 TEST(Mission, TakesRigAndRobotOfAStandIn) {
