@@ -27,6 +27,7 @@ void bind(Fields& f, KeyframeOptions& o) {
 void bind(Fields& f, LocaliserOptions& o) {
   f("keyframe", o.keyframe);
   f("signature", o.signature);
+  f.choice("odometry", o.odometry);
   f("wheels", o.wheels);
   f("visual_heading", o.visual_heading);
   f("loops", o.loops);

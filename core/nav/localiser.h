@@ -13,8 +13,7 @@
 #include "core/graph/pose_graph.h"
 #include "core/loops/loop_closer.h"
 #include "core/nav/stage.h"
-#include "core/odometry/odometry_source.h"
-#include "core/odometry/wheel_odometry.h"
+#include "core/odometry/make_odometry.h"
 #include "core/vision/camera_health.h"
 
 namespace panoptes {
@@ -29,6 +28,7 @@ void bind(Fields& f, KeyframeOptions& o);
 struct LocaliserOptions {
   KeyframeOptions keyframe;
   SignatureOptions signature;
+  OdometryOptions odometry;
   WheelNoise wheels;
   bool visual_heading = true;  ///< pictures correct the wheels' heading between keyframes
   LoopOptions loops;

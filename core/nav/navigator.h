@@ -35,7 +35,7 @@ void bind(Fields& f, NavigatorOptions& o);
 /// Chooses where to go and drives there (thesis 6.3.5): explores what slam maps, then drives
 /// earlier paths again to close more loops. Equal steps of slam give equal steps, bit for bit.
 /// Knows no clock, no file and no truth. While a camera is lost that the floor is mapped by, it
-/// stands and chooses nothing; so it does where the wheels tell no number.
+/// stands and chooses nothing; so it does where the odometry tells nothing.
 class Navigator {
  public:
   /// `slam` outlives it, and has stepped before each of its steps.

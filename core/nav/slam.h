@@ -14,7 +14,7 @@
 #include "core/nav/mapper.h"
 #include "core/nav/slam_step.h"
 #include "core/nav/stage.h"
-#include "core/odometry/wheel_odometry.h"
+#include "core/odometry/odometry_source.h"
 #include "core/vision/camera_health.h"
 
 namespace panoptes {
