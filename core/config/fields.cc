@@ -383,7 +383,7 @@ class Fields::Node {
   SettingsTree* tree = nullptr;
   Path path;
   std::vector<std::string> asked;
-  std::map<std::string, std::string, std::less<>> renamed;  // the key of today, by the old one
+  std::map<std::string, std::string, std::less<>> outdated;  // what is said of it, by the key
 
   void ask(std::string_view key) {
     if (std::find(asked.begin(), asked.end(), key) == asked.end()) {
@@ -620,7 +620,11 @@ std::optional<Setting> Fields::setting(std::string_view key) {
 }
 
 void Fields::renamed(std::string_view old_key, std::string_view key) {
-  node_->renamed.emplace(old_key, key);
+  node_->outdated.emplace(old_key, std::string(old_key) + " is now " + std::string(key));
+}
+
+void Fields::removed(std::string_view old_key, std::string_view why) {
+  node_->outdated.emplace(old_key, why);
 }
 
 void Fields::require_present(std::string_view key) {
@@ -951,10 +955,10 @@ void Fields::finish() {
       SettingsTree at;
       at.place = key.place;
       const auto kinds = node_->document->unsaid_kinds.find(join(node_->path));
-      const auto today = node_->renamed.find(key.name);
+      const auto outdated = node_->outdated.find(key.name);
       node_->document->fault(at, plus(node_->path, key.name),
-                             today != node_->renamed.end()
-                                 ? key.name + " is now " + today->second
+                             outdated != node_->outdated.end()
+                                 ? outdated->second
                                  : "unknown key; " + suggestion(key.name, node_->asked) +
                                        (kinds == node_->document->unsaid_kinds.end() ||
                                                 !nearest_word(key.name, node_->asked).empty()

@@ -86,7 +86,11 @@ class Fields {
   /// fault names the key of today.
   void renamed(std::string_view old_key, std::string_view key);
 
-  /// As above, but its absence is a fault.
+  /// A setting of earlier versions that is gone: a file that still gives it is refused, and the
+  /// fault says why, once.
+  void removed(std::string_view old_key, std::string_view why);
+
+  /// A field by its key whose absence is a fault.
   template <class T>
   void needed(std::string_view key, T& value, const Rule& rule = Rule()) {
     require_present(key);

@@ -44,7 +44,7 @@ void bind(Fields& f, DwaOptions& o) {
   f.require(o.turn_samples % 2 == 1, "turn_samples",
             "must be odd so that keeping straight on is tried");
   for (const char* stated : {"cycle_s", "reaction_s"}) {
-    f.require(!f.present(stated), stated,
+    f.removed(stated,
               "is not set any more: the platform states its timing, and the cycle is measured");
   }
   f("distance_cap_m", o.distance_cap_m, positive);

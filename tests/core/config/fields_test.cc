@@ -442,6 +442,7 @@ void bind(Fields& f, Kitchen& o) {
   f.angle("span", o.span_rad, positive);
   f.renamed("ladles", "spoons");
   f.renamed("reach_deg", "span_deg");
+  f.removed("whisks", "is not set any more: nobody whisks");
 }
 
 TEST(Fields, AKeyOfBeforeIsRefusedWithItsNameOfToday) {
@@ -452,6 +453,13 @@ TEST(Fields, AKeyOfBeforeIsRefusedWithItsNameOfToday) {
   EXPECT_THAT(faults<Kitchen>("spoons: 3", {"ladles=2"}),
               ElementsAre("--set ladles: ladles is now spoons"));
   EXPECT_EQ(write_settings(Kitchen()), "spoons: 1\nspan_rad: 1\n");
+}
+
+TEST(Fields, AKeyThatIsGoneIsRefusedOnceWithTheReason) {
+  EXPECT_THAT(faults<Kitchen>("whisks: 2\n"),
+              ElementsAre("m.yaml:1:1: whisks: is not set any more: nobody whisks"));
+  EXPECT_THAT(faults<Kitchen>("spoons: 3", {"whisks=2"}),
+              ElementsAre("--set whisks: is not set any more: nobody whisks"));
 }
 
 TEST(Fields, OverridesOnNothingAreRefused) {
