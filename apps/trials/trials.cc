@@ -79,6 +79,9 @@ void add_trials(CLI::App& app, Command& chosen) {
         return file.empty() ? "must name a file" : std::string();
       });
   add_common(*sub, args->common);
+  sub->get_option("--threads")
+      ->description(
+          "of each run, that draw (1 or 2, as there are cores; 1 with more jobs than one)");
   sub->footer(table_legend() +
               "\nExample: panoptes trials scenes/missions/explore-office.yaml --seeds 1-5 --jobs 2 "
               "--out runs/trials");

@@ -998,10 +998,13 @@ void read_document(const std::string& name, const std::string* text,
     o.written = written.substr(0, equals);
     o.path = split_path(o.written);
     SettingsPlace place;
-    place.override_path = o.written.empty() ? "?" : o.written;
+    place.override_path = o.path.empty() ? written : o.written;
     if (equals == std::string::npos || o.path.empty()) {
       document.faults.push_back(
-          {place, "", "must be key.path=value, got " + (written.empty() ? "nothing" : written)});
+          {place, "",
+           equals != std::string::npos
+               ? "names no setting before the =; it must be key.path=value"
+               : "must be key.path=value, got " + (written.empty() ? "nothing" : written)});
       continue;
     }
     o.value = parse_settings(written.substr(equals + 1), place, document.faults);

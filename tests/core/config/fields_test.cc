@@ -478,6 +478,8 @@ TEST(Fields, OverridesOnNothingAreRefused) {
               ElementsAre("--set dwa.horizon_s: must be from 0.1 to 10, got -3"));
   EXPECT_THAT(faults("", {"dwa.horizon_s"}),
               ElementsAre("--set dwa.horizon_s: must be key.path=value, got dwa.horizon_s"));
+  EXPECT_THAT(faults("", {"=3"}),
+              ElementsAre("--set =3: names no setting before the =; it must be key.path=value"));
   EXPECT_THAT(faults("", {"dwa.horizon_s={"}),
               ElementsAre("--set dwa.horizon_s: not valid yaml: end of map flow not found"));
 }
