@@ -73,6 +73,7 @@ std::string quoted(const std::string& text) {
 void bind(Fields& f, StopOptions& o) {
   f("duration_s", o.duration_s, between(1e-3, kForEver_s));
   f("keyframes", o.keyframes, at_least(1));
+  f("camera_lost_s", o.camera_lost_s, not_negative);
 }
 
 void bind(Fields& f, PioneerOptions& o) {

@@ -7,7 +7,7 @@ namespace panoptes {
 Slam::Slam(const SlamOptions& options, const Body& body, const Rig& rig, const Rng& rng,
            StageListener listener)
     : listener_(std::move(listener)),
-      cameras_(rig),
+      cameras_(rig, options.camera_health),
       rectifier_(rig),
       odometry_(make_odometry({options.localiser.odometry, options.localiser.wheels, body, rig})),
       localiser_(options.localiser, *odometry_, rectifier_.rig(), rng.fork("localiser")),

@@ -20,6 +20,7 @@
 namespace panoptes {
 
 struct SlamOptions {
+  CameraHealthOptions camera_health;
   LocaliserOptions localiser;
   MapperOptions mapper;
 };

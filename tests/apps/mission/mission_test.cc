@@ -66,10 +66,22 @@ TEST(Mission, TellsTheNamesOfTodayOfSettingsThatWereCalledOtherwise) {
            {verified + "reach_rad", "tolerance_rad"},
            {verified + "contours.reach_m", "cutoff_m"},
            {"navigator.mapper.floor.parallax_check.reach_m", "range_m"},
-           {"navigator.mapper.contour_way_m", "contour_path_m"}}) {
+           {"navigator.mapper.contour_way_m", "contour_path_m"},
+           {"navigator.mapper.floor.learn_every", "learn_every_s"},
+           {"navigator.mapper.floor.colour.mass_decay", "mass_half_life_s"}}) {
     const std::string key = before.substr(before.rfind('.') + 1);
     EXPECT_THAT(faults({before + "=0.5"}),
                 testing::ElementsAre("--set " + before + ": " + key + " is now " + today));
+  }
+}
+
+TEST(Mission, TellsOnceOfSettingsThatAreGone) {
+  for (const std::string key : {"cycle_s", "reaction_s"}) {
+    const std::string path = "navigator.driver.dwa." + key;
+    EXPECT_THAT(faults({path + "=0.1"}),
+                testing::ElementsAre("--set " + path +
+                                     ": is not set any more: the platform states its timing, and "
+                                     "the cycle is measured"));
   }
 }
 

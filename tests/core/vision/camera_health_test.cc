@@ -223,7 +223,7 @@ TEST(CameraHealth, AHandThatComesOverTheLensIsSeenWhenNothingElseIs) {
     last = w.see(w.scene.noisy(bgr), {0, 0}).state;
   }
   EXPECT_EQ(last, CameraState::kCovered);
-  // It is believed again once it has shown something for three pictures.
+  // It is believed again once it has shown something for a tenth of a second.
   EXPECT_EQ(w.see(w.scene.things()).state, CameraState::kCovered);
   EXPECT_EQ(w.see(w.scene.things()).state, CameraState::kCovered);
   EXPECT_EQ(w.see(w.scene.things()).state, CameraState::kGood);
