@@ -97,7 +97,7 @@ TEST(RigFields, RefusesWhatNoCameraCanBe) {
                   "that takes pictures only when it is asked to, got 0.01",
                   "rig.yaml:1:104: cameras.b.rate_hz: must be > 0 of a camera with the role "
                   "loop_back, whose pictures the navigator waits for, got 0",
-                  "rig.yaml:1:221: cameras.d.rate_hz: must be > 0 of a camera with the role "
+                  "rig.yaml:1:235: cameras.d.rate_hz: must be > 0 of a camera with the role "
                   "loop_left, whose pictures the navigator waits for, got 0"));
   EXPECT_THAT(faults("cameras: {a: {fov_deg: 190, at_m: [0, 0, 1]}}"),
               ElementsAre("rig.yaml:1:24: cameras.a.fov_deg: must be from 1 to 170, got 190"));

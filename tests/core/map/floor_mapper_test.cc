@@ -177,7 +177,8 @@ TEST(FloorMapper, DoesNotLearnAfterABump) {
   FloorMapper mapper({}, camera, {});
   FloorScene scene;
   scene.carpet = kGreyBlue;
-  mapper.read(draw(scene, camera, {}, rng), {}, true);
+  scene.boxes = {kFarWall};
+  ASSERT_TRUE(mapper.read(draw(scene, camera, {}, rng), {}, true).sees_floor);
   const double mass = mapper.colour().learned()[0].mass;
   for (int i = 0; i < 6; ++i) {
     mapper.read(draw(scene, camera, {}, rng), {}, false);
@@ -188,6 +189,7 @@ TEST(FloorMapper, DoesNotLearnAfterABump) {
 TEST(FloorMapper, LearnsAsOftenWhateverTheRateOfItsCamera) {
   FloorScene scene;
   scene.carpet = kGreyBlue;
+  scene.boxes = {kFarWall};
   for (const auto& [rate_hz, learned] :
        std::vector<std::pair<double, int>>{{15, 5}, {30, 3}, {5, 15}, {1, 15}}) {
     Rng rng(7);

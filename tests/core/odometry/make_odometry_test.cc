@@ -25,7 +25,7 @@ TEST(MakeOdometry, IsByTheWheelsUnlessTheSettingsSayOtherwise) {
   EXPECT_EQ(source->covariance(time_at(1), time_at(2), T_from_to),
             wheel_covariance(noise, body.wheel_base_m, T_from_to));
   EXPECT_EQ(source->fault(), "the wheels tell no number");
-  EXPECT_EQ(write_settings(chosen), "odometry: wheels\n");
+  EXPECT_EQ(write_settings(chosen), "odometry:\n  kind: wheels\n");
 }
 
 TEST(MakeOdometry, RefusesASourceThatNobodyHasMade) {
@@ -33,8 +33,8 @@ TEST(MakeOdometry, RefusesASourceThatNobodyHasMade) {
     read_settings_text<Settings>("odometry: stars\n", "m.yaml");
     FAIL() << "it was taken";
   } catch (const ConfigError& error) {
-    EXPECT_THAT(error.lines(), testing::ElementsAre("m.yaml:1:11: odometry: must be wheels, got "
-                                                    "stars"));
+    EXPECT_THAT(error.lines(), testing::ElementsAre("m.yaml:1:11: odometry: must be one of "
+                                                    "wheels, got stars"));
   }
 }
 
