@@ -11,6 +11,7 @@
 #include "core/base/text.h"
 #include "core/base/utf8.h"
 #include "core/eval/drive.h"
+#include "core/eval/edges.h"
 #include "core/eval/loops.h"
 #include "core/eval/trajectory.h"
 
@@ -167,16 +168,38 @@ void put_trajectory(Json& metrics, const RunFindings& f) {
     return;
   }
   const PathError ate = path_error(f.T_scene_estimate, f.true_T_scene_body);
+  const Vec2 start_scene = f.known->truth.poses.front().T_scene_body.position();
   metrics["trajectory"] = {
       {"ate_rmse_m", ate.rmse_m},
       {"ate_max_m", ate.max_m},
+      {"ate_start_aligned_m", rotated_rmse_m(f.T_scene_estimate, f.true_T_scene_body, start_scene)},
       {"odometry_ate_rmse_m", path_error(f.T_scene_odometry, f.true_T_scene_body).rmse_m}};
-  if (const auto points = checkpoints(f.T_scene_estimate, f.true_T_scene_body,
-                                      f.known->truth.poses.front().T_scene_body.position())) {
+  if (const auto points = checkpoints(f.T_scene_estimate, f.true_T_scene_body, start_scene)) {
     metrics["checkpoints"] = {{"count", points->keyframes.size()},
                               {"error_mean_m", points->error_mean_m},
                               {"error_max_m", points->error_max_m}};
   }
+}
+
+Json edge_errors_json(const EdgeErrors& errors) {
+  Json e = {{"count", errors.count}};
+  if (errors.heading_bias_rad_per_m) {
+    e["heading_bias_deg_per_m"] = rad_to_deg(*errors.heading_bias_rad_per_m);
+  }
+  if (errors.heading_bias_share_of_turn) {
+    e["heading_bias_percent_of_turn"] = 100 * *errors.heading_bias_share_of_turn;
+  }
+  if (errors.count > 0) {
+    e["heading_rms_deg"] = rad_to_deg(errors.heading_rms_rad);
+    e["position_rms_m"] = errors.position_rms_m;
+    e["nees"] = errors.nees;
+  }
+  return e;
+}
+
+Json edges_json(const FinishedRun& run, const RunFindings& f) {
+  const EdgeFigures edges = edge_figures(run.result.graph, f.true_T_scene_body);
+  return {{"spins", edge_errors_json(edges.spins)}, {"driving", edge_errors_json(edges.driving)}};
 }
 
 Json loops_json(const RunFindings& f) {
@@ -302,6 +325,9 @@ Json figures(const FinishedRun& run, const RunFindings& f,
   put_drive(metrics, run, f);
   put_trajectory(metrics, f);
   metrics["loops"] = loops_json(f);
+  if (f.known != nullptr && !f.true_T_scene_body.empty()) {
+    metrics["edges"] = edges_json(run, f);
+  }
   for (const RecognitionRow& row : places) {
     Json found = Json::object();
     put(found, "recall", row.recall());

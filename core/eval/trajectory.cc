@@ -52,6 +52,29 @@ PathError path_error(const std::vector<Pose2>& T_scene_body,
   return error;
 }
 
+double rotated_rmse_m(const std::vector<Pose2>& T_scene_body,
+                      const std::vector<Pose2>& true_T_scene_body, const Vec2& start_scene) {
+  PANOPTES_CHECK(T_scene_body.size() == true_T_scene_body.size(), "a truth for every pose");
+  if (T_scene_body.empty()) {
+    return 0;
+  }
+  double along = 0;
+  double across = 0;
+  for (std::size_t i = 0; i < T_scene_body.size(); ++i) {
+    const Vec2 estimate = T_scene_body[i].position() - start_scene;
+    const Vec2 truth = true_T_scene_body[i].position() - start_scene;
+    along += estimate.dot(truth);
+    across += estimate.x() * truth.y() - estimate.y() * truth.x();
+  }
+  const Pose2 about{0, 0, std::atan2(across, along)};
+  double squares = 0;
+  for (std::size_t i = 0; i < T_scene_body.size(); ++i) {
+    const Vec2 estimate = about * Vec2(T_scene_body[i].position() - start_scene);
+    squares += (estimate - (true_T_scene_body[i].position() - start_scene)).squaredNorm();
+  }
+  return std::sqrt(squares / static_cast<double>(T_scene_body.size()));
+}
+
 std::optional<Checkpoints> checkpoints(const std::vector<Pose2>& T_scene_body,
                                        const std::vector<Pose2>& true_T_scene_body,
                                        const Vec2& start_scene) {

@@ -24,6 +24,11 @@ struct PathError {
 PathError path_error(const std::vector<Pose2>& T_scene_body,
                      const std::vector<Pose2>& true_T_scene_body);
 
+/// The smallest rms of these distances that one rotation of all positions about `start_scene`
+/// leaves.
+double rotated_rmse_m(const std::vector<Pose2>& T_scene_body,
+                      const std::vector<Pose2>& true_T_scene_body, const Vec2& start_scene);
+
 /// Keyframes far apart, at which the map's position is compared with the truth (thesis Table 6.1).
 struct Checkpoints {
   std::vector<int> keyframes;

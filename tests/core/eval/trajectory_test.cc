@@ -41,6 +41,21 @@ TEST(PathError, ComparesPositionsWithoutAlignment) {
   EXPECT_EQ(path_error({}, {}).rmse_m, 0);
 }
 
+TEST(RotatedError, ForgivesOneRotationAboutTheStart) {
+  const Vec2 start(1, 2);
+  const std::vector<Pose2> truth = {{1, 2, 0}, {2, 2, 0}, {3, 4, 0}, {0, 5, 0}};
+  std::vector<Pose2> turned;
+  for (const Pose2& pose : truth) {
+    const Vec2 p = start + Pose2{0, 0, 0.3} * Vec2(pose.position() - start);
+    turned.push_back({p.x(), p.y(), 0.3});
+  }
+  EXPECT_GT(path_error(turned, truth).rmse_m, 0.3);
+  EXPECT_NEAR(rotated_rmse_m(turned, truth, start), 0, kRoundoff);
+  turned[1].x_m += 0.1;
+  EXPECT_GT(rotated_rmse_m(turned, truth, start), 0.02);
+  EXPECT_EQ(rotated_rmse_m({}, {}, start), 0);
+}
+
 TEST(Checkpoints, BeginWithTheFarthestAndSpread) {
   // keyframes at 0, 0.5, ... 6 m from the start: 1.5 and farther are candidates
   std::vector<Pose2> truth;
