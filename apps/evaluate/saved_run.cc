@@ -11,6 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/mission/mission.h"
 #include "apps/report/run_files.h"
 #include "core/base/error.h"
 #include "core/eval/trajectory.h"
@@ -161,6 +162,20 @@ void take_snapshots(const fs::path& folder, FinishedRun& run) {
   }
 }
 
+// As far as the mission of the run can still be read: its world may be elsewhere now.
+void take_beliefs(const fs::path& folder, FinishedRun& run) {
+  try {
+    const auto mission = load_mission<ExploreMission>((folder / "mission.yaml").string(), {},
+                                                      CameraRequirement::kNothing);
+    run.info.rig = mission.rig;
+    run.info.body = mission.robot;
+  } catch (const ConfigError&) {
+    return;
+  } catch (const IoError&) {
+    return;
+  }
+}
+
 SavedRun read(const fs::path& folder) {
   SavedRun saved;
   saved.folder = folder;
@@ -177,6 +192,7 @@ SavedRun read(const fs::path& folder) {
   saved.loops = read_csv(folder / "loops.csv");
   take_closures(folder, saved.loops, saved.run);
   take_snapshots(folder, saved.run);
+  take_beliefs(folder, saved.run);
   return saved;
 }
 
@@ -199,10 +215,11 @@ void write_loops(const SavedRun& saved, const RunFindings& findings) {
 
 // What the run's figures are besides those that are found anew.
 std::string other_figures(const SavedRun& saved) {
-  constexpr std::array<const char*, 9> kOfTruth = {
+  constexpr std::array<const char*, 10> kOfTruth = {
       "T_scene_map",     "collisions", "collisions_while_stopped",
       "min_clearance_m", "stuck_s",    "trajectory",
-      "checkpoints",     "places",     "end_reason"};
+      "checkpoints",     "places",     "end_reason",
+      "platform_truth"};
   Json others = Json::parse(saved.metrics_json);
   others["evaluated"] = own_end(others);
   for (const char* key : kOfTruth) {

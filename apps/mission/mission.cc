@@ -139,7 +139,11 @@ void bind(Fields& f, ExploreMission& o) {
   f.file_or_inline("rig", rig);
   o.rig = rig.rig;
   f.file_or_inline("robot", o.robot);
-  if (const auto* simulated = std::get_if<sim::SimulatedOptions>(&o.platform)) {
+  if (auto* simulated = std::get_if<sim::SimulatedOptions>(&o.platform)) {
+    // What `--set` says of the rig is believed: the robot is built by what the mission says.
+    if (Rig nominal; !simulated->nominal_rig && f.file_or_inline_before_set("rig", nominal)) {
+      simulated->nominal_rig = std::move(nominal);
+    }
     for (const sim::KeyFault& fault : sim::rig_faults(*simulated, o.rig, o.robot)) {
       f.require(false, fault.key, fault.what);
     }

@@ -54,6 +54,8 @@ RunInfo run_info(const std::string& command, const ExploreMission& mission) {
   info.seed = mission.seed;
   info.mission_yaml = write_settings(mission);
   info.require = requirements(mission);
+  info.rig = mission.rig;
+  info.body = mission.robot;
   return info;
 }
 

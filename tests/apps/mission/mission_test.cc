@@ -147,6 +147,51 @@ TEST(Mission, RefusesACameraInsideTheRobot) {
                   "and reaches 0.250 m from its middle; mount it above or farther out")));
 }
 
+TEST(Mission, WhatIsSetOfTheRigIsBelievedAndNoMore) {
+  const auto as_written = load_mission<ExploreMission>(kOffice);
+  const auto nominal_of = [](const ExploreMission& mission) {
+    return std::get<sim::SimulatedOptions>(mission.platform).nominal_rig;
+  };
+  EXPECT_FALSE(nominal_of(as_written).has_value());
+  const std::string other = kScenes + "rigs/front-back-edges.yaml";
+  for (const std::string& set :
+       std::vector<std::string>{"rig.cameras.front.yaw_deg=2", "rig=" + other}) {
+    const auto mission = load_mission<ExploreMission>(kOffice, {set});
+    ASSERT_TRUE(nominal_of(mission).has_value()) << set;
+    EXPECT_EQ(write_settings(*nominal_of(mission)), write_settings(as_written.rig)) << set;
+    EXPECT_NE(write_settings(mission.rig), write_settings(as_written.rig)) << set;
+    // What a run leaves is run again under the same truth, whatever is set then.
+    const auto again = read_settings_text<ExploreMission>(write_settings(mission), "mission.yaml",
+                                                          {"rig.cameras.back.rate_hz=7"});
+    EXPECT_EQ(write_settings(*nominal_of(again)), write_settings(as_written.rig)) << set;
+  }
+  const auto both = load_mission<ExploreMission>(
+      kOffice, {"rig=" + other, "platform.nominal_rig=" + other, "rig.cameras.front.yaw_deg=2"});
+  EXPECT_EQ(write_settings(*nominal_of(both)), write_settings(read_settings<Rig>(other)));
+  const std::string corners = kScenes + "rigs/front-back-floor-corners.yaml";
+  EXPECT_THAT(faults({"rig=" + corners}),
+              testing::Contains(testing::HasSubstr("rig.cameras.corner_back_left: the simulated "
+                                                   "robot has no camera corner_back_left")));
+}
+
+TEST(Mission, RefusesErrorsOfCamerasThatTheRigHasNot) {
+  EXPECT_THAT(faults({"platform.mounting_error.exactly.frnt.yaw_deg=1"}),
+              testing::ElementsAre("--set platform.mounting_error.exactly.frnt.yaw_deg: "
+                                   "platform.mounting_error.exactly.frnt: the rig has no camera "
+                                   "frnt; did you mean front?"));
+  EXPECT_THAT(faults({"platform.lens_error.exactly={bak: {focal_percent: 1}}",
+                      "platform.clock_error.exactly={flor: 0.01}"}),
+              testing::UnorderedElementsAre(
+                  testing::HasSubstr("lens_error.exactly.bak: the rig has no camera bak; did you "
+                                     "mean back?"),
+                  testing::HasSubstr("clock_error.exactly.flor: the rig has no camera flor; did "
+                                     "you mean floor?")));
+  EXPECT_THAT(faults({"platform.faults=[{camera: frnt, fault: knock, at_s: 1, yaw_deg: 1}]"}),
+              testing::ElementsAre(testing::HasSubstr("the rig has no camera frnt; did you mean")));
+  EXPECT_THAT(faults({"platform.faults=[{camera: front, fault: knock, at_s: 1, z_m: -0.9}]"}),
+              testing::ElementsAre(testing::HasSubstr("is mounted 0.110 m below the floor")));
+}
+
 TEST(Mission, RefusesRequirementsThatNobodyCanCheck) {
   EXPECT_THAT(
       faults({"require=[\"collisions = 0\"]"}),

@@ -151,6 +151,8 @@ class RecorderTest : public ScratchTest {
     info.mission = "made-up";
     info.seed = 7;
     info.mission_yaml = "seed: 7\n";
+    info.rig = believed_;
+    info.body = Body();
     for (const std::string& line : require) {
       info.require.push_back(parse_requirement(line));
     }
@@ -181,6 +183,7 @@ class RecorderTest : public ScratchTest {
   }
 
   static const MadeUpRun run_;
+  std::optional<Rig> believed_;
 };
 const MadeUpRun RecorderTest::run_;
 
@@ -266,6 +269,24 @@ TEST_F(RecorderTest, WritesTheFigures) {
   EXPECT_TRUE(m["timing_ms"]["step"].contains("p99"));
   EXPECT_TRUE(m["timing_cpu_ms"]["step"].contains("mean"));
   EXPECT_GT(m["peak_memory_mb"], 1);
+}
+
+TEST_F(RecorderTest, TellsHowTruthAndBeliefDiffer) {
+  Truth truth = run_.truth;
+  truth.rig = Rig();
+  truth.rig->cameras["front"].intrinsics = pinhole(320, 240, deg_to_rad(80));
+  truth.wheels = {1.01 * Body().wheel_radius_m, 1.01 * Body().wheel_radius_m, Body().wheel_base_m};
+  believed_ = truth.rig;
+  believed_->cameras["front"].intrinsics.cx_px -= 3;
+  record(folder_ / "run", truth, {"platform_truth.cameras.front.centre_error_px.0 > 2.9"});
+  const json m = metrics(folder_ / "run");
+  const json& front = m["platform_truth"]["cameras"]["front"];
+  EXPECT_NEAR(front["centre_error_px"][0].get<double>(), 3, kRoundoff);
+  EXPECT_EQ(front["yaw_error_deg"], 0.0);
+  EXPECT_NEAR(m["platform_truth"]["wheels"]["radius_error_percent"].get<double>(), 1, kRoundoff);
+  EXPECT_EQ(m["requirements"][0]["pass"], true);
+  record(folder_ / "without", run_.truth);
+  EXPECT_FALSE(metrics(folder_ / "without").contains("platform_truth"));
 }
 
 TEST_F(RecorderTest, InventsNothingWithoutTruth) {
