@@ -39,12 +39,13 @@ function(panoptes_library name)
   add_library(panoptes::${name} ALIAS ${target})
 endfunction()
 
-# panoptes_table(file macro names...) makes `file` in the build folder of this one, to be included:
-# macro(name) for each name, a line each.
+# panoptes_table(file macro entries...) makes `file` in the build folder of this one, to be included:
+# macro(name) for each entry `name`, macro(name, trait...) for each `name:trait...`, a line each.
 function(panoptes_table file macro)
   set(lines "// Made by CMake.\n")
-  foreach(name ${ARGN})
-    string(APPEND lines "${macro}(${name})\n")
+  foreach(entry ${ARGN})
+    string(REPLACE ":" ", " arguments ${entry})
+    string(APPEND lines "${macro}(${arguments})\n")
   endforeach()
   file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${file} CONTENT "${lines}" @ONLY)
 endfunction()

@@ -13,6 +13,7 @@
 #include "core/base/check.h"
 #include "core/base/error.h"
 #include "core/config/geometry_fields.h"
+#include "sim/sensors/camera.h"
 #include "sim/tour.h"
 #include "sim/world/layers.h"
 #include "sim/world/truth_layers.h"
@@ -158,6 +159,126 @@ World without_dynamic_objects(World world) {
   return world;
 }
 
+// What is mapped of a picture the robot is told, as it is told what a camera is for; all else of a
+// camera is as it is.
+Rig with_mapped_parts(Rig rig, const Rig& believed) {
+  for (auto& [name, camera] : rig.cameras) {
+    const auto in_belief = believed.cameras.find(name);
+    camera.floor.reset();
+    if (in_belief != believed.cameras.end()) {
+      camera.floor = in_belief->second.floor;
+    }
+  }
+  return rig;
+}
+
+RigErrors rig_errors(const SimulatedOptions& options) {
+  return {options.mounting_error, options.lens_error, options.clock_error};
+}
+
+Rig make_true_rig(const SimulatedOptions& options, const Rig& believed, const Rng& rng) {
+  return with_mapped_parts(
+      true_rig(rig_errors(options), options.nominal_rig.value_or(believed), rng), believed);
+}
+
+// Why no camera can be there; empty when one can.
+std::string mounting_fault(const Vec3& eye_body, const Body& body) {
+  if (eye_body.z() <= 0) {
+    return fmt::format("is mounted {:.3f} m below the floor; mount it above", -eye_body.z());
+  }
+  if (eye_body.z() > body.height_m + kOnTop_m) {
+    return fmt::format(
+        "is mounted {:.3f} m high, but the robot ends at {:.3f} m, and what hangs higher would "
+        "pass through the camera; mount it lower, or correct the robot's height_m",
+        eye_body.z(), body.height_m);
+  }
+  if (eye_body.head<2>().norm() > 2 * body.radius_m) {
+    return fmt::format(
+        "is mounted {:.3f} m from the robot's middle, but the robot reaches {:.3f} m: it would be "
+        "farther out than the robot is wide, and what stands there would pass through it; mount "
+        "it nearer, or correct the robot's radius_m",
+        eye_body.head<2>().norm(), body.radius_m);
+  }
+  if (eye_body.z() < body.hull_height_m && eye_body.head<2>().norm() < body.radius_m) {
+    return fmt::format(
+        "is mounted inside the robot, whose hull is {:.3f} m high and reaches {:.3f} m from its "
+        "middle; mount it above or farther out",
+        body.hull_height_m, body.radius_m);
+  }
+  return {};
+}
+
+// The key of a camera of the nominal rig.
+std::string nominal_key(const SimulatedOptions& options, const std::string& camera) {
+  return (options.nominal_rig ? "platform.nominal_rig.cameras." : "rig.cameras.") + camera;
+}
+
+// What is wrong with how the cameras truly sit, as far as it is not drawn.
+void add_mounting_faults(const SimulatedOptions& options, const Rig& nominal, const Body& body,
+                         std::vector<KeyFault>& faults) {
+  for (const auto& [name, camera] : nominal.cameras) {
+    const auto add = [&](const std::string& key, const Pose3& T_body_camera) {
+      const std::string fault = mounting_fault(T_body_camera.translation, body);
+      if (!fault.empty()) {
+        faults.push_back({key, fault});
+      }
+      return fault.empty();
+    };
+    if (!add(nominal_key(options, name), camera.T_body_camera)) {
+      continue;
+    }
+    Pose3 T_body_camera = camera.T_body_camera;
+    const auto exactly = options.mounting_error.exactly.find(name);
+    if (exactly != options.mounting_error.exactly.end()) {
+      T_body_camera = displaced(T_body_camera, exactly->second);
+      if (!add("platform.mounting_error.exactly." + name, T_body_camera)) {
+        continue;
+      }
+    }
+    if (is_knocked(options.faults, name, Time::max())) {
+      add("platform.faults", knocked(options.faults, name, Time::max(), T_body_camera));
+    }
+  }
+}
+
+// What the robot believes must be of the cameras that are there, and of pictures of their size.
+void add_belief_faults(const SimulatedOptions& options, const Rig& nominal, const Rig& believed,
+                       const Body& body, std::vector<KeyFault>& faults) {
+  std::vector<std::string> known;
+  for (const auto& [name, camera] : nominal.cameras) {
+    known.push_back(name);
+  }
+  for (const auto& [name, camera] : believed.cameras) {
+    const auto there = nominal.cameras.find(name);
+    if (there == nominal.cameras.end()) {
+      const std::string near = nearest_word(name, known);
+      faults.push_back({"rig.cameras." + name,
+                        "the simulated robot has no camera " + name +
+                            (near.empty() ? "; name one of its nominal rig's, or give the platform "
+                                            "another nominal_rig"
+                                          : "; did you mean " + near + "?")});
+      continue;
+    }
+    const Intrinsics& own = there->second.intrinsics;
+    if (camera.intrinsics.width_px != own.width_px ||
+        camera.intrinsics.height_px != own.height_px) {
+      faults.push_back({"rig.cameras." + name + ".size_px",
+                        fmt::format("must be [{}, {}], the size of the pictures that the simulated "
+                                    "robot's camera takes (platform.nominal_rig)",
+                                    own.width_px, own.height_px)});
+    }
+    if (camera.rate_hz > 0 && there->second.rate_hz == 0) {
+      faults.push_back({"rig.cameras." + name + ".rate_hz",
+                        "must be 0: the simulated robot's camera takes pictures only when it is "
+                        "asked to (platform.nominal_rig)"});
+    }
+    const std::string fault = mounting_fault(camera.T_body_camera.translation, body);
+    if (options.nominal_rig && !fault.empty()) {
+      faults.push_back({"rig.cameras." + name, fault});
+    }
+  }
+}
+
 Rig surveyed(Rig believed, const Rig& true_rig, const Body& body, const Rng& rng) {
   for (auto& [name, camera] : believed.cameras) {
     if (camera.floor && !camera.floor->H_body_px && camera.floor->marks.empty()) {
@@ -197,8 +318,9 @@ WorldBox world_box(const Obstacles& obstacles, const FloorSurfaces& floor) {
   return box.low_scene.x() <= box.high_scene.x() ? box : WorldBox{};
 }
 
-std::vector<KeyFault> rig_faults(const SimulatedOptions& options, const Rig& rig,
+std::vector<KeyFault> rig_faults(const SimulatedOptions& options, const Rig& believed,
                                  const Body& body) {
+  const Rig& rig = options.nominal_rig ? *options.nominal_rig : believed;
   std::vector<std::string> known;
   for (const auto& [name, camera] : rig.cameras) {
     known.push_back(name);
@@ -212,6 +334,9 @@ std::vector<KeyFault> rig_faults(const SimulatedOptions& options, const Rig& rig
            "the rig has no camera " + name +
                (near.empty() ? "; name one of the rig's" : "; did you mean " + near + "?")});
     }
+  }
+  for (const KeyFault& fault : rig_error_faults(rig_errors(options), rig)) {
+    faults.push_back({"platform." + fault.key, fault.what});
   }
   for (const KeyFault& fault : trigger_faults(options.trigger, rig)) {
     faults.push_back({"platform.trigger." + fault.key, fault.what});
@@ -237,34 +362,9 @@ std::vector<KeyFault> rig_faults(const SimulatedOptions& options, const Rig& rig
                name, exposure_ms, rows_ms, camera.intrinsics.height_px, sensor.row_us, period_ms,
                std::floor(1e4 / longest_ms) / 10)});
     }
-    const Vec3& eye_body = camera.T_body_camera.translation;
-    if (eye_body.z() <= 0) {
-      faults.push_back(
-          {"rig.cameras." + name,
-           fmt::format("is mounted {:.3f} m below the floor; mount it above", -eye_body.z())});
-    } else if (eye_body.z() > body.height_m + kOnTop_m) {
-      faults.push_back({"rig.cameras." + name,
-                        fmt::format("is mounted {:.3f} m high, but the robot ends at {:.3f} m, and "
-                                    "what hangs higher would pass through the camera; mount it "
-                                    "lower, or correct the robot's height_m",
-                                    eye_body.z(), body.height_m)});
-    } else if (eye_body.head<2>().norm() > 2 * body.radius_m) {
-      faults.push_back(
-          {"rig.cameras." + name,
-           fmt::format(
-               "is mounted {:.3f} m from the robot's middle, but the robot reaches {:.3f} m: "
-               "it would be farther out than the robot is wide, and what stands there would "
-               "pass through it; mount it nearer, or correct the robot's radius_m",
-               eye_body.head<2>().norm(), body.radius_m)});
-    } else if (eye_body.z() < body.hull_height_m && eye_body.head<2>().norm() < body.radius_m) {
-      faults.push_back(
-          {"rig.cameras." + name,
-           fmt::format(
-               "is mounted inside the robot, whose hull is {:.3f} m high and reaches {:.3f} "
-               "m from its middle; mount it above or farther out",
-               body.hull_height_m, body.radius_m)});
-    }
   }
+  add_mounting_faults(options, rig, body, faults);
+  add_belief_faults(options, rig, believed, body, faults);
   return faults;
 }
 
@@ -280,7 +380,10 @@ void bind(Fields& f, SimulatedOptions& o) {
   f.require(!o.start || o.start->position().cwiseAbs().maxCoeff() <= kFarthest_m, "start",
             "must be within 1000 m of the origin, where every world is");
   o.start_mention = f.where("start");
+  f.file_or_inline("nominal_rig", o.nominal_rig);
   f("mounting_error", o.mounting_error);
+  f("lens_error", o.lens_error);
+  f("clock_error", o.clock_error);
   f("wheel_error", o.wheel_error);
   f("surfaces", o.surfaces);
   f.choice("attitude", o.attitude);
@@ -339,7 +442,7 @@ SimulatedRobot::SimulatedRobot(const SimulatedOptions& options, Surroundings sur
                                const Body& body, const Rig& believed, const Rng& rng)
     : surroundings_(std::move(surroundings)),
       body_(body),
-      true_rig_(mounted(options.mounting_error, believed, rng.fork("mounting"))),
+      true_rig_(make_true_rig(options, believed, rng)),
       truth_options_(options.truth),
       obstacles_(std::move(surroundings_.outlines)),
       drive_world_(body, obstacles_,
@@ -349,7 +452,8 @@ SimulatedRobot::SimulatedRobot(const SimulatedOptions& options, Surroundings sur
       dead_reckoning_(body),
       surfaces_(options.surfaces),
       attitude_(options.attitude, body),
-      trigger_(fitting_trigger(options, believed, body), believed, rng.fork("trigger")),
+      trigger_(fitting_trigger(options, believed, body),
+               options.nominal_rig ? *options.nominal_rig : believed, rng.fork("trigger")),
       latency_(from_seconds(options.trigger.latency_s)),
       faults_(options.faults),
       seen_(nothing_seen(surroundings_.floor)) {
@@ -522,9 +626,9 @@ Picture SimulatedRobot::take(Camera& camera, const DuePicture& due) {
     const Record state = at(t);
     const Pose3 T_scene_level = on_floor(state.T_scene_body);
     // Lamps as in the middle: of a light that changes evenly that is the mean.
-    return Instant{attitude_.level()
-                       ? T_scene_level * camera.rig.T_body_camera
-                       : T_scene_level * T_level_body(t, state) * camera.rig.T_body_camera,
+    const Pose3 T_body_camera = knocked(faults_, camera.name, t, camera.rig.T_body_camera);
+    return Instant{attitude_.level() ? T_scene_level * T_body_camera
+                                     : T_scene_level * T_level_body(t, state) * T_body_camera,
                    drive_world_.dynamic_objects().scene_state(due.stamp, state.places)};
   };
   const bool maps_floor = camera.rig.floor.has_value();
@@ -536,17 +640,23 @@ Picture SimulatedRobot::take(Camera& camera, const DuePicture& due) {
                                                before);
   if (before != Before::kNothing) {
     // it has seen no floor
-  } else if (camera.floor) {
+  } else if (camera.floor && !is_knocked(faults_, camera.name, due.stamp)) {
     camera.floor->mark(image.floor_label, then.T_scene_body, seen_);
   } else if (maps_floor) {
     RigCamera tilted = camera.rig;
-    tilted.T_body_camera = T_level * camera.rig.T_body_camera;
+    tilted.T_body_camera =
+        T_level * knocked(faults_, camera.name, due.stamp, camera.rig.T_body_camera);
     SeenFloor(tilted, body_).mark(image.floor_label, then.T_scene_body, seen_);
   }
   if (truth_options_.depth || truth_options_.labels) {
     keep_truth(camera, due.stamp, instant_at(Duration{}).T_scene_camera, image);
   }
-  return {due.stamp, image.bgr};
+  return {told(camera, due.stamp), image.bgr};
+}
+
+// The stamp that comes with a picture of this instant.
+Time SimulatedRobot::told(const Camera& camera, Time stamp) const {
+  return stamp + from_seconds(camera.rig.clock_offset_s);
 }
 
 // What a camera hands over of a picture that is due; empty when nothing comes.
@@ -556,7 +666,7 @@ std::optional<Picture> SimulatedRobot::deliver(Camera& camera, const DuePicture&
     return std::nullopt;
   }
   if (fault == CameraFaultKind::kFreeze && !camera.last_bgr.empty()) {
-    return Picture{due.stamp, camera.last_bgr};
+    return Picture{told(camera, due.stamp), camera.last_bgr};
   }
   Picture picture = take(camera, due);
   camera.last_bgr = picture.bgr;
@@ -595,6 +705,9 @@ Duration SimulatedRobot::reach(const FrameSet& set) const {
 void SimulatedRobot::capture(const FrameSet& set, Observation& seen) {
   true_pictures_.clear();
   for (const auto& [name, due] : set.pictures) {
+    if (!rig_.cameras.contains(name)) {
+      continue;  // nobody asks
+    }
     if (std::optional<Picture> picture = deliver(cameras_.at(name), due)) {
       seen.pictures.emplace(name, std::move(*picture));
     }
@@ -663,6 +776,10 @@ std::optional<Truth> SimulatedRobot::truth() const {
   truth.body = surroundings_.body;
   truth.seen = seen_;
   truth.path_m = drive_world_.path_m();
+  if (!true_rig_.cameras.empty()) {
+    truth.rig = true_rig_;
+  }
+  truth.wheels = encoders_.wheels();
   return truth;
 }
 
@@ -676,8 +793,7 @@ std::unique_ptr<SimulatedRobot> open_simulated(const SimulatedOptions& options, 
   SimulatedOptions ready = options;
   ready.trigger = fitting_trigger(options, believed, body);
   ready.start = start_pose(options, around.outlines, around, body, believed, rng);
-  surveyed(believed, mounted(options.mounting_error, believed, rng.fork("mounting")), body,
-           rng.fork("survey"));
+  surveyed(believed, make_true_rig(options, believed, rng), body, rng.fork("survey"));
   furnish(around, world, body, renderer);
   return std::make_unique<SimulatedRobot>(ready, std::move(around), body, believed, rng);
 }
@@ -688,7 +804,10 @@ std::unique_ptr<SimulatedRobot> open_without_cameras(const SimulatedOptions& opt
   Surroundings around = bare_surroundings(world, body);
   add_layers(around, world, body);
   SimulatedOptions without_cameras = options;  // without what speaks of cameras
+  without_cameras.nominal_rig.reset();
   without_cameras.mounting_error = {};
+  without_cameras.lens_error = {};
+  without_cameras.clock_error = {};
   without_cameras.sensors.clear();
   without_cameras.trigger = {};
   without_cameras.faults.clear();

@@ -24,10 +24,10 @@
 #include "sim/render/renderer.h"
 #include "sim/route.h"
 #include "sim/sensors/attitude.h"
-#include "sim/sensors/camera.h"
 #include "sim/sensors/camera_sensor.h"
 #include "sim/sensors/encoders.h"
 #include "sim/sensors/injected_fault.h"
+#include "sim/sensors/rig_errors.h"
 #include "sim/sensors/seen.h"
 #include "sim/sensors/trigger.h"
 #include "sim/world/floor_surfaces.h"
@@ -50,7 +50,11 @@ struct SimulatedOptions {
   std::string world_file;      ///< where it came from; empty when written inline
   std::optional<Pose2> start;  ///< in scene; drawn from the seed when absent
   std::string start_mention;   ///< file:line:column of what the user wrote
+  /// What the true rig hangs on, whatever the robot believes; the believed rig when absent.
+  std::optional<Rig> nominal_rig;
   MountingError mounting_error;
+  LensError lens_error;
+  ClockError clock_error;
   WheelError wheel_error;
   std::vector<Surface> surfaces;  ///< of the floor, the first that lies under a wheel counts
   AttitudeOptions attitude;
@@ -63,10 +67,12 @@ struct SimulatedOptions {
 };
 void bind(Fields& f, SimulatedOptions& o);
 
-/// All that does not go together in the options, the rig and the body, by the keys of a mission:
-/// settings of cameras that the rig has not, pictures that take longer than the time between two,
-/// cameras that could see nothing where they are mounted.
-std::vector<KeyFault> rig_faults(const SimulatedOptions& options, const Rig& rig, const Body& body);
+/// All that does not go together in the options, the believed rig and the body, by the keys of a
+/// mission: settings of cameras that the nominal rig has not, pictures that take longer than the
+/// time between two, cameras that could see nothing where they are mounted, cameras that are
+/// believed in and not there or of another size.
+std::vector<KeyFault> rig_faults(const SimulatedOptions& options, const Rig& believed,
+                                 const Body& body);
 
 /// What stands around the robot, as its body, its cameras and the truth meet it.
 struct Surroundings {
@@ -112,6 +118,9 @@ class SimulatedRobot final : public hw::Robot {
   /// The believed rig, with four marks surveyed on the floor for each camera that maps the floor
   /// and has neither marks nor a homography.
   const Rig& rig() const { return rig_; }
+
+  /// The rig that its pictures are taken with, before any knock: the nominal one with its errors.
+  const Rig& true_rig() const { return true_rig_; }
 
   /// From now on the robot follows this route on its true pose, whatever it is told to do.
   void follow(const Route& route);
@@ -166,6 +175,7 @@ class SimulatedRobot final : public hw::Robot {
   Duration reach(const FrameSet& set) const;
   void capture(const FrameSet& set, Observation& seen);
   Picture take(Camera& camera, const DuePicture& due);
+  Time told(const Camera& camera, Time stamp) const;
   std::optional<Picture> deliver(Camera& camera, const DuePicture& due);
   void keep_truth(const Camera& camera, Time stamp, const Pose3& T_scene_camera,
                   const SensorImage& image);

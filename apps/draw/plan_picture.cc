@@ -51,10 +51,149 @@ cv::Vec3b mixed(const cv::Vec3b& under, const Colour& over, double share) {
   return {mix(under[0], over.b), mix(under[1], over.g), mix(under[2], over.r)};
 }
 
-// A small overview of the objects, with a frame around what is shown.
-void draw_overview(Canvas& canvas, const PlanPicture& picture, const Window& shown,
-                   const Vec2& corner) {
+// The part of the picture that shows the world, and how its metres fall on its pixels.
+struct Plan {
+  Plan(const PlanPicture& of, int size_px) : picture(of), shown(window_of(of)) {
+    size_m = shown.high_scene - shown.low_scene;
+    px_per_m = (size_px - kLeft_px - kRight_px) / size_m.maxCoeff();
+    width = static_cast<int>(std::lround(size_m.x() * px_per_m));
+    height = static_cast<int>(std::lround(size_m.y() * px_per_m));
+    step_m = round_step(size_m.maxCoeff(), 12);
+  }
+
+  Vec2 to_px(const Vec2& p_scene) const {
+    return {(p_scene.x() - shown.low_scene.x()) * px_per_m,
+            height - (p_scene.y() - shown.low_scene.y()) * px_per_m};
+  }
+  Vec2 to_scene(int u, int v) const {
+    return shown.low_scene + Vec2(u + 0.5, height - v - 0.5) / px_per_m;
+  }
+  Vec2 opposite() const { return Vec2(width, height); }
+
+  bool is_whole() const {
+    return size_m.x() >= picture.high_scene.x() - picture.low_scene.x() &&
+           size_m.y() >= picture.high_scene.y() - picture.low_scene.y();
+  }
+  // Where lines of the grid cross an axis.
+  std::vector<double> ticks(int axis) const {
+    return round_values(shown.low_scene[axis], shown.high_scene[axis], step_m);
+  }
+  // Of the arc that shows the n-th camera's view: as big in the picture of any world.
+  double arc_radius_m(std::size_t n) const {
+    constexpr double kFirst_m = 0.7;
+    constexpr double kNext_m = 0.28;
+    return size_m.maxCoeff() / 10 * (kFirst_m + kNext_m * static_cast<double>(n));
+  }
+
+  const PlanPicture& picture;
+  Window shown;
+  Vec2 size_m = Vec2::Zero();
+  double px_per_m = 0;
+  int width = 0;
+  int height = 0;
+  double step_m = 0;
+};
+
+cv::Vec3b floor_colour(const PlanPicture& picture, const Vec2& p_scene) {
+  cv::Vec3b colour(255, 255, 255);
+  for (const PlanCamera& camera : picture.cameras) {
+    const FloorVisibility visibility =
+        camera.floor ? camera.floor(p_scene) : FloorVisibility::kNone;
+    if (visibility != FloorVisibility::kNone) {
+      colour = mixed(colour, camera.colour,
+                     visibility == FloorVisibility::kMapped ? kMappedShare : kSeenShare);
+    }
+  }
+  return colour;
+}
+
+// The floor that is seen, and the part of it that is mapped.
+void draw_floor(Canvas& canvas, const Plan& plan) {
+  cv::Mat floor = canvas.fine(Vec2::Zero(), plan.opposite());
+  constexpr int kOver = Canvas::kOver;
+  for (int v = 0; v < plan.height; ++v) {
+    for (int u = 0; u < plan.width; ++u) {
+      floor(cv::Rect(u * kOver, v * kOver, kOver, kOver)) =
+          cv::Scalar(floor_colour(plan.picture, plan.to_scene(u, v)));
+    }
+  }
+}
+
+void draw_grid(Canvas& canvas, const Plan& plan) {
+  for (const double x : plan.ticks(0)) {
+    const double px = plan.to_px({x, 0}).x();
+    canvas.line({px, 0}, {px, plan.opposite().y()}, kGridColour, 1);
+  }
+  for (const double y : plan.ticks(1)) {
+    const double px = plan.to_px({0, y}).y();
+    canvas.line({0, px}, {plan.opposite().x(), px}, kGridColour, 1);
+  }
+}
+
+void draw_outlines(Canvas& canvas, const Plan& plan) {
+  for (const std::vector<Vec2>& thing : plan.picture.outlines_scene) {
+    std::vector<Vec2> px;
+    for (const Vec2& p_scene : thing) {
+      px.push_back(plan.to_px(p_scene));
+    }
+    if (px.size() > 2) {
+      canvas.polygon(px, kThing);
+    }
+    px.push_back(px.front());
+    canvas.polyline(px, kThingEdge, 1);
+  }
+}
+
+// Each camera's view as an arc of its own radius.
+void draw_views(Canvas& canvas, const Plan& plan) {
+  for (std::size_t i = 0; i < plan.picture.cameras.size(); ++i) {
+    const PlanCamera& camera = plan.picture.cameras[i];
+    const double radius_m = plan.arc_radius_m(i);
+    const double span_rad = camera.to_rad - camera.from_rad;
+    std::vector<Vec2> outline{plan.to_px(camera.eye_scene)};
+    constexpr int kPieces = 48;
+    for (int k = 0; k <= kPieces; ++k) {
+      const double heading = camera.from_rad + span_rad * k / kPieces;
+      outline.push_back(
+          plan.to_px(camera.eye_scene + radius_m * Vec2(std::cos(heading), std::sin(heading))));
+    }
+    outline.push_back(outline.front());
+    canvas.polyline(outline, camera.colour, 1.75);
+  }
+}
+
+void draw_robot(Canvas& canvas, const Plan& plan) {
+  const Pose2& T_scene_body = plan.picture.T_scene_body;
+  const double radius_px = std::max(4.0, plan.picture.radius_m * plan.px_per_m);
+  const Vec2 at_px = plan.to_px(T_scene_body.position());
+  const Vec2 ahead(std::cos(T_scene_body.theta_rad), -std::sin(T_scene_body.theta_rad));
+  canvas.ring(at_px, radius_px, kRobot, 2);
+  canvas.line(at_px, at_px + radius_px * ahead, kRobot, 2.5);
+}
+
+// The cameras themselves, and the name of each on the arc of its view.
+void draw_cameras(Canvas& canvas, const Plan& plan) {
+  for (std::size_t i = 0; i < plan.picture.cameras.size(); ++i) {
+    const PlanCamera& camera = plan.picture.cameras[i];
+    const double radius_m = plan.arc_radius_m(i);
+    const double middle = (camera.from_rad + camera.to_rad) / 2;
+    const Vec2 on_arc =
+        plan.to_px(camera.eye_scene + radius_m * Vec2(std::cos(middle), std::sin(middle)));
+    canvas.disc(plan.to_px(camera.eye_scene), 3, camera.colour);
+    canvas.label(camera.name, on_arc + Vec2(0, 5), camera.colour, 14, 0.5);
+  }
+}
+
+// A small overview of the objects, on the side where the robot is not, with a frame around what is
+// shown.
+void draw_overview(Canvas& canvas, const Plan& plan) {
   constexpr double kLongest_px = 150;
+  constexpr double kMargin_px = 12;
+  const PlanPicture& picture = plan.picture;
+  const bool robot_is_left =
+      plan.to_px(picture.T_scene_body.position()).x() < plan.opposite().x() / 2;
+  const Vec2 corner(robot_is_left ? plan.opposite().x() - kLongest_px - kMargin_px : kMargin_px,
+                    kMargin_px);
   const Vec2 size_m = picture.high_scene - picture.low_scene;
   const double px_per_m = kLongest_px / size_m.maxCoeff();
   const Vec2 size_px = size_m * px_per_m;
@@ -72,9 +211,44 @@ void draw_overview(Canvas& canvas, const PlanPicture& picture, const Window& sho
     }
     canvas.polygon(px, kThing);
   }
-  const Vec2 a = to_px(shown.low_scene);
-  const Vec2 b = to_px(shown.high_scene);
+  const Vec2 a = to_px(plan.shown.low_scene);
+  const Vec2 b = to_px(plan.shown.high_scene);
   canvas.frame({a.x(), b.y()}, {b.x(), a.y()}, kRobot, 1.5);
+}
+
+// Around it the metres.
+void draw_axes(Canvas& sheet, const Plan& plan, const Vec2& corner) {
+  sheet.frame(corner, corner + plan.opposite(), kFaint, 1);
+  for (const double x : plan.ticks(0)) {
+    sheet.text(short_number(x), corner + Vec2(plan.to_px({x, 0}).x(), plan.height + 17.0), kFaint,
+               13, 0.5);
+  }
+  for (const double y : plan.ticks(1)) {
+    sheet.text(short_number(y), corner + Vec2(-7, plan.to_px({0, y}).y() + 5), kFaint, 13, 1);
+  }
+}
+
+// Below it what the colours mean, and a scale.
+void draw_legend(Canvas& sheet, const Plan& plan) {
+  const double base = kTop_px + plan.height + 46;
+  double x = kLeft_px;
+  const auto patch = [&](const std::string& name, const cv::Vec3b& colour) {
+    sheet.box({x, base - 12}, {x + 22, base + 1}, {colour[2], colour[1], colour[0]});
+    sheet.text(name, {x + 28, base}, kInk, 14);
+    x += 28 + Canvas::text_width(name, 14) + 18;
+  };
+  const std::vector<PlanCamera>& cameras = plan.picture.cameras;
+  const auto floor_camera =
+      std::find_if(cameras.begin(), cameras.end(),
+                   [](const PlanCamera& camera) { return static_cast<bool>(camera.floor); });
+  patch("stands in the way", {kThing.b, kThing.g, kThing.r});
+  if (floor_camera != cameras.end()) {
+    patch("floor seen", mixed({255, 255, 255}, floor_camera->colour, kSeenShare));
+    patch("and mapped", mixed({255, 255, 255}, floor_camera->colour, kMappedShare));
+  }
+  sheet.scale_bar({kLeft_px + plan.opposite().x(), base + 28},
+                  round_step(plan.size_m.maxCoeff() / 3, 2), plan.px_per_m);
+  sheet.text("metres in scene", {kLeft_px + 0.0, base + 28}, kFaint, 13);
 }
 
 }  // namespace
@@ -86,134 +260,25 @@ Colour nth_colour(std::size_t n) {
 }
 
 cv::Mat draw_plan(const PlanPicture& picture, int size_px) {
-  const Window shown = window_of(picture);
-  const Vec2 size_m = shown.high_scene - shown.low_scene;
-  const double px_per_m = (size_px - kLeft_px - kRight_px) / size_m.maxCoeff();
-  const int width = static_cast<int>(std::lround(size_m.x() * px_per_m));
-  const int height = static_cast<int>(std::lround(size_m.y() * px_per_m));
-  Canvas canvas(width, height, kPaper);
-  const Vec2 opposite(width, height);
-  const auto to_px = [&](const Vec2& p_scene) {
-    return Vec2((p_scene.x() - shown.low_scene.x()) * px_per_m,
-                height - (p_scene.y() - shown.low_scene.y()) * px_per_m);
-  };
-
-  // The floor that is seen, and the part of it that is mapped.
-  cv::Mat floor = canvas.fine(Vec2::Zero(), opposite);
-  constexpr int kOver = Canvas::kOver;
-  for (int v = 0; v < height; ++v) {
-    for (int u = 0; u < width; ++u) {
-      const Vec2 p_scene = shown.low_scene + Vec2(u + 0.5, height - v - 0.5) / px_per_m;
-      cv::Vec3b colour(255, 255, 255);
-      for (const PlanCamera& camera : picture.cameras) {
-        const FloorVisibility visibility =
-            camera.floor ? camera.floor(p_scene) : FloorVisibility::kNone;
-        if (visibility != FloorVisibility::kNone) {
-          colour = mixed(colour, camera.colour,
-                         visibility == FloorVisibility::kMapped ? kMappedShare : kSeenShare);
-        }
-      }
-      floor(cv::Rect(u * kOver, v * kOver, kOver, kOver)) = cv::Scalar(colour);
-    }
+  const Plan plan(picture, size_px);
+  Canvas canvas(plan.width, plan.height, kPaper);
+  draw_floor(canvas, plan);
+  draw_grid(canvas, plan);
+  draw_outlines(canvas, plan);
+  draw_views(canvas, plan);
+  draw_robot(canvas, plan);
+  draw_cameras(canvas, plan);
+  if (!plan.is_whole()) {
+    draw_overview(canvas, plan);
   }
 
-  const double step_m = round_step(size_m.maxCoeff(), 12);
-  const auto ticks = [&](int axis, const auto& draw) {
-    for (const double at : round_values(shown.low_scene[axis], shown.high_scene[axis], step_m)) {
-      draw(at);
-    }
-  };
-  ticks(0, [&](double x) {
-    const double px = to_px({x, 0}).x();
-    canvas.line({px, 0}, {px, opposite.y()}, kGridColour, 1);
-  });
-  ticks(1, [&](double y) {
-    const double px = to_px({0, y}).y();
-    canvas.line({0, px}, {opposite.x(), px}, kGridColour, 1);
-  });
-
-  for (const std::vector<Vec2>& thing : picture.outlines_scene) {
-    std::vector<Vec2> px;
-    for (const Vec2& p_scene : thing) {
-      px.push_back(to_px(p_scene));
-    }
-    if (px.size() > 2) {
-      canvas.polygon(px, kThing);
-    }
-    px.push_back(px.front());
-    canvas.polyline(px, kThingEdge, 1);
-  }
-
-  // Each camera's view as an arc of its own radius, its name on it.
-  constexpr double kFirst_m = 0.7;
-  constexpr double kNext_m = 0.28;
-  const double unit_m = size_m.maxCoeff() / 10;  // arcs are as big in the picture of any world
-  for (std::size_t i = 0; i < picture.cameras.size(); ++i) {
-    const PlanCamera& camera = picture.cameras[i];
-    const double radius_m = unit_m * (kFirst_m + kNext_m * static_cast<double>(i));
-    const double span_rad = camera.to_rad - camera.from_rad;
-    std::vector<Vec2> outline{to_px(camera.eye_scene)};
-    constexpr int kPieces = 48;
-    for (int k = 0; k <= kPieces; ++k) {
-      const double heading = camera.from_rad + span_rad * k / kPieces;
-      outline.push_back(
-          to_px(camera.eye_scene + radius_m * Vec2(std::cos(heading), std::sin(heading))));
-    }
-    outline.push_back(outline.front());
-    canvas.polyline(outline, camera.colour, 1.75);
-  }
-  const double radius_px = std::max(4.0, picture.radius_m * px_per_m);
-  const Vec2 at_px = to_px(picture.T_scene_body.position());
-  const Vec2 ahead(std::cos(picture.T_scene_body.theta_rad),
-                   -std::sin(picture.T_scene_body.theta_rad));
-  canvas.ring(at_px, radius_px, kRobot, 2);
-  canvas.line(at_px, at_px + radius_px * ahead, kRobot, 2.5);
-  for (std::size_t i = 0; i < picture.cameras.size(); ++i) {
-    const PlanCamera& camera = picture.cameras[i];
-    const double radius_m = unit_m * (kFirst_m + kNext_m * static_cast<double>(i));
-    const double middle = (camera.from_rad + camera.to_rad) / 2;
-    const Vec2 on_arc =
-        to_px(camera.eye_scene + radius_m * Vec2(std::cos(middle), std::sin(middle)));
-    canvas.disc(to_px(camera.eye_scene), 3, camera.colour);
-    canvas.label(camera.name, on_arc + Vec2(0, 5), camera.colour, 14, 0.5);
-  }
-  if (size_m.x() < picture.high_scene.x() - picture.low_scene.x() ||
-      size_m.y() < picture.high_scene.y() - picture.low_scene.y()) {
-    const bool robot_is_left = at_px.x() < opposite.x() / 2;
-    draw_overview(canvas, picture, shown, {robot_is_left ? opposite.x() - 162 : 12.0, 12});
-  }
-
-  // Around it the metres, below it what the colours mean.
   constexpr int kNarrowest_px = 480;
-  Canvas sheet(std::max(kNarrowest_px, kLeft_px + width + kRight_px), kTop_px + height + kFoot_px,
-               kPaper);
+  Canvas sheet(std::max(kNarrowest_px, kLeft_px + plan.width + kRight_px),
+               kTop_px + plan.height + kFoot_px, kPaper);
   const Vec2 corner(kLeft_px, kTop_px);
-  sheet.paste_over(canvas.fine(Vec2::Zero(), opposite), corner);
-  sheet.frame(corner, corner + opposite, kFaint, 1);
-  ticks(0, [&](double x) {
-    sheet.text(short_number(x), corner + Vec2(to_px({x, 0}).x(), height + 17.0), kFaint, 13, 0.5);
-  });
-  ticks(1, [&](double y) {
-    sheet.text(short_number(y), corner + Vec2(-7, to_px({0, y}).y() + 5), kFaint, 13, 1);
-  });
-  const double base = kTop_px + height + 46;
-  double x = kLeft_px;
-  const auto patch = [&](const std::string& name, const cv::Vec3b& colour) {
-    sheet.box({x, base - 12}, {x + 22, base + 1}, {colour[2], colour[1], colour[0]});
-    sheet.text(name, {x + 28, base}, kInk, 14);
-    x += 28 + Canvas::text_width(name, 14) + 18;
-  };
-  const auto floor_camera =
-      std::find_if(picture.cameras.begin(), picture.cameras.end(),
-                   [](const PlanCamera& camera) { return static_cast<bool>(camera.floor); });
-  patch("stands in the way", {kThing.b, kThing.g, kThing.r});
-  if (floor_camera != picture.cameras.end()) {
-    patch("floor seen", mixed({255, 255, 255}, floor_camera->colour, kSeenShare));
-    patch("and mapped", mixed({255, 255, 255}, floor_camera->colour, kMappedShare));
-  }
-  sheet.scale_bar({kLeft_px + opposite.x(), base + 28}, round_step(size_m.maxCoeff() / 3, 2),
-                  px_per_m);
-  sheet.text("metres in scene", {kLeft_px + 0.0, base + 28}, kFaint, 13);
+  sheet.paste_over(canvas.fine(Vec2::Zero(), plan.opposite()), corner);
+  draw_axes(sheet, plan, corner);
+  draw_legend(sheet, plan);
   return sheet.shrunk();
 }
 

@@ -11,6 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "apps/mission/mission.h"
 #include "apps/report/run_files.h"
 #include "core/base/error.h"
 #include "core/eval/trajectory.h"
@@ -43,13 +44,16 @@ void take_metrics(const Json& metrics, FinishedRun& run) {
   metrics.at("version").get_to(run.info.version);
   metrics.at("mission").get_to(run.info.mission);
   metrics.at("seed").get_to(run.info.seed);
-  run.info.judged = run.info.command != "record";
   if (metrics.contains("start_unix_ns")) {
     run.info.start_unix_ns = metrics["start_unix_ns"].get<std::int64_t>();
   }
-  for (const Json& line : metrics.at("requirements")) {
+  const Json& lines = metrics.at("requirements");
+  for (const Json& line : lines) {
     run.info.require.push_back(parse_requirement(line.at("require").get<std::string>()));
   }
+  // as the run itself decided: `pass` is null where a line was not judged
+  run.info.judged = std::any_of(lines.begin(), lines.end(),
+                                [](const Json& line) { return !line.at("pass").is_null(); });
   const Json end = own_end(metrics);
   end.at("outcome").get_to(run.end.outcome);
   run.end.end_reason = end.value("end_reason", "");
@@ -158,6 +162,20 @@ void take_snapshots(const fs::path& folder, FinishedRun& run) {
   }
 }
 
+// As far as the mission of the run can still be read: its world may be elsewhere now.
+void take_beliefs(const fs::path& folder, FinishedRun& run) {
+  try {
+    const auto mission = load_mission<ExploreMission>((folder / "mission.yaml").string(), {},
+                                                      CameraRequirement::kNothing);
+    run.info.rig = mission.rig;
+    run.info.body = mission.robot;
+  } catch (const ConfigError&) {
+    return;
+  } catch (const IoError&) {
+    return;
+  }
+}
+
 SavedRun read(const fs::path& folder) {
   SavedRun saved;
   saved.folder = folder;
@@ -174,6 +192,7 @@ SavedRun read(const fs::path& folder) {
   saved.loops = read_csv(folder / "loops.csv");
   take_closures(folder, saved.loops, saved.run);
   take_snapshots(folder, saved.run);
+  take_beliefs(folder, saved.run);
   return saved;
 }
 
@@ -196,10 +215,11 @@ void write_loops(const SavedRun& saved, const RunFindings& findings) {
 
 // What the run's figures are besides those that are found anew.
 std::string other_figures(const SavedRun& saved) {
-  constexpr std::array<const char*, 9> kOfTruth = {
+  constexpr std::array<const char*, 10> kOfTruth = {
       "T_scene_map",     "collisions", "collisions_while_stopped",
       "min_clearance_m", "stuck_s",    "trajectory",
-      "checkpoints",     "places",     "end_reason"};
+      "checkpoints",     "places",     "end_reason",
+      "platform_truth"};
   Json others = Json::parse(saved.metrics_json);
   others["evaluated"] = own_end(others);
   for (const char* key : kOfTruth) {

@@ -1,12 +1,37 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/mission/drive.h"
 
+#include <vector>
+
+#include "core/base/text.h"
+
 namespace panoptes {
 
 template <>
 void bind(Fields& f, Drive<"route">& o) {
   f.require(f.writing() || f.present("file"), "file", "missing; it must name a file of waypoints");
   f.file_or_inline("file", o.route);
+}
+
+std::string_view name_of(const DriveOptions& drive) {
+  return std::visit([](const auto& chosen) { return chosen.kName; }, drive);
+}
+
+DriveNeeds needs_of(const DriveOptions& drive) {
+  return std::visit([](const auto& chosen) { return chosen.kNeeds; }, drive);
+}
+
+std::string drives_on_any_robot(bool with_cameras) {
+  std::vector<std::string> words;
+  const auto add = [&](const char* word, const DriveNeeds& needs) {
+    if (!needs.truth && (with_cameras || !needs.slam)) {
+      words.emplace_back(word);
+    }
+  };
+#define PANOPTES_PILOT(name, ...) add(#name, kDriveNeeds<#name>);
+#include "apps/mission/pilots.inc"
+#undef PANOPTES_PILOT
+  return joined(words, " or ");
 }
 
 }  // namespace panoptes

@@ -73,6 +73,7 @@ std::string quoted(const std::string& text) {
 void bind(Fields& f, StopOptions& o) {
   f("duration_s", o.duration_s, between(1e-3, kForEver_s));
   f("keyframes", o.keyframes, at_least(1));
+  f("camera_lost_s", o.camera_lost_s, not_negative);
 }
 
 void bind(Fields& f, PioneerOptions& o) {
@@ -138,7 +139,11 @@ void bind(Fields& f, ExploreMission& o) {
   f.file_or_inline("rig", rig);
   o.rig = rig.rig;
   f.file_or_inline("robot", o.robot);
-  if (const auto* simulated = std::get_if<sim::SimulatedOptions>(&o.platform)) {
+  if (auto* simulated = std::get_if<sim::SimulatedOptions>(&o.platform)) {
+    // What `--set` says of the rig is believed: the robot is built by what the mission says.
+    if (Rig nominal; !simulated->nominal_rig && f.file_or_inline_before_set("rig", nominal)) {
+      simulated->nominal_rig = std::move(nominal);
+    }
     for (const sim::KeyFault& fault : sim::rig_faults(*simulated, o.rig, o.robot)) {
       f.require(false, fault.key, fault.what);
     }
@@ -146,30 +151,25 @@ void bind(Fields& f, ExploreMission& o) {
   f("seed", o.seed);
   f("until", o.until);
   f.choice("drive", o.drive);
-  f.require(pioneer == nullptr || !std::holds_alternative<Drive<"route">>(o.drive), "drive",
-            "must not be a route on a pioneer: a route is followed on the true pose, which only a "
-            "simulated platform knows; use teleop, none or navigator");
+  const DriveNeeds drive_needs = needs_of(o.drive);
+  f.require(pioneer == nullptr || !drive_needs.truth, "drive",
+            "must not be " + std::string(name_of(o.drive)) +
+                " on a pioneer: it drives by the true pose, which only a simulated platform "
+                "knows; use " +
+                drives_on_any_robot(!without_cameras));
   const std::vector<std::string> missing = missing_roles(o.rig);
-  f.require(!without_cameras ||
-                (o.needs != CameraRequirement::kNavigator &&
-                 !std::holds_alternative<Drive<"navigator">>(o.drive)) ||
-                o.needs == CameraRequirement::kNothing,
-            "platform",
-            "has cameras: none, and the navigator needs pictures; drive it with drive: "
-            "teleop or none");
-  const bool navigates = o.needs == CameraRequirement::kNavigator ||
-                         (o.needs == CameraRequirement::kDriver &&
-                          std::holds_alternative<Drive<"navigator">>(o.drive));
-  f.require(!navigates || !rig.said || missing.empty(), "rig",
-            "has no camera with the role " + joined(missing, " or ") + "; the navigator of '" +
-                o.name + "' needs loop_front, loop_back and floor");
+  const bool maps = o.needs == CameraRequirement::kNavigator ||
+                    (o.needs == CameraRequirement::kDriver && drive_needs.slam);
+  f.require(!without_cameras || !maps, "platform",
+            "has cameras: none, and SLAM needs pictures; drive it with drive: " +
+                drives_on_any_robot(false));
+  f.require(!maps || !rig.said || missing.empty(), "rig",
+            "has no camera with the role " + joined(missing, " or ") + "; SLAM in '" + o.name +
+                "' needs loop_front, loop_back and floor");
   if (o.needs != CameraRequirement::kNothing) {
     for (const auto& [name, camera] : o.rig.cameras) {
-      const bool recognises =
-          std::any_of(camera.roles.begin(), camera.roles.end(),
-                      [](const std::string& role) { return role.starts_with("loop_"); });
-      f.require(!recognises || std::min(camera.intrinsics.width_px, camera.intrinsics.height_px) >=
-                                   kLeastSide_px,
+      f.require(!camera.is_loop() || std::min(camera.intrinsics.width_px,
+                                              camera.intrinsics.height_px) >= kLeastSide_px,
                 "rig.cameras." + name + ".size_px",
                 "must be at least " + std::to_string(kLeastSide_px) +
                     " either way, for the descriptors of features leave nothing of a smaller "

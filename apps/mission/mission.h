@@ -26,6 +26,9 @@ namespace panoptes {
 struct StopOptions {
   double duration_s = 600;
   std::optional<int> keyframes;
+  double camera_lost_s = 1;  ///< at its end, of a camera that is not good, makes it device_lost:
+                             ///< the time within which a robot that steers by it stands; a few
+                             ///< pictures lost just before are no lost camera
 };
 void bind(Fields& f, StopOptions& o);
 

@@ -22,13 +22,10 @@ class NavigatorPilot : public Pilot {
   bool explored() const override { return navigator_.done(); }
   std::vector<std::string> warnings() const override { return navigator_.warnings(); }
 
-  // A robot that cannot see where it goes stands as soon as it can, and does not wait for ever.
+  // A robot that cannot see where it goes does not wait for ever.
   void handle_hold(const Health& health, const PilotStep& step, hw::Robot& robot,
                    StopCondition& stop_condition) override {
     Pilot::handle_hold(health, step, robot, stop_condition);
-    if (step.camera_lost) {
-      robot.brake_hard();
-    }
     if (step.camera_lost && !navigator_.lost_cameras().empty()) {
       stop_condition.lose_device(DeviceError(navigator_.lost_cameras()));
     }

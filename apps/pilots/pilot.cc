@@ -11,7 +11,7 @@
 
 namespace panoptes {
 
-#define PANOPTES_PILOT(name) std::unique_ptr<Pilot> make_##name##_pilot(PilotParts& parts);
+#define PANOPTES_PILOT(name, ...) std::unique_ptr<Pilot> make_##name##_pilot(PilotParts& parts);
 #include "apps/mission/pilots.inc"
 #undef PANOPTES_PILOT
 
@@ -22,8 +22,8 @@ void Pilot::handle_hold(const Health& health, const PilotStep& /*step*/, hw::Rob
   }
 }
 
-bool by_hand(const ExploreMission& mission) {
-  return std::holds_alternative<Drive<"teleop">>(mission.drive) &&
+bool takes_terminal(const ExploreMission& mission) {
+  return needs_of(mission.drive).terminal &&
          !std::holds_alternative<hw::RecordedOptions>(mission.platform);
 }
 
@@ -32,12 +32,12 @@ std::unique_ptr<Pilot> make_pilot(const ExploreMission& mission, const OpenRobot
                                   StageListener listener) {
   using Make = std::unique_ptr<Pilot> (*)(PilotParts&);
   const std::map<std::string_view, Make> pilots = {
-#define PANOPTES_PILOT(name) {#name, make_##name##_pilot},
+#define PANOPTES_PILOT(name, ...) {#name, make_##name##_pilot},
 #include "apps/mission/pilots.inc"
 #undef PANOPTES_PILOT
   };
   PilotParts parts{mission, open, slam, console, rng, listener};
-  return pilots.at(std::visit([](const auto& drive) { return drive.kName; }, mission.drive))(parts);
+  return pilots.at(name_of(mission.drive))(parts);
 }
 
 std::string doing(const Slam* slam, const PilotStep& step) {

@@ -48,14 +48,15 @@ class Pilot {
   virtual void leave() {}
 };
 
-/// A person at a keyboard or a gamepad drives. On a recording nobody can: it is driven as it was
-/// then.
-bool by_hand(const ExploreMission& mission);
+/// Who drives takes the terminal for a person. On a recording nobody can drive: it is driven as it
+/// was then.
+bool takes_terminal(const ExploreMission& mission);
 
 class TeleopConsole;
 
-/// What a pilot may be made of. `slam` is null where the rig lacks what it needs; `console` where
-/// nobody drives by hand. What is given outlives it.
+/// What a pilot may be made of. `slam` is null where the rig lacks what it needs, but for a pilot
+/// that says kSlam; `console` where who drives does not take the terminal. What is given outlives
+/// it.
 struct PilotParts {
   const ExploreMission& mission;
   const OpenRobot& open;
@@ -66,7 +67,8 @@ struct PilotParts {
 };
 
 /// The mission's. `drive: NAME` is driven by what the file NAME.cc of this room makes with
-/// `std::unique_ptr<Pilot> make_NAME_pilot(PilotParts& parts)`; CMakeLists.txt lists them.
+/// `std::unique_ptr<Pilot> make_NAME_pilot(PilotParts& parts)`; apps/CMakeLists.txt lists them,
+/// with what each cannot drive without.
 std::unique_ptr<Pilot> make_pilot(const ExploreMission& mission, const OpenRobot& open, Slam* slam,
                                   std::unique_ptr<TeleopConsole> console, const Rng& rng,
                                   StageListener listener);

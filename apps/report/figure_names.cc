@@ -59,12 +59,13 @@ std::vector<std::string> with_cameras(const std::vector<std::string>& cameras) {
   const std::string kAny = "cameras.*";
   std::vector<std::string> names;
   for (const std::string& name : figure_names()) {
-    if (!name.starts_with(kAny)) {
+    const std::size_t any = name.find(kAny);
+    if (any == std::string::npos) {
       names.push_back(name);
       continue;
     }
     for (const std::string& camera : cameras) {
-      names.push_back("cameras." + camera + name.substr(kAny.size()));
+      names.push_back(name.substr(0, any) + "cameras." + camera + name.substr(any + kAny.size()));
     }
   }
   return names;
@@ -124,6 +125,20 @@ const std::vector<std::string>& figure_names() {
       "edges.driving.heading_rms_deg",
       "edges.driving.position_rms_m",
       "edges.driving.nees",
+      "platform_truth.cameras.*.roll_error_deg",
+      "platform_truth.cameras.*.pitch_error_deg",
+      "platform_truth.cameras.*.yaw_error_deg",
+      "platform_truth.cameras.*.x_error_m",
+      "platform_truth.cameras.*.y_error_m",
+      "platform_truth.cameras.*.z_error_m",
+      "platform_truth.cameras.*.focal_error_percent",
+      "platform_truth.cameras.*.centre_error_px.0",
+      "platform_truth.cameras.*.centre_error_px.1",
+      "platform_truth.cameras.*.distortion_error",
+      "platform_truth.cameras.*.clock_error_s",
+      "platform_truth.wheels.radius_error_percent",
+      "platform_truth.wheels.radius_ratio_error_percent",
+      "platform_truth.wheels.base_error_percent",
       "loops.accepted",
       "loops.correct",
       "loops.false",

@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "core/base/time.h"
+#include "core/camera/rig.h"
 #include "core/eval/requirement.h"
 #include "core/eval/run_result.h"
+#include "core/geometry/body.h"
 #include "core/geometry/pose2.h"
 #include "core/loops/closure.h"
 #include "core/map/occupancy.h"
@@ -30,6 +32,8 @@ struct RunInfo {
   bool judged = true;                ///< whether `require` decides the exit status
   std::optional<Pose2> T_scene_map;  ///< of the run that founded the map; else this one's start
   std::optional<std::int64_t> start_unix_ns;  ///< physical and served runs
+  std::optional<Rig> rig = {};                ///< as believed; empty where that is not known
+  std::optional<Body> body = {};              ///< likewise
 };
 
 /// How it ended.

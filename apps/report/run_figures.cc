@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/report/platform_figures.h"
 #include "core/base/text.h"
 #include "core/base/utf8.h"
 #include "core/eval/drive.h"
@@ -33,19 +34,21 @@ void put(Json& into, const char* key, const std::optional<T>& value) {
   }
 }
 
-/// The figure at a dotted path; null when there is none.
+/// The figure at a dotted path, of a list by its number; null when there is none.
 const Json* figure_at(const Json& metrics, std::string_view path) {
   const Json* at = &metrics;
   while (true) {
     const auto dot = path.find('.');
-    if (!at->is_object()) {
+    const std::string word(path.substr(0, dot));
+    if (at->is_array() && word.size() == 1 && word[0] >= '0' &&
+        static_cast<std::size_t>(word[0] - '0') < at->size()) {
+      at = &(*at)[static_cast<std::size_t>(word[0] - '0')];
+    } else if (const auto found = at->is_object() ? at->find(word) : at->end();
+               found != at->end()) {
+      at = &*found;
+    } else {
       return nullptr;
     }
-    const auto found = at->find(std::string(path.substr(0, dot)));
-    if (found == at->end()) {
-      return nullptr;
-    }
-    at = &*found;
     if (dot == std::string_view::npos) {
       return at;
     }
@@ -202,6 +205,20 @@ Json edges_json(const FinishedRun& run, const RunFindings& f) {
   return {{"spins", edge_errors_json(edges.spins)}, {"driving", edge_errors_json(edges.driving)}};
 }
 
+/// What the robot truly is against what it believes to be.
+void put_platform(Json& metrics, const FinishedRun& run, const RunFindings& f) {
+  if (f.known == nullptr) {
+    return;
+  }
+  const Truth& truth = f.known->truth;
+  if (truth.rig && run.info.rig) {
+    metrics["platform_truth"]["cameras"] = camera_errors(*truth.rig, *run.info.rig);
+  }
+  if (truth.wheels && run.info.body) {
+    metrics["platform_truth"]["wheels"] = wheel_errors(*truth.wheels, *run.info.body);
+  }
+}
+
 Json loops_json(const RunFindings& f) {
   const LoopFigures loops = loop_figures(f.closures, f.true_T_scene_body, f.path_m);
   Json l = {{"accepted", loops.accepted}};
@@ -324,6 +341,7 @@ Json figures(const FinishedRun& run, const RunFindings& f,
   metrics["keyframes"] = run.result.keyframes.size();
   put_drive(metrics, run, f);
   put_trajectory(metrics, f);
+  put_platform(metrics, run, f);
   metrics["loops"] = loops_json(f);
   if (f.known != nullptr && !f.true_T_scene_body.empty()) {
     metrics["edges"] = edges_json(run, f);

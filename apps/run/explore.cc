@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <filesystem>
 #include <memory>
 
 #include <CLI/CLI.hpp>
 
 #include "apps/command/command.h"
+#include "apps/command/out_file.h"
 #include "apps/mission/mission.h"
 #include "apps/run/mission_run.h"
 #include "core/config/inputs.h"
@@ -18,6 +20,13 @@ struct ExploreArguments {
   CommonArguments common;
 };
 
+bool is_inside(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  const std::filesystem::path from_there =
+      std::filesystem::absolute(file).lexically_normal().lexically_relative(
+          std::filesystem::absolute(folder).lexically_normal());
+  return !from_there.empty() && *from_there.begin() != "..";
+}
+
 // Explores an unknown world until nothing is left to explore, and reports how well it went.
 int explore(const ExploreArguments& args) {
   if (!args.inputs.empty()) {
@@ -26,9 +35,11 @@ int explore(const ExploreArguments& args) {
   }
   const auto mission = load_mission<ExploreMission>(args.mission, args.common.overrides(),
                                                     CameraRequirement::kNavigator);
-  const int status = run_mission(
-      mission,
-      {"explore", args.common.out_dir.value_or(default_out_dir(mission)), args.common.quiet, {}});
+  const std::filesystem::path out_dir = args.common.out_dir.value_or(default_out_dir(mission));
+  if (!args.inputs.empty() && !is_inside(args.inputs, out_dir)) {  // which is not made yet
+    check_out_file("--inputs", args.inputs);
+  }
+  const int status = run_mission(mission, {"explore", out_dir, args.common.quiet, {}});
   if (!args.inputs.empty()) {
     write_file(args.inputs, inputs_text(inputs()));
   }

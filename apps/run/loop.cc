@@ -54,6 +54,8 @@ RunInfo run_info(const std::string& command, const ExploreMission& mission) {
   info.seed = mission.seed;
   info.mission_yaml = write_settings(mission);
   info.require = requirements(mission);
+  info.rig = mission.rig;
+  info.body = mission.robot;
   return info;
 }
 
@@ -102,14 +104,11 @@ bool shut_in(const Slam& slam, const Body& body) {
                      });
 }
 
-// A few pictures lost just before the end of a run are no lost camera. One that is not good for a
-// second is: the time within which a robot that steers by it stands.
-constexpr double kLost_s = 1;
-
-CameraReports lost_cameras(const CameraReports& cameras, Time now) {
+// For as long as this at least.
+CameraReports lost_cameras(const CameraReports& cameras, Time now, double least_s) {
   CameraReports lost = cameras;
   std::erase_if(
-      lost, [now](const auto& camera) { return to_seconds(now - camera.second.since) < kLost_s; });
+      lost, [=](const auto& camera) { return to_seconds(now - camera.second.since) < least_s; });
   return lost;
 }
 
@@ -138,7 +137,8 @@ RunEnd run_end(const StopCondition& stop_condition, const ExploreMission& missio
     return end("interrupted", "");
   }
   if (slam != nullptr) {  // a part of the map is not to be had
-    const std::string lost = told(lost_cameras(slam->cameras(), open.robot->now()));
+    const std::string lost =
+        told(lost_cameras(slam->cameras(), open.robot->now(), mission.until.camera_lost_s));
     if (!lost.empty()) {
       return end("device_lost", lost);
     }

@@ -69,7 +69,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   StopCondition stop_condition(mission.until);
   OutDir out(run.out_dir);
   auto console =
-      by_hand(mission) ? std::make_unique<TeleopConsole>(mission.robot, run.quiet) : nullptr;
+      takes_terminal(mission) ? std::make_unique<TeleopConsole>(mission.robot, run.quiet) : nullptr;
   const Rng rng(mission.seed);
   RunInfo info = run_info(run.command, mission);
   info.judged = run.judged;

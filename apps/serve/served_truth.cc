@@ -28,6 +28,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kPoses = "ground_truth.tum";
 constexpr const char* kClearance = "clearance.csv";
 constexpr const char* kContacts = "contacts.csv";
+constexpr const char* kPlatform = "true_platform.yaml";
 
 GrowingFile begun(const fs::path& file, std::string_view head) {
   GrowingFile made(file);
@@ -116,6 +117,12 @@ ServedTruth read(const fs::path& folder) {
                                      contacts.rows[i][3],
                                      contacts.whole(i, 4) != 0});
   }
+  std::error_code ignored;
+  if (fs::exists(folder / kPlatform, ignored)) {  // who served before has left none
+    auto platform = read_settings<TruePlatform>((folder / kPlatform).string());
+    served.truth.rig = std::move(platform.rig);
+    served.truth.wheels = platform.wheels;
+  }
   served.truth.floor = read_layer(folder / "floor.yaml");
   served.truth.body = read_layer(folder / "body.yaml");
   return served;
@@ -131,6 +138,7 @@ ServedTruthWriter::ServedTruthWriter(const fs::path& folder, std::int64_t start_
   const Json metrics{
       {"schema", "panoptes.metrics/1"}, {"command", "serve"}, {"start_unix_ns", start_unix_ns}};
   write_file(folder / "metrics.json", metrics.dump(2) + "\n");
+  write_file(folder / kPlatform, write_settings(TruePlatform{first.rig, first.wheels}));
   write_layer(folder / "floor", first.floor);
   write_layer(folder / "body", first.body);
   add(first);

@@ -17,6 +17,7 @@ namespace panoptes {
 ///  - contacts.csv: `stamp_s, x_m, y_m, object, while_moving` of each contact;
 ///  - floor.yaml, floor.pgm, body.yaml, body.pgm: the layers of the world as maps of ROS
 ///    map_server in `scene`, occupied where set, else free; none of a layer without cells;
+///  - true_platform.yaml: the true rig (of a robot that is served with cameras) and wheels;
 ///  - metrics.json: `start_unix_ns`, the wall instant of time 0.
 /// All stamps are in seconds since then. What add() has returned from is in the files, whatever
 /// becomes of the process.

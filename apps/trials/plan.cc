@@ -94,8 +94,8 @@ std::vector<Trial> plan_trials(const TrialsOptions& options) {
 }
 
 std::vector<std::uint64_t> parse_seeds(std::string_view text) {
-  const auto fault = [&] {
-    return ConfigError("--seeds " + std::string(text) + ": must be numbers and ranges, as 1-5,101");
+  const auto fault = [&](const std::string& what = "must be numbers and ranges, as 1-5,101") {
+    return ConfigError("--seeds " + std::string(text) + ": " + what);
   };
   std::vector<std::uint64_t> seeds;
   std::string_view rest = text;
@@ -116,8 +116,12 @@ std::vector<std::uint64_t> parse_seeds(std::string_view text) {
       last = number();
     }
     constexpr std::uint64_t kMost = 100'000;  // a slip of the pen, not a study
-    if (last < first || last - first >= kMost) {
-      throw fault();
+    const std::string range = std::to_string(first) + "-" + std::to_string(last);
+    if (last < first) {
+      throw fault(range + " descends; write the lower number first");
+    }
+    if (last - first >= kMost - seeds.size()) {
+      throw fault(range + " makes too many; at most " + std::to_string(kMost) + " may be given");
     }
     for (std::uint64_t i = 0; i <= last - first; ++i) {
       seeds.push_back(first + i);

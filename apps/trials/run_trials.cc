@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "apps/command/folder_lock.h"
+#include "apps/command/out_file.h"
 #include "apps/mission/stop_condition.h"
 #include "apps/process/fault.h"
 #include "apps/process/progress.h"
@@ -89,22 +90,17 @@ class TrialsProgress {
 
 /// The verdicts' file can be written, or the user is told before anything runs.
 void check_junit(const TrialsOptions& options) {
-  std::string fault;
-  std::error_code ignored;
-  if (std::filesystem::is_directory(options.junit, ignored)) {
-    fault = options.junit.string() + ": is a folder";
-  } else if (!options.junit.empty()) {
-    try {
-      const AtomicFile probe(options.junit);
-    } catch (const IoError& error) {
-      fault = error.what();
-    }
+  if (options.junit.empty()) {
+    return;
   }
-  if (!fault.empty()) {
+  try {
+    check_out_file("--junit", options.junit);
+  } catch (const ConfigError&) {
+    std::error_code ignored;
     if (std::filesystem::is_empty(options.out_dir, ignored)) {
       std::filesystem::remove(options.out_dir, ignored);
     }
-    throw ConfigError("--junit " + fault + "; name another file");
+    throw;
   }
 }
 

@@ -48,10 +48,9 @@ int trials(const TrialsArguments& args) {
   options.resolve = [&](const std::string& file, const std::vector<std::string>& set) {
     keep_inputs();
     const auto mission = load_mission<ExploreMission>(file, set, CameraRequirement::kNavigator);
-    if (by_hand(mission)) {
-      throw ConfigError(file +
-                        ": drive: teleop cannot be tried many times; record it once and give the "
-                        "dataset");
+    if (takes_terminal(mission)) {
+      throw ConfigError(file + ": drive: " + std::string(name_of(mission.drive)) +
+                        " cannot be tried many times; record it once and give the dataset");
     }
     return ResolvedMission{mission.name, mission_text(options.version, write_settings(mission)),
                            inputs()};
@@ -80,6 +79,9 @@ void add_trials(CLI::App& app, Command& chosen) {
         return file.empty() ? "must name a file" : std::string();
       });
   add_common(*sub, args->common);
+  sub->get_option("--threads")
+      ->description(
+          "of each run, that draw (1 or 2, as there are cores; 1 with more jobs than one)");
   sub->footer(table_legend() +
               "\nExample: panoptes trials scenes/missions/explore-office.yaml --seeds 1-5 --jobs 2 "
               "--out runs/trials");

@@ -9,6 +9,11 @@ bool RigCamera::has_role(std::string_view role) const {
   return std::find(roles.begin(), roles.end(), role) != roles.end();
 }
 
+bool RigCamera::is_loop() const {
+  return std::any_of(roles.begin(), roles.end(),
+                     [](const std::string& role) { return role.starts_with("loop_"); });
+}
+
 std::string Rig::with_role(std::string_view role) const {
   for (const auto& [name, camera] : cameras) {
     if (camera.has_role(role)) {

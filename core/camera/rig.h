@@ -99,6 +99,16 @@ struct FloorView {
   std::optional<Mat3> H_body_px;  ///< or it is given: floor point in body (x, y, 1) ~ H * (u, v, 1)
 };
 
+/// How well what a rig file says of one camera is known: standard deviations. The defaults are what
+/// a ruler, a data sheet and a look at the robot leave.
+struct CameraSigmas {
+  Vec3 rotation_rad = Vec3::Constant(deg_to_rad(1));  ///< roll, pitch, yaw, as in MountingOffset
+  Vec3 position_m = Vec3::Constant(0.01);             ///< in body
+  double focal_ratio = 0.005;                         ///< of both focal lengths together, relative
+  double centre_px = 2;                               ///< of the principal point, each way
+  double clock_s = 0.01;
+};
+
 /// One camera as the robot believes it to be.
 struct RigCamera {
   std::vector<std::string> roles;  ///< loop_front, loop_back, floor, stereo_left, ...
@@ -106,8 +116,12 @@ struct RigCamera {
   Intrinsics intrinsics;
   Pose3 T_body_camera;
   std::optional<FloorView> floor;
+  double clock_offset_s = 0;  ///< to be taken from its stamps, by the odometry's clock
+  CameraSigmas sigma;
 
   bool has_role(std::string_view role) const;
+  /// By any role that begins with `loop_`: places are recognised by its pictures.
+  bool is_loop() const;
 };
 
 /// What the robot believes it carries, by the cameras' names.
@@ -122,6 +136,8 @@ void bind(Fields& f, BrownConrady& o);
 void bind(Fields& f, Equidistant& o);
 void bind(Fields& f, FloorMark& o);
 void bind(Fields& f, FloorView& o);
+/// {rotation_deg, position_m (one number or three), focal_percent, centre_px, clock_s}
+void bind(Fields& f, CameraSigmas& o);
 void bind(Fields& f, RigCamera& o);
 void bind(Fields& f, Rig& o);
 

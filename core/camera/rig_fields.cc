@@ -18,6 +18,7 @@ constexpr double kMaxFov_rad = deg_to_rad(170);
 constexpr double kShortestFocal = 0.05;
 constexpr double kLongestFocal = 100;
 constexpr double kFarthestMount_m = 10;   // a mast; beyond it somebody wrote millimetres
+constexpr double kLargestClock_s = 10;    // beyond it nobody drives by what is seen
 constexpr double kFarthestFloor_m = 100;  // no camera on a robot tells floor from wall out there
 
 // A lens and its sensor as data sheets have them.
@@ -198,6 +199,23 @@ void bind(Fields& f, FloorView& o) {
   f("homography", o.H_body_px);
 }
 
+void bind(Fields& f, CameraSigmas& o) {
+  f.one_angle_or_each("rotation", o.rotation_rad, between(0, std::numbers::pi));
+  f.one_or_each("position_m", o.position_m, between(0, kFarthestMount_m));
+  if (f.writing()) {
+    f("focal_ratio", o.focal_ratio);  // the very bits
+  } else {
+    const bool twice = f.present("focal_percent") && f.present("focal_ratio");
+    f.require(!twice, "focal_ratio", "given twice; focal_percent says it already");
+    double percent = 0;
+    f("focal_percent", percent, between(0, 100));
+    f("focal_ratio", o.focal_ratio, between(0, 1));
+    o.focal_ratio = f.present("focal_percent") ? percent / 100 : o.focal_ratio;
+  }
+  f("centre_px", o.centre_px, between(0, kMaxSize_px));
+  f("clock_s", o.clock_s, between(0, kLargestClock_s));
+}
+
 void bind(Fields& f, RigCamera& o) {
   f("roles", o.roles);
   f("rate_hz", o.rate_hz, [](double rate_hz) {
@@ -206,9 +224,9 @@ void bind(Fields& f, RigCamera& o) {
                : "must be from 0.1 to 1000, or 0 for a camera that takes pictures only when it "
                  "is asked to";
   });
-  for (const char* role : {"loop_front", "loop_back", "floor"}) {
-    f.require(o.rate_hz > 0 || !o.has_role(role), "rate_hz",
-              std::string("must be > 0 of a camera with the role ") + role +
+  for (const std::string& role : o.roles) {
+    f.require(o.rate_hz > 0 || (role != "floor" && !role.starts_with("loop_")), "rate_hz",
+              "must be > 0 of a camera with the role " + role +
                   ", whose pictures the navigator waits for");
   }
   bind_intrinsics(f, o.intrinsics);
@@ -218,6 +236,8 @@ void bind(Fields& f, RigCamera& o) {
             "missing; a camera with the role floor must say which part of its picture is mapped");
   f.require(o.intrinsics.is_pinhole() || !o.floor || !o.floor->H_body_px, "floor",
             "must not have a homography where the lens bends straight lines; give marks");
+  f("clock_offset_s", o.clock_offset_s, between(-kLargestClock_s, kLargestClock_s));
+  f("sigma", o.sigma);
 }
 
 void bind(Fields& f, Rig& o) {

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <memory>
 #include <system_error>
 
 #include "core/base/check.h"
@@ -132,6 +133,9 @@ struct Document {
   std::vector<SettingsFault> faults;
   std::vector<Override> overrides;
   std::vector<std::string> files;                   // in the order in which they were read
+  std::map<std::string, SettingsTree> before_set;   // what stood where an override lies, by path
+  std::vector<std::unique_ptr<Document>> unset;     // read as they stood before the overrides
+  SettingsTree root;                                // of one of those
   std::map<std::string, std::string> unsaid_kinds;  // of mappings that name none of them, by path
 
   void fault(const SettingsTree& at, const Path& path, const std::string& text) {
@@ -170,6 +174,7 @@ struct Document {
       } else {
         child = node.find(key);
       }
+      before_set.try_emplace(join(plus(path, key)), child == nullptr ? SettingsTree() : *child);
       const bool whole = o.path.size() == path.size() + 1;
       if (child == nullptr) {
         child = &node.add({key, o.value.place});
@@ -229,6 +234,22 @@ struct Document {
       tree.kind = Kind::kBroken;
     }
     return tree;
+  }
+
+  // What is wrong with a place that was read twice is said once.
+  void take_faults_before_set() {
+    for (const auto& other : unset) {
+      for (const SettingsFault& fault : other->faults) {
+        if (std::none_of(faults.begin(), faults.end(), [&fault](const SettingsFault& said) {
+              return said.place.text() == fault.place.text() && said.path == fault.path &&
+                     said.text == fault.text;
+            })) {
+          faults.push_back(fault);
+        }
+      }
+      files.insert(files.end(), other->files.begin(), other->files.end());
+    }
+    unset.clear();
   }
 
   [[noreturn]] void fail() {
@@ -383,7 +404,7 @@ class Fields::Node {
   SettingsTree* tree = nullptr;
   Path path;
   std::vector<std::string> asked;
-  std::map<std::string, std::string, std::less<>> renamed;  // the key of today, by the old one
+  std::map<std::string, std::string, std::less<>> outdated;  // what is said of it, by the key
 
   void ask(std::string_view key) {
     if (std::find(asked.begin(), asked.end(), key) == asked.end()) {
@@ -441,6 +462,8 @@ bool Setting::writing() const { return state_->document->writing; }
 bool Setting::is_null() const {
   return state_->tree->kind == Kind::kNull && !state_->document->overridden_within(state_->path);
 }
+
+bool Setting::is_list() const { return state_->tree->kind == Kind::kList; }
 
 void Setting::null() { state_->tree->kind = Kind::kNull; }
 
@@ -620,7 +643,11 @@ std::optional<Setting> Fields::setting(std::string_view key) {
 }
 
 void Fields::renamed(std::string_view old_key, std::string_view key) {
-  node_->renamed.emplace(old_key, key);
+  node_->outdated.emplace(old_key, std::string(old_key) + " is now " + std::string(key));
+}
+
+void Fields::removed(std::string_view old_key, std::string_view why) {
+  node_->outdated.emplace(old_key, why);
 }
 
 void Fields::require_present(std::string_view key) {
@@ -657,6 +684,71 @@ void Fields::angle(std::string_view stem, double& value_rad, const Rule& rule_ra
   }
   (*this)(in_rad, value_rad, rule_rad);
 }
+
+void Fields::one_or_each(std::string_view key, Vec3& value, const Rule& rule) {
+  std::optional<Setting> found = setting(key);
+  if (!found) {
+    return;
+  }
+  if (writing() || found->is_list()) {
+    fields_detail::bind_setting(std::move(*found), value, rule);
+    return;
+  }
+  const std::size_t faults_before = node_->document->faults.size();
+  double one = 0;
+  found->scalar(one, rule);
+  if (node_->document->faults.size() == faults_before) {
+    value.setConstant(one);
+  }
+}
+
+void Fields::one_angle_or_each(std::string_view stem, Vec3& value_rad, const Rule& rule_rad) {
+  const std::string in_deg = std::string(stem) + "_deg";
+  const std::string in_rad = std::string(stem) + "_rad";
+  if (writing()) {
+    one_or_each(in_rad, value_rad);
+    return;
+  }
+  const SettingsTree* deg = node_->child(in_deg);
+  const SettingsTree* rad = node_->child(in_rad);
+  if (deg != nullptr && rad != nullptr) {
+    node_->document->fault(*rad, plus(node_->path, in_rad),
+                           "given twice; " + in_deg + " says it already");
+    return;
+  }
+  const std::size_t faults_before = node_->document->faults.size();
+  Vec3 value_deg = Vec3::Zero();
+  one_or_each(in_deg, value_deg, [&](double value) { return rule_in_degrees(rule_rad, value); });
+  if (deg != nullptr && node_->document->faults.size() == faults_before) {
+    value_rad = value_deg.unaryExpr([](double value) { return deg_to_rad(value); });
+  }
+  one_or_each(in_rad, value_rad, rule_rad);
+}
+
+std::optional<Setting> Fields::setting_before_set(std::string_view key) {
+  const Path path = plus(node_->path, std::string(key));
+  const auto stood = node_->document->before_set.find(join(path));
+  if (writing() || stood == node_->document->before_set.end() ||
+      stood->second.kind == Kind::kNull) {
+    return std::nullopt;
+  }
+  Document& unset = *node_->document->unset.emplace_back(std::make_unique<Document>());
+  unset.root = stood->second;
+  if (unset.root.kind == Kind::kScalar) {
+    const std::string file = resolve_path(unset.root.text, unset.root.place.file);
+    unset.root = unset.load(file, unset.root, path);
+  }
+  if (unset.root.kind == Kind::kBroken) {
+    return std::nullopt;
+  }
+  auto state = std::make_unique<Setting::State>();
+  state->document = &unset;
+  state->tree = &unset.root;
+  state->path = path;
+  return Setting(std::move(state));
+}
+
+bool Fields::sound_before_set() const { return node_->document->unset.back()->faults.empty(); }
 
 void Setting::path(std::string& value) {
   if (writing()) {
@@ -951,10 +1043,10 @@ void Fields::finish() {
       SettingsTree at;
       at.place = key.place;
       const auto kinds = node_->document->unsaid_kinds.find(join(node_->path));
-      const auto today = node_->renamed.find(key.name);
+      const auto outdated = node_->outdated.find(key.name);
       node_->document->fault(at, plus(node_->path, key.name),
-                             today != node_->renamed.end()
-                                 ? key.name + " is now " + today->second
+                             outdated != node_->outdated.end()
+                                 ? outdated->second
                                  : "unknown key; " + suggestion(key.name, node_->asked) +
                                        (kinds == node_->document->unsaid_kinds.end() ||
                                                 !nearest_word(key.name, node_->asked).empty()
@@ -994,10 +1086,13 @@ void read_document(const std::string& name, const std::string* text,
     o.written = written.substr(0, equals);
     o.path = split_path(o.written);
     SettingsPlace place;
-    place.override_path = o.written.empty() ? "?" : o.written;
+    place.override_path = o.path.empty() ? written : o.written;
     if (equals == std::string::npos || o.path.empty()) {
       document.faults.push_back(
-          {place, "", "must be key.path=value, got " + (written.empty() ? "nothing" : written)});
+          {place, "",
+           equals != std::string::npos
+               ? "names no setting before the =; it must be key.path=value"
+               : "must be key.path=value, got " + (written.empty() ? "nothing" : written)});
       continue;
     }
     o.value = parse_settings(written.substr(equals + 1), place, document.faults);
@@ -1020,6 +1115,7 @@ void read_document(const std::string& name, const std::string* text,
     state->tree = &root;
     bind_root(Setting(std::move(state)));
   }
+  document.take_faults_before_set();
   if (document.faults.empty()) {
     for (const Override& o : document.overrides) {
       if (!o.used) {

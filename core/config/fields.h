@@ -35,6 +35,7 @@ class Setting {
 
   bool writing() const;
   bool is_null() const;  ///< reading: the file says nothing here, or null
+  bool is_list() const;  ///< reading
   void scalar(bool& value);
   void scalar(int& value, const Rule& rule);
   void scalar(std::int64_t& value, const Rule& rule);
@@ -86,7 +87,11 @@ class Fields {
   /// fault names the key of today.
   void renamed(std::string_view old_key, std::string_view key);
 
-  /// As above, but its absence is a fault.
+  /// A setting of earlier versions that is gone: a file that still gives it is refused, and the
+  /// fault says why, once.
+  void removed(std::string_view old_key, std::string_view why);
+
+  /// A field by its key whose absence is a fault.
   template <class T>
   void needed(std::string_view key, T& value, const Rule& rule = Rule()) {
     require_present(key);
@@ -99,6 +104,11 @@ class Fields {
 
   /// An angle held in radians, written in the file as `<stem>_deg` or `<stem>_rad`.
   void angle(std::string_view stem, double& value_rad, const Rule& rule_rad = {});
+
+  /// Three numbers in a list, or one for all of them. Written as a list.
+  void one_or_each(std::string_view key, Vec3& value, const Rule& rule = {});
+  /// The same of angles, written in the file as `<stem>_deg` or `<stem>_rad`.
+  void one_angle_or_each(std::string_view stem, Vec3& value_rad, const Rule& rule_rad = {});
 
   /// One of a few words.
   template <class Enum>
@@ -129,6 +139,11 @@ class Fields {
   template <class T>
   void file_or_inline(std::string_view key, T& value, std::string& file);
 
+  /// Reading: the struct at `key` as it stood in the file before a `--set` reached there. False,
+  /// and nothing read, where no `--set` did, where nothing stood, and where it is faulty.
+  template <class T>
+  bool file_or_inline_before_set(std::string_view key, T& value);
+
   /// The name of an existing file (a mesh, a picture), relative to the file that says so or
   /// `data:`. The field holds a name that opens; it is written as `data:` where it is one of
   /// Panoptes' own.
@@ -153,6 +168,8 @@ class Fields {
 
  private:
   std::optional<Setting> setting(std::string_view key);
+  std::optional<Setting> setting_before_set(std::string_view key);
+  bool sound_before_set() const;
   void require_present(std::string_view key);
   void resolve_file(std::string_view key, std::string& file);
   bool write_file(std::string_view key, const std::string& file);
@@ -381,6 +398,21 @@ void Fields::file_or_inline(std::string_view key, T& value, std::string& file) {
     return;
   }
   (*this)(key, value);
+}
+
+template <class T>
+bool Fields::file_or_inline_before_set(std::string_view key, T& value) {
+  std::optional<Setting> found = setting_before_set(key);
+  if (!found) {
+    return false;
+  }
+  T read;
+  fields_detail::bind_setting(std::move(*found), read, Rule());
+  if (!sound_before_set()) {
+    return false;
+  }
+  value = std::move(read);
+  return true;
 }
 
 template <class T>

@@ -3,12 +3,15 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
 
 #include "core/base/time.h"
+#include "core/camera/rig.h"
+#include "core/config/fields.h"
 #include "core/geometry/grid2.h"
 #include "core/geometry/pose2.h"
 #include "core/geometry/pose3.h"
@@ -48,6 +51,21 @@ struct TrueContact {
   bool while_moving = true;  ///< moving, or told to move
 };
 
+/// What the robot truly rolls on.
+struct TrueWheels {
+  double left_radius_m = 0;
+  double right_radius_m = 0;
+  double base_m = 0;  ///< between the wheels' points of contact
+};
+void bind(Fields& f, TrueWheels& o);
+
+/// What the truth of a run says of the robot itself, to be kept in a file.
+struct TruePlatform {
+  std::optional<Rig> rig;
+  std::optional<TrueWheels> wheels;
+};
+void bind(Fields& f, TruePlatform& o);
+
 /// What really was, for evaluation and the recorder alone; a plain value.
 struct Truth {
   std::vector<TruePose> poses;  ///< one per frame set, in order
@@ -57,6 +75,9 @@ struct Truth {
   TruthLayer seen;    ///< 5 cm: 1 where the mapped part of a floor camera saw the floor or the foot
                       ///< of a thing, unoccluded, at some frame set
   double path_m = 0;  ///< length of the true path
+  /// As it was when the run began; `clock_offset_s` is what its stamps truly are too late.
+  std::optional<Rig> rig = {};
+  std::optional<TrueWheels> wheels = {};
 };
 
 }  // namespace panoptes

@@ -23,6 +23,8 @@ constexpr std::string_view kNoPicture =
     "is not a picture that can be read; save it again as PNG or JPEG";
 constexpr std::string_view kDamaged = "is damaged or cut short; save it again as PNG or JPEG";
 
+// The headers are read here, by hand: a size must be known to be bearable before anything is
+// decoded, and OpenCV 4.6 reads no header alone.
 std::uint32_t byte_at(std::string_view bytes, std::size_t at) {
   return static_cast<unsigned char>(bytes[at]);
 }

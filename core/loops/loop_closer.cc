@@ -23,12 +23,8 @@ namespace {
 constexpr int kHalf = 3;      // keyframes on either side of the middle of seven
 constexpr int kWords = 1000;  // of a vocabulary: each costs time with every picture
 constexpr int kLearned = 10;  // distances needed before their quantile means something
-constexpr double kNearbyQuantile = 0.95;
-constexpr int kRowsNeeded = 4;  // of seven: two paths may share only part of seven keyframes
-constexpr int kSuppress = 4;    // keyframes to either side of a chosen candidate
+constexpr int kSuppress = 4;  // keyframes to either side of a chosen candidate
 constexpr double kThreeSigma = 3;
-constexpr double kPriorFloor_m = 0.1;  // the graph is never trusted more than this when searching
-constexpr double kPriorFloor_rad = 0.03;
 constexpr double kMountingShare = 3;  // of these, where front and back do not fit as mounted
 
 // What the thesis's rule claims, which knows no covariance of its own: a hand's breadth, 3 degrees.
@@ -88,6 +84,10 @@ void bind(Fields& f, HistogramMethod& o) { f("threshold_grey", o.threshold_grey,
 void bind(Fields& f, VerifiedMethod& o) {
   f("tolerance_m", o.tolerance_m, between(0.1, 3));
   f.angle("tolerance", o.tolerance_rad, between(0.05, 1.2));
+  f("nearby_quantile", o.nearby_quantile, between(0, 1));
+  f("rows_needed", o.rows_needed, between(0, 2 * kHalf + 1));
+  f("prior_floor_m", o.prior_floor_m, between(0, 3));
+  f.angle("prior_floor", o.prior_floor_rad, between(0, 1));
   f("gate_probability", o.gate_probability, between(0.5, 0.999999));
   f("chi2_probability", o.chi2_probability, between(0.5, 0.999999));
   f("verify_per_keyframe", o.verify_per_keyframe, between(1, 20));
@@ -186,11 +186,11 @@ void LoopCloser::accept(ClosureReport& report) {
   accepted_path_m_[static_cast<std::size_t>(report.heading)] = places_[report.recent].path_m;
 }
 
-double LoopCloser::nearby_threshold_grey() const {
+double LoopCloser::nearby_threshold_grey(const VerifiedMethod& method) const {
   if (static_cast<int>(nearby_emd_.size()) < kLearned) {
     return std::numeric_limits<double>::infinity();
   }
-  const double rank = kNearbyQuantile * static_cast<double>(nearby_emd_.size() - 1);
+  const double rank = method.nearby_quantile * static_cast<double>(nearby_emd_.size() - 1);
   return nearby_emd_[static_cast<std::size_t>(rank)];
 }
 
@@ -239,7 +239,7 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
   if (headings.empty()) {
     return {};
   }
-  const double threshold_grey = nearby_threshold_grey();
+  const double threshold_grey = nearby_threshold_grey(method);
   const std::vector<Mat3> covariances = path_covariances(graph, recent);
   const Pose2 T_recent_map = graph.T_map_node[recent].inverse();
   const std::vector<std::array<double, 2>> shared =
@@ -274,7 +274,8 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
       // where the graph expects it, within what one place can mean
       const Vec3 tolerance(square(method.tolerance_m), square(method.tolerance_m),
                            square(method.tolerance_rad));
-      const Vec3 floor(square(kPriorFloor_m), square(kPriorFloor_m), square(kPriorFloor_rad));
+      const Vec3 floor(square(method.prior_floor_m), square(method.prior_floor_m),
+                       square(method.prior_floor_rad));
       const Pose2 T_earlier_recent = T_recent_earlier.inverse();
       Mat3 expected = inverted(T_recent_earlier, covariance);
       expected.diagonal() += floor;
@@ -361,7 +362,7 @@ std::optional<LoopCloser::Refusal> LoopCloser::verify(CandidateCheck& check) {
 // Enough of the keyframes to either side look alike as well.
 std::optional<LoopCloser::Refusal> LoopCloser::check_diagonals(const CandidateCheck& check) const {
   const ClosureReport& report = check.report;
-  const double threshold_grey = nearby_threshold_grey();
+  const double threshold_grey = nearby_threshold_grey(check.method);
   int rows = 0;
   for (int row = 0; row <= 2 * kHalf; ++row) {
     const int middle = report.heading == Heading::kSame ? row : 2 * kHalf - row;
@@ -372,9 +373,9 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_diagonals(const CandidateCh
     }
     rows += near ? 1 : 0;
   }
-  if (!words_ && rows < kRowsNeeded) {
+  if (!words_ && rows < check.method.rows_needed) {
     return Refusal{fmt::format("diagonal: {} of 7 within {:.2f} grey levels, {} needed", rows,
-                               threshold_grey, kRowsNeeded)};
+                               threshold_grey, check.method.rows_needed)};
   }
   return std::nullopt;
 }

@@ -38,6 +38,12 @@ struct VerifiedMethod {
   static constexpr std::string_view kName = "verified";
   double tolerance_m = 0.45;    ///< how far apart two keyframes of one place may be
   double tolerance_rad = 0.44;  ///< and how much turned: two thirds of an 80 degree picture remain
+  double nearby_quantile = 0.95;  ///< of the signature distances of neighbours, farther than which
+                                  ///< no place is: of true ones one in twenty
+  int rows_needed =
+      4;  ///< of seven, near the diagonal: two paths may share but part of seven keyframes
+  double prior_floor_m = 0.1;     ///< the graph is never trusted more than this when searching: ten
+  double prior_floor_rad = 0.03;  ///< times min_sigma, the surest closure
   double gate_probability =
       0.9973;  ///< of three sigma: what the graph expects, with this certainty
   double chi2_probability = 0.9973;  ///< by how much the relaxed graph's chi2 may grow, with this
@@ -138,7 +144,7 @@ class LoopCloser {
 
   int newest() const { return static_cast<int>(places_.size()) - 1; }
   ClosureReport report_of(int recent, int earlier, Heading heading) const;
-  double nearby_threshold_grey() const;
+  double nearby_threshold_grey(const VerifiedMethod& method) const;
   bool spaced(int recent, Heading heading) const;
   void accept(ClosureReport& report);
   const PlaceDepths& depths(int keyframe, const SharedGraph& graph);

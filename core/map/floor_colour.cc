@@ -34,7 +34,8 @@ void bind(Fields& f, FloorColourOptions& o) {
   f("sigma_min_grey", o.sigma_min_grey, between(0.5, 50));
   f("prior_log_odds", o.prior_log_odds, between(-20, 20));
   f("mass_max", o.mass_max, at_least(100));
-  f("mass_decay", o.mass_decay, between(0.5, 1));
+  f("mass_half_life_s", o.mass_half_life_s, positive);
+  f.renamed("mass_decay", "mass_half_life_s");
   f("vote_share", o.vote_share, between(0, 1));
 }
 
@@ -133,12 +134,14 @@ std::vector<ColourGaussian> fit_colours(std::span<const Bgr> colours, int cluste
   return out;
 }
 
-FloorColour::FloorColour(const FloorColourOptions& options)
-    : options_(options), table_(std::size_t{1} << 18, kEmpty) {}
+FloorColour::FloorColour(const FloorColourOptions& options, double learn_every_s)
+    : options_(options),
+      mass_decay_(std::exp2(-learn_every_s / options.mass_half_life_s)),
+      table_(std::size_t{1} << 18, kEmpty) {}
 
 void FloorColour::learn(const std::vector<ColourGaussian>& trained) {
   for (ColourGaussian& g : learned_) {
-    g.mass *= options_.mass_decay;
+    g.mass *= mass_decay_;
   }
   for (ColourGaussian t : trained) {
     t.covariance = with_floor(t.covariance, options_.sigma_min_grey);

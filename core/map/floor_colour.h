@@ -17,9 +17,9 @@ struct FloorColourOptions {
   double shade = 0.15;  ///< relative standard deviation of brightness that shading is granted
   double sigma_min_grey = 2.0;   ///< floor of every standard deviation: the camera's own noise
   double prior_log_odds = -3.0;  ///< ln P(free)/P(occupied) before looking
-  double mass_max = 50000;     ///< pixels; a Gaussian heavier than this could not follow the light
-  double mass_decay = 0.9995;  ///< of all masses at each update: half in five minutes
-  double vote_share = 0.02;    ///< of the largest mass that a Gaussian needs to vote
+  double mass_max = 50000;  ///< pixels; a Gaussian heavier than this could not follow the light
+  double mass_half_life_s = 277.1895517283;  ///< of all masses: 0.9995 an update, of 0.2 s
+  double vote_share = 0.02;                  ///< of the largest mass that a Gaussian needs to vote
 };
 void bind(Fields& f, FloorColourOptions& o);
 
@@ -44,7 +44,8 @@ std::vector<ColourGaussian> fit_colours(std::span<const Bgr> colours, int cluste
 /// mean.
 class FloorColour {
  public:
-  explicit FloorColour(const FloorColourOptions& options);
+  /// `learn_every_s` lies between two updates.
+  explicit FloorColour(const FloorColourOptions& options, double learn_every_s = 0.2);
 
   /// Merges by Eqs 6.4 and 6.5 what overlaps a learned Gaussian; the rest replaces the lightest.
   void learn(const std::vector<ColourGaussian>& trained);
@@ -80,6 +81,7 @@ class FloorColour {
 
   static constexpr std::int8_t kEmpty = -128;
   FloorColourOptions options_;
+  double mass_decay_;  // of an update
   std::vector<ColourGaussian> learned_;
   std::vector<Vote> votes_;
   std::vector<ColourGaussian> voted_with_;  // what the table was made from

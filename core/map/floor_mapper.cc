@@ -37,14 +37,19 @@ void bind(Fields& f, FloorMapperOptions& o) {
   f("start_far_m", o.start_far_m, positive);
   f("trusted_m", o.trusted_m, between(0.02, 1));
   f("learn_to_m", o.learn_to_m, between(0.1, 5));
-  f("learn_every", o.learn_every, at_least(1));
+  f("learn_every_s", o.learn_every_s, between(0.01, 60));
+  f.renamed("learn_every", "learn_every_s");
 }
 
 FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& floor_camera,
                          const Body& body)
     : options_(options),
+      learn_every_(
+          std::max(1, static_cast<int>(std::lround(options.learn_every_s * floor_camera.rate_hz)))),
+      learn_every_s_(floor_camera.rate_hz > 0 ? learn_every_ / floor_camera.rate_hz
+                                              : options.learn_every_s),
       projection_(std::make_shared<FloorProjection>(project_floor(floor_camera, body))),
-      colour_(options.colour),
+      colour_(options.colour, learn_every_s_),
       body_radius_m_(body.radius_m) {
   const FloorProjection& p = *projection_;
   if (options_.parallax) {
@@ -113,7 +118,7 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
 
 void FloorMapper::learn_at_start(const cv::Mat& bgr) {
   fault_.clear();
-  colour_ = FloorColour(options_.colour);
+  colour_ = FloorColour(options_.colour, learn_every_s_);
   if (trusted_.size() < 100) {
     fault_ = "the floor just ahead of the robot is not in the picture";
     return;
@@ -325,7 +330,7 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
         reading.learned_new_floor = true;
       }
     }
-    if (frame_ % options_.learn_every == 0) {
+    if (frame_ % learn_every_ == 0) {
       learn(picture);
     }
   }

@@ -26,8 +26,8 @@ struct FloorMapperOptions {
   double trusted_m = 0.1;  ///< depth of the floor ahead that is taken to be floor at the start
   double start_far_m =
       20;  ///< one colour from the robot to beyond this is the face of an object, no floor
-  double learn_to_m = 1.5;  ///< floor farther from the camera's foot is too coarse to learn from
-  int learn_every = 3;      ///< frames
+  double learn_to_m = 1.5;     ///< floor farther from the camera's foot is too coarse to learn from
+  double learn_every_s = 0.2;  ///< by the camera's rate, whole pictures: three at 15 Hz
 };
 void bind(Fields& f, FloorMapperOptions& o);
 
@@ -66,6 +66,8 @@ class FloorMapper {
   void learn(const cv::Mat& bgr);
 
   FloorMapperOptions options_;
+  int learn_every_;  // pictures
+  double learn_every_s_;
   std::shared_ptr<const FloorProjection> projection_;
   FloorColour colour_;
   std::optional<FloorParallax> parallax_;

@@ -12,16 +12,8 @@
 namespace panoptes {
 namespace {
 
-/// A thing touched once is kept clear of by this much around the touched point.
-constexpr double kTouched_m = 0.05;
-/// As long as a goal given up is left alone, and likewise doubled each time. A thing that no camera
-/// sees and that stays is so touched a few times in a run, the logarithm of its length, at most.
-constexpr double kTouched_s = 30;
 constexpr double kTrackStep_m = 0.02;
 constexpr double kTrackLength_m = 2.0;
-/// The local map is laid over the global one this far around the robot when a path is planned.
-constexpr double kOverlay_m = 2.0;
-constexpr double kStanding_mps = 0.05;
 
 void stamp(OccupancyMap& map, const Vec2& p, double radius_m) {
   const Vec2 low = p - Vec2::Constant(radius_m);
@@ -37,25 +29,25 @@ void stamp(OccupancyMap& map, const Vec2& p, double radius_m) {
   }
 }
 
-OccupancyMap unknown_around(const Vec2& p, double cell_m) {
+OccupancyMap unknown_around(const Vec2& p, double within_m, double cell_m) {
   OccupancyMap map;
   map.cell_m = cell_m;
-  map.origin = p - Vec2::Constant(kOverlay_m);
-  const int side = static_cast<int>(std::ceil(2 * kOverlay_m / cell_m));
+  map.origin = p - Vec2::Constant(within_m);
+  const int side = static_cast<int>(std::ceil(2 * within_m / cell_m));
   map.assign(side, side);
   return map;
 }
 
-/// Lays what `local_odom` knows within `kOverlay_m` of the robot over the coarse map.
+/// Lays what `local_odom` knows within this distance of the robot over the coarse map.
 void overlay(const OccupancyMap& local_odom, const Pose2& T_map_odom, const Vec2& robot_map,
-             OccupancyMap& coarse_map) {
+             double within_m, OccupancyMap& coarse_map) {
   const Pose2 T_odom_map = T_map_odom.inverse();
   const int samples = parts_a_side(coarse_map.cell_m, local_odom.cell_m);
   const double step_m = coarse_map.cell_m / samples;
   const Vec2 along_x = T_odom_map.rotation() * Vec2(step_m, 0);
   const Vec2 along_y = T_odom_map.rotation() * Vec2(0, step_m);
-  const Vec2 low = robot_map - Vec2::Constant(kOverlay_m);
-  const Vec2 high = robot_map + Vec2::Constant(kOverlay_m);
+  const Vec2 low = robot_map - Vec2::Constant(within_m);
+  const Vec2 high = robot_map + Vec2::Constant(within_m);
   const int begin_column = std::clamp(coarse_map.column(low), 0, coarse_map.columns);
   const int end_column = std::clamp(coarse_map.column(high), 0, coarse_map.columns);
   const int begin_row = std::clamp(coarse_map.row(low), 0, coarse_map.rows);
@@ -80,18 +72,29 @@ void bind(Fields& f, DriverOptions& o) {
   f("dwa", o.dwa);
   f("lookahead_m", o.lookahead_m, positive);
   f("replan_s", o.replan_s, positive);
+  f("replan_failed_s", o.replan_failed_s, not_negative);
+  f("plan_failures", o.plan_failures, at_least(1));
+  f("overlay_m", o.overlay_m, between(0.1, 20));
   f.angle("turn_first", o.turn_first_rad, between(0.2, std::numbers::pi));
+  f.angle("turned", o.turned_rad, between(0.01, std::numbers::pi));
+  f("standing_mps", o.standing_mps, positive);
   f("reached_m", o.reached_m, positive);
   f.angle("reached", o.reached_rad, positive);
   f("stuck_s", o.stuck_s, positive);
   f("blocked_s", o.blocked_s, positive);
+  f.angle("look_about", o.look_about_rad, not_negative);
+  f("look_radps", o.look_radps, positive);
   f("retreat_m", o.retreat_m, positive);
   f("retreat_mps", o.retreat_mps, positive);
+  f.angle("retreat_turn", o.retreat_turn_rad, between(0.01, std::numbers::pi));
+  f("recovery_s", o.recovery_s, positive);
+  f("touched_m", o.touched_m, between(0, 1));
+  f("touched_s", o.touched_s, not_negative);
   f.renamed("carrot_m", "lookahead_m");
 }
 
 OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
-                        const std::vector<Vec2>& touched_odom) {
+                        const std::vector<Vec2>& touched_odom, double touched_m) {
   const OccupancyMap& local = *task.local_odom;
   OccupancyMap window;
   window.cell_m = options.cell_m;
@@ -146,7 +149,7 @@ OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
     }
   }
   for (const Vec2& p : touched_odom) {
-    stamp(window, p, kTouched_m);
+    stamp(window, p, touched_m);
   }
   return window;
 }
@@ -166,17 +169,17 @@ double Driver::speed_limit_mps() const {
 void Driver::plan(const DriveTask& task) {
   planned_ = task.stamp;
   const Pose2 T_map_body = task.T_map_odom * task.T_odom_body;
-  OccupancyMap coarse = coarsen(*task.map, options_.search.cell_m, kOverlay_m);
+  OccupancyMap coarse = coarsen(*task.map, options_.search.cell_m, options_.overlay_m);
   if (coarse.cells.empty()) {
-    coarse = unknown_around(T_map_body.position(), coarse.cell_m);
+    coarse = unknown_around(T_map_body.position(), options_.overlay_m, coarse.cell_m);
   }
-  overlay(*task.local_odom, task.T_map_odom, T_map_body.position(), coarse);
+  overlay(*task.local_odom, task.T_map_odom, T_map_body.position(), options_.overlay_m, coarse);
   PathSearch found;
   for (const bool past_touched : {false, true}) {
     past_touched_ = past_touched;
     OccupancyMap map = coarse;
     for (const Vec2& p : touched_map(task.stamp)) {
-      stamp(map, p, kTouched_m);
+      stamp(map, p, options_.touched_m);
     }
     grid_ = drivable_grid_of_coarse(options_.search, body_, std::move(map));
     found = search_path(options_.search, *grid_, T_map_body.position(), goal_->pose_map.position());
@@ -300,23 +303,22 @@ void Driver::count_as_getting_on(const DriveTask& task) {
 }
 
 bool Driver::getting_on(const DriveTask& task) {
-  if (last_odom_ && std::abs(task.twist_body.v_mps) <= kStanding_mps) {
+  if (last_odom_ && std::abs(task.twist_body.v_mps) <= options_.standing_mps) {
     turned_rad_ += std::abs(wrap_angle(task.T_odom_body.theta_rad - last_odom_->theta_rad));
   }
-  // Looking about is getting on too, but not for ever: two full turns at 1 rad/s.
-  constexpr double kTurns_rad = 4 * std::numbers::pi;
-  const double turning_s = std::min(turned_rad_, kTurns_rad);
+  // looking about is getting on too, but not for ever; at 1 rad/s
+  const double turning_s = std::min(turned_rad_, options_.look_about_rad);
   return to_seconds(task.stamp - got_on_) - turning_s < options_.stuck_s;
 }
 
 void Driver::touch(const DriveTask& task) {
   const double side = ahead_.twist_body.v_mps < 0 ? -1.0 : 1.0;
-  const Vec2 p_body(side * (body_.radius_m + kTouched_m), 0);
+  const Vec2 p_body(side * (body_.radius_m + options_.touched_m), 0);
   const Vec2 p_map = task.T_map_odom * task.T_odom_body * p_body;
   const auto again = std::find_if(touched_.begin(), touched_.end(), [&](const Touched& t) {
     return (t.place.p_map() - p_map).norm() <= body_.radius_m;
   });
-  const double for_s = again == touched_.end() ? kTouched_s : 2 * again->for_s;
+  const double for_s = again == touched_.end() ? options_.touched_s : 2 * again->for_s;
   if (again != touched_.end()) {
     touched_.erase(again);
   }
@@ -338,8 +340,8 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
   const Pose2 T_map_body = task.T_map_odom * task.T_odom_body;
   const bool due = !planned_ || !path_ || task.relaxed ||
                    to_seconds(task.stamp - *planned_) >= options_.replan_s;
-  constexpr double kAgain_s = 0.2;  // between plans while there is none
-  if (due && (path_ || !planned_ || to_seconds(task.stamp - *planned_) >= kAgain_s)) {
+  if (due &&
+      (path_ || !planned_ || to_seconds(task.stamp - *planned_) >= options_.replan_failed_s)) {
     plan(task);
     out.replanned = true;
   }
@@ -347,8 +349,7 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
     out.command_body = brake();
     out.state = PilotState::kStopped;
     out.reason = no_path_;
-    constexpr int kFailures = 3;  // a speck in the local map lasts for a picture or two
-    if (plans_failed_ < kFailures) {
+    if (plans_failed_ < options_.plan_failures) {
       return;
     }
     plans_failed_ = 0;
@@ -383,7 +384,7 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
       return;
     }
     out.state = PilotState::kDriving;
-    if (std::abs(task.twist_body.v_mps) > kStanding_mps) {
+    if (std::abs(task.twist_body.v_mps) > options_.standing_mps) {
       out.command_body = brake();
       out.reason = "stopping at the goal";
     } else {
@@ -395,11 +396,10 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
 
   const Vec2 lookahead_body = ahead_.T_odom_body.inverse() * lookahead_odom;
   const double aside = std::atan2(lookahead_body.y(), lookahead_body.x());
-  constexpr double kTurned_rad = 0.26;  // 15 degrees: the dynamic window takes it from there
-  turning_ = std::abs(aside) > (turning_ ? kTurned_rad : options_.turn_first_rad);
+  turning_ = std::abs(aside) > (turning_ ? options_.turned_rad : options_.turn_first_rad);
   if (turning_) {
     out.state = PilotState::kDriving;
-    if (std::abs(task.twist_body.v_mps) > kStanding_mps) {
+    if (std::abs(task.twist_body.v_mps) > options_.standing_mps) {
       out.command_body = brake();
       out.reason = "stopping to turn to the path";
     } else {
@@ -419,14 +419,15 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
   const double left = std::max(0.0, lookahead.to_go_m - 0.5 * options_.reached_m);
   const double limit_mps = speed_limit_mps();
   request.speed_limit_mps =
-      std::min(limit_mps, std::max(kStanding_mps, std::sqrt(body_.max_accel_mps2 * left)));
+      std::min(limit_mps, std::max(options_.standing_mps, std::sqrt(body_.max_accel_mps2 * left)));
   constexpr double kCap_m = 1.0;
   std::vector<Vec2> touched_odom = touched_map(task.stamp);
   const Pose2 T_odom_map = task.T_map_odom.inverse();
   for (Vec2& p : touched_odom) {
     p = T_odom_map * p;
   }
-  const ClearanceMap window = clearance_map(window_map(options_.dwa, task, touched_odom), kCap_m);
+  const ClearanceMap window =
+      clearance_map(window_map(options_.dwa, task, touched_odom, options_.touched_m), kCap_m);
   DwaResult result = choose_arc(options_.dwa, body_, window, request);
   out.window = std::move(result.window);
   out.state = PilotState::kDriving;
@@ -449,34 +450,32 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
 }
 
 bool Driver::took_too_long(const DriveTask& task) const {
-  constexpr double kRecovery_s = 12;  // twice what a full turn or a retreat takes
-  return to_seconds(task.stamp - mode_since_) >= kRecovery_s;
+  return to_seconds(task.stamp - mode_since_) >= options_.recovery_s;
 }
 
 void Driver::look(const DriveTask& task, DriveStep& out) {
   out.state = PilotState::kRecovering;
   out.reason = why_ + ": turning on the spot to look";
-  if (std::abs(task.twist_body.v_mps) > kStanding_mps) {
+  if (std::abs(task.twist_body.v_mps) > options_.standing_mps) {
     out.command_body = brake();
     return;
   }
   if (last_odom_) {
     look_left_rad_ -= std::abs(wrap_angle(task.T_odom_body.theta_rad - last_odom_->theta_rad));
   }
-  constexpr double kLook_radps = 1.0;  // pictures overlap by nine tenths
   if (look_left_rad_ <= 0 || took_too_long(task)) {
     mode_ = Mode::kDrive;
     path_.reset();
     planned_.reset();
     count_as_getting_on(task);
   }
-  out.command_body = turn_by(std::max(look_left_rad_, 0.0), kLook_radps);
+  out.command_body = turn_by(std::max(look_left_rad_, 0.0), options_.look_radps);
 }
 
 void Driver::retreat(const DriveTask& task, DriveStep& out) {
   out.state = PilotState::kRecovering;
   out.reason = why_ + ": retreating along the own track";
-  if (task.twist_body.v_mps > kStanding_mps) {
+  if (task.twist_body.v_mps > options_.standing_mps) {
     out.command_body = brake();
     return;
   }
@@ -498,9 +497,8 @@ void Driver::retreat(const DriveTask& task, DriveStep& out) {
   }
   const Vec2 target = task.T_odom_body.inverse() * track_odom_.back().position();
   const double back_rad = std::atan2(-target.y(), -target.x());
-  constexpr double kTurnFirst_rad = 0.35;
-  if (std::abs(back_rad) > kTurnFirst_rad) {
-    out.command_body = std::abs(task.twist_body.v_mps) > kStanding_mps
+  if (std::abs(back_rad) > options_.retreat_turn_rad) {
+    out.command_body = std::abs(task.twist_body.v_mps) > options_.standing_mps
                            ? brake()
                            : turn_by(back_rad, body_.max_turn_radps);
     return;

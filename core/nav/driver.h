@@ -23,14 +23,29 @@ struct DriverOptions {
   DwaOptions dwa;
   double lookahead_m = 0.7;  ///< ahead on the path
   double replan_s = 0.7;
+  double replan_failed_s = 0.2;  ///< between plans while there is none
+  int plan_failures = 3;  ///< one after another, then recover: a speck in the local map lasts for a
+                          ///< picture or two
+  double overlay_m = 2.0;  ///< a plan takes the local map so far about the robot, else the map
   double turn_first_rad =
-      deg_to_rad(60);  ///< a lookahead point farther aside than this is turned to on the spot
+      deg_to_rad(60);        ///< a lookahead point farther aside than this is turned to on the spot
+  double turned_rad = 0.26;  ///< 15 degrees: the dynamic window takes it from there
+  double standing_mps = 0.05;  ///< slower than this it may turn on the spot: 3 mm a picture
   double reached_m = 0.10;
   double reached_rad = deg_to_rad(8);
   double stuck_s = 8;      ///< without getting on by half a body, turns apart: recover
   double blocked_s = 1.5;  ///< without any arc that gets on: recover
-  double retreat_m = 0.4;  ///< along the own track
+  double look_about_rad =
+      deg_to_rad(720);  ///< on the spot, which is getting on too, at a second a rad: two full turns
+  double look_radps = 1.0;  ///< on the spot: pictures of 80 degrees overlap by nine tenths
+  double retreat_m = 0.4;   ///< along the own track
   double retreat_mps = 0.12;
+  double retreat_turn_rad = 0.35;  ///< back to a track farther aside than this: on the spot first
+  double recovery_s = 12;          ///< twice what a full turn or a retreat takes; then it ends
+  double touched_m = 0.05;         ///< around a touched point that is an obstacle: a cell of a plan
+  double touched_s = 30;  ///< as long as a goal given up is left alone, and likewise doubled each
+                          ///< time: what no camera sees and stays is touched a few times in a
+                          ///< run, the logarithm of its length, at most
 };
 void bind(Fields& f, DriverOptions& o);
 
@@ -68,10 +83,11 @@ struct DriveStep {
 };
 
 /// The square around the robot that the dynamic window looks at, on cells of `options.cell_m` in
-/// `odom`: the local map, the global one where that knows nothing, and `touched_odom` as occupied.
+/// `odom`: the local map, the global one where that knows nothing, and discs of `touched_m` about
+/// `touched_odom` as occupied.
 /// Single unknown cells among free ones are holes between pixels and count as free.
 OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
-                        const std::vector<Vec2>& touched_odom);
+                        const std::vector<Vec2>& touched_odom, double touched_m);
 
 /// Drives to one goal after another: a path over the map, a lookahead point on it, the dynamic
 /// window over the local map. Where that fails it recovers, in this order: turn on the spot to look

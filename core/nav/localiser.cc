@@ -53,6 +53,7 @@ void bind(Fields& f, RigPrior& o) {
 void bind(Fields& f, LocaliserOptions& o) {
   f("keyframe", o.keyframe);
   f("signature", o.signature);
+  f.choice("odometry", o.odometry);
   f("wheels", o.wheels);
   f("bundle", o.bundle);
   f("rig_prior", o.rig_prior);

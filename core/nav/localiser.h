@@ -14,8 +14,7 @@
 #include "core/loops/loop_closer.h"
 #include "core/nav/keyframe_odometry.h"
 #include "core/nav/stage.h"
-#include "core/odometry/odometry_source.h"
-#include "core/odometry/wheel_odometry.h"
+#include "core/odometry/make_odometry.h"
 #include "core/vision/camera_health.h"
 
 namespace panoptes {
@@ -45,6 +44,7 @@ struct LocaliserOptions {
   BundleOdometryOptions bundle;
   RigPrior rig_prior;
   SignatureOptions signature;
+  OdometryOptions odometry;
   WheelNoise wheels;
   bool visual_heading = true;  ///< pictures correct the wheels' heading between keyframes
   LoopOptions loops;

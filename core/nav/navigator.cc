@@ -9,10 +9,6 @@
 namespace panoptes {
 namespace {
 
-// The map still settles for a moment after the last goal, so one look without a goal is not the
-// end.
-constexpr int kLooksInVain = 3;
-
 // The floor that the foremost floor camera's mapped part shows, as a sector about the robot's
 // heading; what others see besides is not planned for.
 FloorWedge wedge_of(const FloorProjection& projection, const Rig& rig, const Body& body) {
@@ -27,12 +23,14 @@ FloorWedge wedge_of(const FloorProjection& projection, const Rig& rig, const Bod
 }  // namespace
 
 void bind(Fields& f, NavigatorOptions& o) {
+  f("camera_health", o.slam.camera_health);
   f("localiser", o.slam.localiser);
   f("mapper", o.slam.mapper);
   f("explore", o.explore);
   f("revisit", o.revisit);
   f("driver", o.driver);
   f("choose_s", o.choose_s, positive);
+  f("looks_in_vain", o.looks_in_vain, at_least(1));
   f("camera_patience_s", o.camera_patience_s, positive);
   f("revisit_ahead_m", o.revisit_ahead_m, positive);
   f("revisits_last", o.revisits_last, not_negative);
@@ -108,7 +106,7 @@ void Navigator::choose_revisit_goal(const SlamStep& at) {
   }
   if (revisit_.empty()) {
     goal_.reset();
-    done_ = ++looks_in_vain_ >= kLooksInVain;
+    done_ = ++looks_in_vain_ >= options_.looks_in_vain;
     return;
   }
   looks_in_vain_ = 0;

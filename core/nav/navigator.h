@@ -25,6 +25,8 @@ struct NavigatorOptions {
   RevisitOptions revisit;
   DriverOptions driver;
   double choose_s = 1.5;          ///< between two looks for a better goal
+  int looks_in_vain = 3;          ///< in a row are the end: the map settles for a moment after the
+                                  ///< last goal, so that one without a goal is not
   double revisit_ahead_m = 0.6;   ///< how far ahead on a stretch driven again it aims
   double camera_patience_s = 10;  ///< for a lost camera that it steers by to come back
   int revisits_last = 12;      ///< stretches driven again, at most, once nothing is left to explore
@@ -35,7 +37,7 @@ void bind(Fields& f, NavigatorOptions& o);
 /// Chooses where to go and drives there (thesis 6.3.5): explores what slam maps, then drives
 /// earlier paths again to close more loops. Equal steps of slam give equal steps, bit for bit.
 /// Knows no clock, no file and no truth. While a camera is lost that the floor is mapped by, it
-/// stands and chooses nothing; so it does where the wheels tell no number.
+/// stands and chooses nothing; so it does where the odometry tells nothing.
 class Navigator {
  public:
   /// `slam` outlives it, and has stepped before each of its steps.

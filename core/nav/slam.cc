@@ -7,9 +7,9 @@ namespace panoptes {
 Slam::Slam(const SlamOptions& options, const Body& body, const Rig& rig, const Rng& rng,
            StageListener listener)
     : listener_(std::move(listener)),
-      cameras_(rig),
+      cameras_(rig, options.camera_health),
       rectifier_(rig),
-      odometry_(std::make_unique<WheelOdometry>(options.localiser.wheels, body)),
+      odometry_(make_odometry({options.localiser.odometry, options.localiser.wheels, body, rig})),
       localiser_(options.localiser, *odometry_, rectifier_.rig(), rng.fork("localiser")),
       mapper_(options.mapper, body, rectifier_.rig()) {}
 
@@ -31,7 +31,7 @@ SlamStep Slam::step(const Observation& raw) {
     step.T_map_body = T_map_body_;
     step.T_odom_body = T_odom_body_;
     step.cameras_told = told(cameras_.reports());
-    step.passed_over = "the wheels tell no number";
+    step.passed_over = odometry_->fault();
     return step;
   }
   Observation seen = raw;

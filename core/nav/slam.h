@@ -14,12 +14,13 @@
 #include "core/nav/mapper.h"
 #include "core/nav/slam_step.h"
 #include "core/nav/stage.h"
-#include "core/odometry/wheel_odometry.h"
+#include "core/odometry/odometry_source.h"
 #include "core/vision/camera_health.h"
 
 namespace panoptes {
 
 struct SlamOptions {
+  CameraHealthOptions camera_health;
   LocaliserOptions localiser;
   MapperOptions mapper;
 };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "core/base/time.h"
 #include "core/camera/observation.h"
@@ -19,6 +20,9 @@ class OdometrySource {
   /// At the instant of an observation as the platform gives it (pictures not straightened, cameras
   /// not judged); each is given once, in order of time. Empty where the source tells nothing.
   virtual std::optional<Odometry> at(const Observation& seen) = 0;
+
+  /// Why `at` told nothing, in words: "the wheels tell no number".
+  virtual std::string fault() const = 0;
 
   /// How sure the motion `T_from_to` between two instants is that it told of, without what it gets
   /// wrong every time; x, y, theta in the frame of its start.

@@ -29,6 +29,7 @@ class WheelOdometry final : public OdometrySource {
       : noise_(noise), wheel_base_m_(body.wheel_base_m) {}
 
   std::optional<Odometry> at(const Observation& seen) override;
+  std::string fault() const override { return "the wheels tell no number"; }
   Mat3 covariance(Time from, Time to, const Pose2& T_from_to) const override;
   WheelJacobian by_wheels(const Pose2& T_from_to) const override;
 

@@ -17,7 +17,7 @@ struct Candidate {
   double distance = 0;
   double speed = 0;
   double clearance_m = 0;
-  double free_way_m = 0;
+  double free_path_m = 0;
   double score = 0;
 };
 
@@ -44,7 +44,7 @@ void bind(Fields& f, DwaOptions& o) {
   f.require(o.turn_samples % 2 == 1, "turn_samples",
             "must be odd so that keeping straight on is tried");
   for (const char* stated : {"cycle_s", "reaction_s"}) {
-    f.require(!f.present(stated), stated,
+    f.removed(stated,
               "is not set any more: the platform states its timing, and the cycle is measured");
   }
   f("distance_cap_m", o.distance_cap_m, positive);
@@ -81,35 +81,36 @@ DwaResult choose_arc(const DwaOptions& options, const Body& body, const Clearanc
     const double stop_s = std::max(twist.v_mps / body.max_accel_mps2,
                                    std::abs(twist.w_radps) / body.max_turn_accel_radps2);
     if (twist.v_mps <= 0) {
-      c.free_way_m = options.distance_cap_m;  // a disc turns on the spot
+      c.free_path_m = options.distance_cap_m;  // a disc turns on the spot
       c.clearance_m = here_m;
       c.admissible = true;
     } else {
       c.clearance_m = here_m;
       // The gap cannot shrink faster than the body moves: where there is room, in long steps.
-      double way = 0;
+      double path_m = 0;
       double gap = here_m;
-      while (way < options.distance_cap_m) {
+      while (path_m < options.distance_cap_m) {
         const double step = std::max(step_m, gap - margin - local_odom.map.cell_m);
-        const Pose2 T = request.T_odom_body * exp_twist(twist, (way + step) / twist.v_mps);
+        const Pose2 T = request.T_odom_body * exp_twist(twist, (path_m + step) / twist.v_mps);
         gap = outline_clearance(local_odom, body, T.position());
         if (gap < margin) {
           break;
         }
-        way += step;
+        path_m += step;
         c.clearance_m = std::min(c.clearance_m, gap);
       }
-      c.free_way_m = std::min(way, options.distance_cap_m);
+      c.free_path_m = std::min(path_m, options.distance_cap_m);
       c.admissible = stopping_distance_m(twist.v_mps, request.longest_cycle_s,
-                                         body.max_accel_mps2) <= c.free_way_m;
+                                         body.max_accel_mps2) <= c.free_path_m;
     }
-    // The heading once it has stopped: braking keeps the arc and takes half the way of driving on.
+    // The heading once it has stopped: braking keeps the arc and takes half the distance of driving
+    // on.
     const Pose2 T_end = request.T_odom_body * exp_twist(twist, request.cycle_s + 0.5 * stop_s);
     const Vec2 to_lookahead = request.lookahead_odom - T_end.position();
     const double aside =
         wrap_angle(std::atan2(to_lookahead.y(), to_lookahead.x()) - T_end.theta_rad);
     c.heading = 1.0 - std::abs(aside) / std::numbers::pi;
-    c.distance = c.free_way_m / options.distance_cap_m;
+    c.distance = c.free_path_m / options.distance_cap_m;
     c.speed = twist.v_mps / body.max_speed_mps;
     return c;
   };
@@ -166,7 +167,7 @@ DwaResult choose_arc(const DwaOptions& options, const Body& body, const Clearanc
          i < window.size(); i += options.turn_samples) {
       slowed = slowed || !window[i].admissible;  // the same turn, faster
     }
-    out.choice = DwaChoice{best->twist, best->clearance_m, best->free_way_m, rejected, slowed};
+    out.choice = DwaChoice{best->twist, best->clearance_m, best->free_path_m, rejected, slowed};
   }
   return out;
 }

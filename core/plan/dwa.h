@@ -16,7 +16,7 @@ struct DwaOptions {
   double window_m = 2.8;  ///< side of the square around the robot that is looked at
   int speed_samples = 7;
   int turn_samples = 21;        ///< odd, so that keeping straight on is always tried
-  double distance_cap_m = 1.0;  ///< free way beyond this is worth no more
+  double distance_cap_m = 1.0;  ///< free path beyond this is worth no more
   double margin_m = 0.04;       ///< kept from everything when creeping
   double margin_s = 0.15;       ///< and this much more per m/s: 13 cm in all at 0.6 m/s
   double heading_weight = 10;
@@ -45,7 +45,7 @@ struct DwaRequest {
 struct DwaChoice {
   Twist2 command_body;
   double clearance_m = 0;  ///< closest approach of the outline to an obstacle along the chosen arc
-  double free_way_m = 0;   ///< along the chosen arc, capped
+  double free_path_m = 0;  ///< along the chosen arc, capped
   int arcs_rejected = 0;
   bool slowed = false;  ///< faster on the same turn it could not stop in the floor it knows
 };
@@ -55,7 +55,7 @@ struct DwaResult {
   std::vector<WindowScore> window;  ///< empty unless asked for
 };
 
-/// Rolls short arcs through the map and takes the one that makes most of heading, free way and
+/// Rolls short arcs through the map and takes the one that makes most of heading, free path and
 /// speed (Fox, Burgard, Thrun 1997; thesis 2.3.1), among those on which the robot can still stop in
 /// time. Turning on the spot is safe for a disc and in the window of a robot that all but stands;
 /// reversing never is. No choice where nothing but standing is left. Occupied and unknown cells of

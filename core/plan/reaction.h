@@ -48,7 +48,7 @@ class Reaction {
   double lag_s_ = 0;
 };
 
-/// The way from there to standing: at full speed until it reacts, then braking evenly.
+/// The distance from there to standing: at full speed until it reacts, then braking evenly.
 double stopping_distance_m(double speed_mps, double reaction_s, double max_accel_mps2);
 
 /// The highest speed whose stopping distance is no longer than `distance_m`.

@@ -15,31 +15,8 @@
 namespace panoptes {
 namespace {
 
-// Of a camera's periods: two pictures lost in a row are no lost camera, three are.
-constexpr double kMissing_periods = 2.5;
-constexpr double kJitter_periods = 0.5;
-
-// The least motion that must change a picture: half a pixel of turn, or as much of what stands a
-// room's width away.
-constexpr double kMoved_px = 0.5;
-constexpr double kRoom_m = 4;
-
-constexpr int kCells = 40;  // across a picture
-// Of the noise in a second difference of three cells: one cell in a million by chance.
-constexpr double kSigmas = 5;
-constexpr double kLeastContrast_grey = 1;
+constexpr int kCells = 40;         // across a picture
 constexpr int kNoiseApart_px = 3;  // farther than a mosaic's interpolation reaches
-// Fewer cells than this (1 % of a picture) are a speck, and their going says nothing.
-constexpr int kEnough = 12;
-constexpr int kNothing = 3;
-constexpr double kDark_grey = 8;
-// Of the values that are 0: noise about no light is below it as often as above.
-constexpr double kDarkShare = 0.4;
-constexpr int kWhite_grey = 250;
-constexpr double kWhiteShare = 0.95;
-constexpr double kGoing_s = 0.5;    // for a hand to pass over a lens
-constexpr double kNearest_m = 0.3;  // what a camera on the robot can have before it
-constexpr int kGoodAgain = 3;       // pictures that show something, after it was covered
 
 bool same_bits(const cv::Mat& a, const cv::Mat& b) {
   if (a.size() != b.size() || a.type() != b.type()) {
@@ -80,15 +57,15 @@ double noise_sigma_grey(const cv::Mat& grey) {
 }
 
 // Cells that differ from the line between their neighbours by more than noise does.
-cv::Mat structure(const cv::Mat& grey, int cell_px) {
+cv::Mat structure(const CameraHealthOptions& options, const cv::Mat& grey, int cell_px) {
   const cv::Size cells(std::max(3, grey.cols / cell_px), std::max(3, grey.rows / cell_px));
   cv::Mat mean;
   cv::Mat few;
   grey.convertTo(few, CV_32F);
   cv::resize(few, mean, cells, 0, 0, cv::INTER_AREA);
   const double noise_of_mean = noise_sigma_grey(grey) / cell_px;
-  const auto least =
-      static_cast<float>(std::max(kLeastContrast_grey, kSigmas * std::sqrt(6.0) * noise_of_mean));
+  const auto least = static_cast<float>(
+      std::max(options.min_contrast_grey, options.noise_sigmas * std::sqrt(6.0) * noise_of_mean));
   cv::Mat shows = cv::Mat::zeros(cells, CV_8UC1);
   for (int v = 1; v + 1 < cells.height; ++v) {
     for (int u = 1; u + 1 < cells.width; ++u) {
@@ -128,7 +105,25 @@ std::string told(const CameraReports& cameras) {
   return words;
 }
 
-CameraHealth::CameraHealth(const Rig& rig) {
+void bind(Fields& f, CameraHealthOptions& o) {
+  f("missing_periods", o.missing_periods, at_least(1));
+  f("jitter_periods", o.jitter_periods, between(0, 1));
+  f("moved_px", o.moved_px, positive);
+  f("room_m", o.room_m, positive);
+  f("noise_sigmas", o.noise_sigmas, positive);
+  f("min_contrast_grey", o.min_contrast_grey, between(0, 255));
+  f("blank_cells", o.blank_cells, not_negative);
+  f("min_cells", o.min_cells, at_least(1));
+  f("dark_grey", o.dark_grey, between(0, 255));
+  f("dark_share", o.dark_share, between(0, 1));
+  f("white_grey", o.white_grey, between(0, 255));
+  f("white_share", o.white_share, between(0, 1));
+  f("going_s", o.going_s, positive);
+  f("nearest_m", o.nearest_m, positive);
+  f("good_again_s", o.good_again_s, not_negative);
+}
+
+CameraHealth::CameraHealth(const Rig& rig, const CameraHealthOptions& options) : options_(options) {
   for (const auto& [name, camera] : rig.cameras) {
     if (camera.rate_hz > 0) {
       Watched watched;
@@ -137,7 +132,7 @@ CameraHealth::CameraHealth(const Rig& rig) {
       watched_.emplace(name, std::move(watched));
       CameraReport& report = reports_[name];
       report.is_floor = camera.has_role("floor");
-      report.is_loop = camera.has_role("loop_front") || camera.has_role("loop_back");
+      report.is_loop = camera.is_loop();
     }
   }
 }
@@ -147,7 +142,7 @@ void CameraHealth::count_missing(const Observation& seen, const Picture* picture
   const Time now = picture != nullptr ? picture->stamp : seen.stamp;
   const double periods = to_seconds(now - camera.since) / camera.period_s;
   // one that is there comes half a period early at most
-  const int due = std::max(0, static_cast<int>(std::floor(periods - kJitter_periods)));
+  const int due = std::max(0, static_cast<int>(std::floor(periods - options_.jitter_periods)));
   // one that comes behind a deadline was missing only so long
   const int missed = picture != nullptr ? due : std::max(camera.missed, due);
   report.missing += missed - camera.missed;
@@ -158,7 +153,8 @@ CameraState CameraHealth::judge(const Observation& seen, const Picture& picture,
                                 CameraState before) const {
   const cv::Mat grey = grey_of(picture.bgr);
   const int cell_px = std::max(1, grey.cols / kCells);
-  PictureSummary now{picture.stamp, seen.odometry.T_odom_body, structure(grey, cell_px), 0};
+  PictureSummary now{picture.stamp, seen.odometry.T_odom_body, structure(options_, grey, cell_px),
+                     0};
   now.shown = cv::countNonZero(now.shows);
   const bool is_new = !camera.last || !same_bits(camera.last->bgr, picture.bgr);
   if (is_new) {
@@ -166,25 +162,27 @@ CameraState CameraHealth::judge(const Observation& seen, const Picture& picture,
     camera.T_odom_last = seen.odometry.T_odom_body;
   }
 
-  if (now.shown <= kNothing) {
-    if (cv::mean(grey)[0] < kDark_grey || share_of(picture.bgr, 0, 0) > kDarkShare) {
+  if (now.shown <= options_.blank_cells) {
+    if (cv::mean(grey)[0] < options_.dark_grey ||
+        share_of(picture.bgr, 0, 0) > options_.dark_share) {
       return CameraState::kDark;
     }
-    if (share_of(grey, kWhite_grey, 255) > kWhiteShare) {
+    if (share_of(grey, options_.white_grey, 255) > options_.white_share) {
       return CameraState::kSaturated;
     }
   }
   const Pose2 T_last_now = camera.T_odom_last.inverse() * seen.odometry.T_odom_body;
-  const bool moved = std::abs(T_last_now.theta_rad) * camera.fx_px > kMoved_px ||
-                     T_last_now.position().norm() * camera.fx_px > kMoved_px * kRoom_m;
-  if (!is_new && moved && (now.shown > kNothing || noise_sigma_grey(grey) > 0)) {
+  const bool moved =
+      std::abs(T_last_now.theta_rad) * camera.fx_px > options_.moved_px ||
+      T_last_now.position().norm() * camera.fx_px > options_.moved_px * options_.room_m;
+  if (!is_new && moved && (now.shown > options_.blank_cells || noise_sigma_grey(grey) > 0)) {
     return CameraState::kFrozen;
   }
   while (!camera.summaries.empty() &&
-         to_seconds(now.stamp - camera.summaries.front().stamp) > kGoing_s) {
+         to_seconds(now.stamp - camera.summaries.front().stamp) > options_.going_s) {
     camera.summaries.pop_front();
   }
-  const bool shows_something = now.shown > kNothing;
+  const bool shows_something = now.shown > options_.blank_cells;
   if (shows_something) {
     camera.least_blank_rad = camera.most_blank_rad = turned_rad_;
   } else {
@@ -192,27 +190,32 @@ CameraState CameraHealth::judge(const Observation& seen, const Picture& picture,
     camera.most_blank_rad = std::max(camera.most_blank_rad, turned_rad_);
   }
   if (before == CameraState::kCovered) {
-    camera.good_again = now.shown >= kEnough ? camera.good_again + 1 : 0;
-    if (camera.good_again < kGoodAgain) {
+    if (now.shown < options_.min_cells) {
+      camera.shows_since.reset();
+      return CameraState::kCovered;
+    }
+    camera.shows_since = camera.shows_since.value_or(now.stamp);
+    if (to_seconds(now.stamp - *camera.shows_since) < options_.good_again_s) {
       return CameraState::kCovered;
     }
   }
-  camera.good_again = 0;
+  camera.shows_since.reset();
   if (!shows_something) {
     if (camera.most_blank_rad - camera.least_blank_rad > std::numbers::pi) {
       return CameraState::kCovered;  // no wall is all around
     }
     for (const PictureSummary& earlier : camera.summaries) {
       const Pose2 T_earlier_now = earlier.T_odom_body.inverse() * now.T_odom_body;
-      const double motion_px = camera.fx_px * (std::abs(T_earlier_now.theta_rad) +
-                                               T_earlier_now.position().norm() / kNearest_m);
+      const double motion_px =
+          camera.fx_px * (std::abs(T_earlier_now.theta_rad) +
+                          T_earlier_now.position().norm() / options_.nearest_m);
       const int margin = 2 + static_cast<int>(std::ceil(motion_px / cell_px));
       const cv::Size size = earlier.shows.size();
       if (2 * margin >= std::min(size.width, size.height)) {
         continue;
       }
       const cv::Rect inside(margin, margin, size.width - 2 * margin, size.height - 2 * margin);
-      if (cv::countNonZero(earlier.shows(inside)) >= kEnough) {
+      if (cv::countNonZero(earlier.shows(inside)) >= options_.min_cells) {
         return CameraState::kCovered;  // it cannot have left the picture
       }
     }
@@ -244,9 +247,9 @@ const CameraReports& CameraHealth::check(const Observation& seen) {
       camera.last_stamp = picture->stamp;
       camera.missed = 0;
       const bool late =
-          to_seconds(seen.stamp - picture->stamp) > kMissing_periods * camera.period_s;
+          to_seconds(seen.stamp - picture->stamp) > options_.missing_periods * camera.period_s;
       state = late ? CameraState::kLate : judge(seen, *picture, camera, report.state);
-    } else if (to_seconds(seen.stamp - camera.since) > kMissing_periods * camera.period_s) {
+    } else if (to_seconds(seen.stamp - camera.since) > options_.missing_periods * camera.period_s) {
       state = CameraState::kMissing;
     }
     if (picture != nullptr) {

@@ -13,9 +13,30 @@
 #include "core/base/time.h"
 #include "core/camera/observation.h"
 #include "core/camera/rig.h"
+#include "core/config/fields.h"
 #include "core/geometry/pose2.h"
 
 namespace panoptes {
+
+struct CameraHealthOptions {
+  double missing_periods = 2.5;  ///< of the camera's: two pictures lost in a row are no lost
+                                 ///< camera, three are
+  double jitter_periods = 0.5;   ///< by which a picture may come early
+  double moved_px = 0.5;         ///< the least motion that must change a picture: of a turn,
+  double room_m = 4;             ///< or of what stands so far away, a room's width
+  double noise_sigmas = 5;       ///< of a cell's second difference: one cell in a million by chance
+  double min_contrast_grey = 1;  ///< likewise, where there is no noise: a step of 8 bits
+  int blank_cells = 3;           ///< of 40 x 30, by chance: a picture with no more shows nothing
+  int min_cells = 12;            ///< 1 %: fewer are a speck, and their going says nothing
+  double dark_grey = 8;          ///< the mean below which a picture without structure is dark,
+  double dark_share = 0.4;    ///< or so much of it is 0: noise about no light is that half the time
+  int white_grey = 250;       ///< saturated: 255 but for noise
+  double white_share = 0.95;  ///< of a picture, but for what vignetting darkens
+  double going_s = 0.5;       ///< for a hand to pass over a lens
+  double nearest_m = 0.3;     ///< what a camera on the robot can have before it
+  double good_again_s = 0.1;  ///< it shows something, after it was covered: three pictures at 15 Hz
+};
+void bind(Fields& f, CameraHealthOptions& o);
 
 enum class CameraState {
   kGood,
@@ -53,7 +74,7 @@ std::string told(const CameraReports& cameras);
 /// are equal pictures of a robot that stands.
 class CameraHealth {
  public:
-  explicit CameraHealth(const Rig& rig);
+  explicit CameraHealth(const Rig& rig, const CameraHealthOptions& options = {});
 
   /// Once an observation, in their order.
   const CameraReports& check(const Observation& seen);
@@ -80,7 +101,7 @@ class CameraHealth {
     std::optional<Picture> last;           // other bits than the one before
     Pose2 T_odom_last;                     // when that first came
     std::deque<PictureSummary> summaries;  // the last few that showed something
-    int good_again = 0;                    // pictures in a row, while covered
+    std::optional<Time> shows_since;       // something again, without a break, while covered
     // headings, of the wheels, in which nothing has been seen, in a row
     double blank_rad = 0;
     double least_blank_rad = 0;
@@ -92,6 +113,7 @@ class CameraHealth {
   CameraState judge(const Observation& seen, const Picture& picture, Watched& camera,
                     CameraState before) const;
 
+  CameraHealthOptions options_;
   std::map<std::string, Watched> watched_;
   CameraReports reports_;
   std::optional<Time> last_;

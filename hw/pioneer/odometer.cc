@@ -14,13 +14,13 @@ constexpr double kSlack_m = 0.06;
 const double kSlack_rad = deg_to_rad(5);
 constexpr int kAgreeing = 3;
 constexpr double kTopSpeed_mps = 2.2;  // of any Pioneer's wheel, by the maker's files
-// By what a way tells the time that it took.
+// By what a distance driven tells the time that it took.
 constexpr double kTellStep_s = 0.01;
 constexpr double kTellMost_s = 2;
 constexpr double kVelocityOf_s = 0.05;
-constexpr double kAccel_mps2 = 0.9;        // of a Pioneer under us, and half as much again
-constexpr double kTurnAccel_radps2 = 4.5;  // likewise
-constexpr double kWayRounding_m = 1.5e-3;  // of counters, at both ends
+constexpr double kAccel_mps2 = 0.9;             // of a Pioneer under us, and half as much again
+constexpr double kTurnAccel_radps2 = 4.5;       // likewise
+constexpr double kDistanceRounding_m = 1.5e-3;  // of counters, at both ends
 const double kTurnRounding_rad = deg_to_rad(0.15);
 
 /// The step between two counters of which the lowest 12 bits are known, in [-2048, 2048).
@@ -87,18 +87,18 @@ ReportClock::Elapsed PioneerOdometer::elapsed(const Sip& sip) const {
   }
   const Pose2 moved = pose(counts_).inverse() * pose(continued(counts_, sip));
   const Twist2 now = twist_of(sip, model_);
-  // The mean velocity is that in the middle, but for what it gained and lost again on the way, and
+  // The mean velocity is that in the middle, but for what it gained and lost again meanwhile, and
   // for the last 50 ms of which a controller's velocity is the mean.
-  const auto tells = [](double s, double way, double before, double after, double accel,
+  const auto tells = [](double s, double moved_by, double before, double after, double accel,
                         double rounding) {
     const double unknown = accel * s * (s / 4 + kVelocityOf_s) + rounding;
-    return std::abs(way - s * (before + after) / 2) <= unknown;
+    return std::abs(moved_by - s * (before + after) / 2) <= unknown;
   };
   // The shortest time that fits, and the longest without a break: it might have stopped for a while
   // and gone on, but seldom does.
   ReportClock::Elapsed elapsed{std::numeric_limits<double>::infinity(), 0};
   for (double s = kTellStep_s; s <= kTellMost_s; s += kTellStep_s) {
-    if (tells(s, moved.x_m, twist_body_.v_mps, now.v_mps, kAccel_mps2, kWayRounding_m) &&
+    if (tells(s, moved.x_m, twist_body_.v_mps, now.v_mps, kAccel_mps2, kDistanceRounding_m) &&
         tells(s, moved.theta_rad, twist_body_.w_radps, now.w_radps, kTurnAccel_radps2,
               kTurnRounding_rad)) {
       elapsed.least_s = std::min(elapsed.least_s, s);

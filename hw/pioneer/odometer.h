@@ -12,8 +12,8 @@
 
 namespace panoptes::hw {
 
-/// Turns a controller's wrapping counters into a way without steps, and believes no report that the
-/// robot cannot have come to: the checksum lets words that are exchanged and errors that cancel
+/// Turns a controller's wrapping counters into a path without steps, and believes no report that
+/// the robot cannot have come to: the checksum lets words that are exchanged and errors that cancel
 /// pass. Counters of 12, 15 and 16 bits are all taken modulo 4096, which divides their range, so
 /// that a step is known while it is under 2048 counts.
 class PioneerOdometer {
@@ -36,8 +36,9 @@ class PioneerOdometer {
   Verdict add(Time stamp, const Sip& sip, const Twist2& most, Duration apart = {},
               Duration gap = {});
 
-  /// How long it can be since the last accepted report: so that the way between them is what a body
-  /// drives from the velocity of the one to that of the other, within a Pioneer's accelerations.
+  /// How long it can be since the last accepted report: so that the path between them is what a
+  /// body drives from the velocity of the one to that of the other, within a Pioneer's
+  /// accelerations.
   ReportClock::Elapsed elapsed(const Sip& sip) const;
 
   /// The next report sets the origin again, and the pose stays: after a new connection, maybe to

@@ -15,7 +15,7 @@ constexpr double kOffsetFrom_s = 10;  // and when they leave: a wrong count is f
 constexpr double kSlopeAtMost = 0.2;  // of a cycle: a server that keeps its time badly
 constexpr std::int64_t kFewest = 30;  // arrivals, for a slope
 constexpr double kSteep = 4;          // rising by so many times what they scatter
-constexpr double kRound = 0.3;        // of a cycle, by which a way's duration may be wrong
+constexpr double kRound = 0.3;        // of a cycle, by which the time of a distance may be wrong
 constexpr Duration kLeastApart = std::chrono::milliseconds(1);
 
 // How late reports are is counted in quarters of a cycle, the last one for all that are later.
@@ -25,7 +25,8 @@ constexpr double kForget = 0.997;  // of that with every report: the last half a
 constexpr double kAtFirst = 5;     // reports on time, which it begins with
 constexpr double kSeldom = 1e-4;   // of any lateness that was not seen yet
 constexpr double kEarly = 0.1;     // of a cycle: the line is not as exact as that
-// How likely it is that none is lost before a report, or k: as often as ways have told, at least
+// How likely it is that none is lost before a report, or k: as often as distances have told, at
+// least
 constexpr double kNoneLost = 0.95;
 constexpr double kOneLost = 0.03;          // and k of them by so much over k squared
 constexpr double kSeldomLost = 5e-5;       // where some are held up: that is why they are late
@@ -36,8 +37,8 @@ constexpr std::size_t kFewArrivals = 5;    // on time, which show a link that ho
 constexpr std::size_t kManyArrivals = 40;  // of which one is likely to have been held up by little
 constexpr std::size_t kNearest = 8;        // arrivals, for how far the fastest is from the end
 constexpr std::size_t kNewLink = 10;  // arrivals, of which the first that are held up teach anew
-constexpr double kNotItsWay = 1e-9;   // that a report's way tells of another time
-constexpr double kHardly = 1e-6;      // what is believed less is forgotten
+constexpr double kNotItsDistance = 1e-9;  // that a report's distance tells of another time
+constexpr double kHardly = 1e-6;          // what is believed less is forgotten
 constexpr std::int64_t kMostLost = 100;
 
 }  // namespace
@@ -148,7 +149,7 @@ ReportClock::Departure ReportClock::departure(Time arrival, const Elapsed& elaps
       const auto lost = static_cast<double>(to - least_ - static_cast<std::int64_t>(i));
       const double before = lost == 0 ? kNoneLost : one_lost / (lost * lost);
       const bool fits = lost + 1 >= fewest && lost + 1 <= most;
-      sum += belief_[i] * before * (fits ? 1 : kNotItsWay);
+      sum += belief_[i] * before * (fits ? 1 : kNotItsDistance);
     }
     belief[static_cast<std::size_t>(to - least)] = sum * likely(late - static_cast<double>(to));
   }

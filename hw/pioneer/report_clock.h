@@ -17,9 +17,10 @@ namespace panoptes::hw {
 /// such line is when they left, but for what every report takes.
 ///
 /// Their numbers are not in them. One that comes late was held up, or others before it were lost:
-/// every number that it may have is weighed, by those that the last one may have had, by the way
-/// driven since, and by how late reports have been on this link so far (a hidden Markov model's
-/// forward pass). The likeliest is taken for now, and later ones may show that it was another.
+/// every number that it may have is weighed, by those that the last one may have had, by the
+/// distance driven since, and by how late reports have been on this link so far (a hidden Markov
+/// model's forward pass). The likeliest is taken for now, and later ones may show that it was
+/// another.
 class ReportClock {
  public:
   explicit ReportClock(Duration cycle = std::chrono::milliseconds(100));
@@ -38,10 +39,10 @@ class ReportClock {
     std::int64_t ahead = 0;        ///< by how many numbers it is beyond the last one's next
     std::vector<double> belief{};  ///< that it is beyond by so many, from `least` on
     std::int64_t least = 0;
-    std::optional<double> lost{};  ///< before it, where its way tells
+    std::optional<double> lost{};  ///< before it, where its distance tells
   };
 
-  /// Of the report that arrives now, where its way tells `elapsed`.
+  /// Of the report that arrives now, where its distance tells `elapsed`.
   Departure departure(Time arrival, const Elapsed& elapsed) const;
 
   /// It is believed: later ones follow it.
@@ -88,7 +89,7 @@ class ReportClock {
   bool holds_up_ = false;            // reports are held up here now and then
   std::vector<double> belief_{1.0};  // that the last one's number is beyond ours by so many,
   std::int64_t least_ = 0;           // from this on
-  double told_ = 100;                // reports whose way told how many were lost,
+  double told_ = 100;                // reports whose distance told how many were lost,
   double lost_ = 0;                  // and before how many of them some were
   std::vector<double> late_;         // how often reports were late, in parts of a cycle
 };

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include <opencv2/imgcodecs.hpp>
 
@@ -169,6 +170,8 @@ TruthWriter::TruthWriter(const fs::path& folder, const Truth& truth)
   write_file(folder / kTruth / "layers.yaml",
              write_settings(
                  LayerPlaces{place_of(truth.floor), place_of(truth.body), place_of(truth.seen)}));
+  write_file(folder / kTruth / "platform.yaml",
+             write_settings(TruePlatform{truth.rig, truth.wheels}));
   write_layer(folder / kTruth / "floor.png", truth.floor);
   write_layer(folder / kTruth / "body.png", truth.body);
   std::fill(seen_.cells.begin(), seen_.cells.end(), std::uint8_t{0});
@@ -240,6 +243,11 @@ std::optional<RecordedTruth> RecordedTruth::read(const fs::path& dataset, Durati
   out.all_.body = read_layer(folder / "body.png", places.body);
   out.all_.seen = empty_layer(places.seen);
 
+  if (fs::exists(folder / "platform.yaml", error)) {  // recordings of before have none
+    auto platform = read_settings<TruePlatform>((folder / "platform.yaml").string());
+    out.all_.rig = std::move(platform.rig);
+    out.all_.wheels = platform.wheels;
+  }
   const DatasetTable poses = read_table(folder / "poses.csv", 10);
   for (std::size_t row = 0; row < poses.size(); ++row) {
     TruePose pose;
@@ -362,6 +370,8 @@ Truth RecordedTruth::after(std::size_t observations) const {
   truth.body = all_.body;
   truth.seen = all_.seen;
   truth.path_m = known.path_m;
+  truth.rig = all_.rig;
+  truth.wheels = all_.wheels;
   for (std::size_t i = 0; i < known.seen_runs; ++i) {
     const auto first = truth.seen.cells.begin() + count(seen_runs_[i].first);
     std::fill(first, first + count(seen_runs_[i].count), std::uint8_t{1});

@@ -22,7 +22,8 @@ namespace panoptes::hw {
 ///    were known by then;
 ///  - floor.png, body.png: the layers that stay as they are, white where set, the highest row
 ///    first;
-///  - layers.yaml: where the layers lie in `scene`.
+///  - layers.yaml: where the layers lie in `scene`;
+///  - platform.yaml: the true rig and wheels, as far as they are known.
 /// For other programs the poses are in mav0/state_groundtruth_estimate0 as well, as EuRoC has them:
 /// of the body in `scene`.
 class TruthWriter {

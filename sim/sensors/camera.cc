@@ -12,38 +12,6 @@
 #include "sim/sensors/floor_pixels.h"
 
 namespace panoptes::sim {
-namespace {
-
-Vec3 three_normals(Rng& rng, double sigma) {
-  const double x = rng.normal(0, sigma);
-  const double y = rng.normal(0, sigma);
-  const double z = rng.normal(0, sigma);
-  return {x, y, z};
-}
-
-}  // namespace
-
-void bind(Fields& f, MountingError& o) {
-  f("sigma_deg", o.sigma_deg, between(0, 45));
-  f("sigma_m", o.sigma_m, between(0, 1));
-}
-
-Rig mounted(const MountingError& error, const Rig& believed, const Rng& rng) {
-  Rig rig = believed;
-  for (auto& [name, camera] : rig.cameras) {
-    Rng draw = rng.fork(name);
-    const Vec3 turn_rad = three_normals(draw, deg_to_rad(error.sigma_deg));
-    const Vec3 shift_m = three_normals(draw, error.sigma_m);
-    const double angle_rad = turn_rad.norm();
-    if (angle_rad > 0) {
-      const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle_rad, turn_rad / angle_rad));
-      camera.T_body_camera.rotation = (turn * camera.T_body_camera.rotation).normalized();
-    }
-    camera.T_body_camera.translation += shift_m;
-  }
-  return rig;
-}
-
 std::vector<FloorMark> survey_floor(const std::string& name, const RigCamera& true_camera,
                                     const Body& body, const SurveyError& error, const Rng& rng) {
   PANOPTES_CHECK(true_camera.floor.has_value(), "only a camera with a floor view is surveyed");

@@ -6,20 +6,9 @@
 
 #include "core/base/rng.h"
 #include "core/camera/rig.h"
-#include "core/config/fields.h"
 #include "core/geometry/body.h"
 
 namespace panoptes::sim {
-
-/// How far the true cameras are from where the robot believes they are, each axis by itself.
-struct MountingError {
-  double sigma_deg = 0;
-  double sigma_m = 0;
-};
-void bind(Fields& f, MountingError& o);
-
-/// The true rig: the believed one with every camera turned and moved a little.
-Rig mounted(const MountingError& error, const Rig& believed, const Rng& rng);
 
 struct SurveyError {
   double floor_m = 0.002;  ///< of the tape measure, each axis

@@ -17,11 +17,21 @@ double drawn_sign(Rng rng) { return rng.uniform() < 0.5 ? -1 : 1; }
 
 }  // namespace
 
+void bind(Fields& f, WheelOffset& o) {
+  f("radius_percent", o.radius_percent, between(-20, 20));
+  f("radius_ratio_percent", o.radius_ratio_percent, between(-20, 20));
+  f("base_percent", o.base_percent, between(-20, 20));
+}
+
 void bind(Fields& f, WheelError& o) {
   f("noise_m_per_sqrt_m", o.noise_m_per_sqrt_m, between(0, 0.1));
   f("diameter_difference", o.diameter_difference, between(0, 0.2));
   f("base_error", o.base_error, between(0, 0.2));
   f("turn_slip", o.turn_slip, between(0, 0.2));
+  f("sigma_radius_percent", o.sigma_radius_percent, between(0, 5));
+  f("sigma_radius_ratio_percent", o.sigma_radius_ratio_percent, between(0, 5));
+  f("sigma_base_percent", o.sigma_base_percent, between(0, 5));
+  f("exactly", o.exactly);
 }
 
 void bind(Fields& f, Surface& o) {
@@ -49,19 +59,46 @@ std::array<TractionFactors, 2> traction_under_wheels(const std::vector<Surface>&
   return traction;
 }
 
+WheelFactors wheel_factors(const WheelError& options, const Rng& rng) {
+  WheelOffset offset;
+  double left_larger = 0;
+  double base_larger = 0;
+  if (options.exactly) {
+    offset = *options.exactly;
+  } else {
+    left_larger = drawn_sign(rng.fork("wheel-diameters")) * options.diameter_difference / 2;
+    base_larger = drawn_sign(rng.fork("wheel-base")) * options.base_error;
+    Rng draw = rng.fork("wheel-sizes");
+    offset.radius_percent = draw.normal(0, options.sigma_radius_percent);
+    offset.radius_ratio_percent = draw.normal(0, options.sigma_radius_ratio_percent);
+    offset.base_percent = draw.normal(0, options.sigma_base_percent);
+  }
+  // The two differ by the ratio, and their mean is left alone.
+  const double ratio = offset.radius_ratio_percent / 100;
+  left_larger += ratio / (2 + ratio);
+  const double both = 1 + offset.radius_percent / 100;
+  return {{(1 + left_larger) * both, (1 - left_larger) * both},
+          1 + base_larger + offset.base_percent / 100};
+}
+
+TrueWheels true_wheels(const WheelFactors& factors, const Body& believed) {
+  return {believed.wheel_radius_m * factors.radius[0], believed.wheel_radius_m * factors.radius[1],
+          believed.wheel_base_m * factors.base};
+}
+
 WheelEncoders::WheelEncoders(const WheelError& options, const Body& believed, const Rng& rng)
+    : WheelEncoders(options, wheel_factors(options, rng), believed, rng) {}
+
+WheelEncoders::WheelEncoders(const WheelError& options, const WheelFactors& factors,
+                             const Body& believed, const Rng& rng)
     : noise_m_per_sqrt_m_(options.noise_m_per_sqrt_m),
       turn_slip_(options.turn_slip),
-      base_m_(believed.wheel_base_m *
-              (1 + drawn_sign(rng.fork("wheel-base")) * options.base_error)),
-      ticks_per_m_{},
+      base_m_(believed.wheel_base_m * factors.base),
+      wheels_(true_wheels(factors, believed)),
+      ticks_per_m_{1 / (tick_m(believed) * factors.radius[0]),
+                   1 / (tick_m(believed) * factors.radius[1])},
       noise_rng_(rng.fork("wheel-noise")),
-      slip_rng_(rng.fork("wheel-slip")) {
-  const double left_larger =
-      drawn_sign(rng.fork("wheel-diameters")) * options.diameter_difference / 2;
-  ticks_per_m_ = {1 / (tick_m(believed) * (1 + left_larger)),
-                  1 / (tick_m(believed) * (1 - left_larger))};
-}
+      slip_rng_(rng.fork("wheel-slip")) {}
 
 void WheelEncoders::roll(double forward_m, double turn_rad,
                          const std::array<TractionFactors, 2>& traction) {

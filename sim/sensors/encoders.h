@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,10 +11,19 @@
 #include "core/base/time.h"
 #include "core/camera/observation.h"
 #include "core/config/fields.h"
+#include "core/eval/truth.h"
 #include "core/geometry/body.h"
 #include "core/geometry/pose2.h"
 
 namespace panoptes::sim {
+
+/// By how much the true wheels are larger than the robot believes, and farther apart.
+struct WheelOffset {
+  double radius_percent = 0;        ///< the mean of both
+  double radius_ratio_percent = 0;  ///< left against right
+  double base_percent = 0;
+};
+void bind(Fields& f, WheelOffset& o);
 
 /// How the true wheels differ from what the robot believes of them. All zero: ticks are the only
 /// error. The defaults leave a raw odometry error of about a metre after ten minutes of exploring
@@ -25,8 +35,21 @@ struct WheelError {
   double diameter_difference = 0.0006;  ///< of the two wheels, relative; the seed draws its sign
   double base_error = 0.003;            ///< of the wheel base, relative; the seed draws its sign
   double turn_slip = 0.006;  ///< each turn is felt by the wheels times 1 + N(0, turn_slip)
+  /// Standard deviations of what is drawn besides; the parts are those of WheelOffset.
+  double sigma_radius_percent = 0;
+  double sigma_radius_ratio_percent = 0;
+  double sigma_base_percent = 0;
+  std::optional<WheelOffset> exactly = {};  ///< in place of all that is drawn of radii and base
 };
 void bind(Fields& f, WheelError& o);
+
+/// The true wheels against the believed ones.
+struct WheelFactors {
+  std::array<double, 2> radius{1, 1};  ///< left, right
+  double base = 1;
+};
+WheelFactors wheel_factors(const WheelError& options, const Rng& rng);
+TrueWheels true_wheels(const WheelFactors& factors, const Body& believed);
 
 /// A patch of floor on which wheels hold worse (or better) than elsewhere: a rectangle in scene.
 struct Surface {
@@ -61,15 +84,21 @@ class WheelEncoders {
  public:
   WheelEncoders(const WheelError& options, const Body& believed, const Rng& rng);
 
+  const TrueWheels& wheels() const { return wheels_; }
+
   /// The body moved `forward_m` and turned by `turn_rad` in one step, the wheels (left, right) on
   /// floor that holds them so.
   void roll(double forward_m, double turn_rad, const std::array<TractionFactors, 2>& traction = {});
   Ticks ticks() const;
 
  private:
+  WheelEncoders(const WheelError& options, const WheelFactors& factors, const Body& believed,
+                const Rng& rng);
+
   double noise_m_per_sqrt_m_;
   double turn_slip_;
   double base_m_;
+  TrueWheels wheels_;
   std::array<double, 2> ticks_per_m_;     // left, right
   std::array<double, 2> rolled_ticks_{};  // not yet cut to whole ticks
   int turning_ = 0;                       // sign of the turn that is going on

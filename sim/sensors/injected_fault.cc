@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "sim/sensors/injected_fault.h"
 
+#include <algorithm>
+
 #include <opencv2/imgproc.hpp>
 
 namespace panoptes::sim {
@@ -8,16 +10,24 @@ namespace panoptes::sim {
 void bind(Fields& f, InjectedFault& o) {
   f("camera", o.camera);
   f.require(f.writing() || f.present("fault"), "fault",
-            "missing; it must be freeze, cover, black or unplug");
+            "missing; it must be freeze, cover, black, unplug or knock");
   if (f.writing() || f.present("fault")) {
     f.word("fault", o.fault,
            {{"freeze", CameraFaultKind::kFreeze},
             {"cover", CameraFaultKind::kCover},
             {"black", CameraFaultKind::kBlack},
-            {"unplug", CameraFaultKind::kUnplug}});
+            {"unplug", CameraFaultKind::kUnplug},
+            {"knock", CameraFaultKind::kKnock}});
   }
   f.needed("at_s", o.at_s, not_negative);
   f("for_s", o.for_s, positive);
+  if (o.fault == CameraFaultKind::kKnock) {
+    f.require(!o.for_s, "for_s",
+              "must not be given: what is knocked stays as it is; to put it back, knock it back");
+    bind(f, o.knock);
+    f.require(!o.knock.rotation_rad.isZero(0) || !o.knock.shift_m.isZero(0), "fault",
+              "must turn or shift the camera; give roll_deg, pitch_deg, yaw_deg, x_m, y_m or z_m");
+  }
 }
 
 bool InjectedFault::befalls(const std::string& name, Time stamp) const {
@@ -47,11 +57,28 @@ std::vector<KeyFault> injection_faults(const std::vector<InjectedFault>& faults,
 std::optional<CameraFaultKind> fault_at(const std::vector<InjectedFault>& faults,
                                         const std::string& camera, Time stamp) {
   for (const InjectedFault& one : faults) {
-    if (one.befalls(camera, stamp)) {
+    if (one.fault != CameraFaultKind::kKnock && one.befalls(camera, stamp)) {
       return one.fault;
     }
   }
   return std::nullopt;
+}
+
+bool is_knocked(const std::vector<InjectedFault>& faults, const std::string& camera, Time t) {
+  return std::any_of(faults.begin(), faults.end(), [&](const InjectedFault& one) {
+    return one.fault == CameraFaultKind::kKnock && one.befalls(camera, t);
+  });
+}
+
+Pose3 knocked(const std::vector<InjectedFault>& faults, const std::string& camera, Time t,
+              const Pose3& T_body_camera) {
+  Pose3 T = T_body_camera;
+  for (const InjectedFault& one : faults) {
+    if (one.fault == CameraFaultKind::kKnock && one.befalls(camera, t)) {
+      T = displaced(T, one.knock);
+    }
+  }
+  return T;
 }
 
 void cover(cv::Mat& bgr) {

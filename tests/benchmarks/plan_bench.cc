@@ -59,7 +59,7 @@ void dynamic_window(benchmark::State& state) {
   request.longest_cycle_s = request.cycle_s;
   request.lookahead_odom = {6.1, 3.7};
   for (auto _ : state) {
-    const ClearanceMap window = clearance_map(window_map(options, task, {}), 1.0);
+    const ClearanceMap window = clearance_map(window_map(options, task, {}, 0), 1.0);
     benchmark::DoNotOptimize(choose_arc(options, Body(), window, request));
   }
 }

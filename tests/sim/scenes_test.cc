@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cmath>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -35,6 +36,39 @@ TEST(Scenes, ThePioneersRigHasTheGeometryOfItsComments) {
   EXPECT_LT(body.radius_m + gap_m + 0.10, 0.7) << "what is assumed free lies in what is clear";
   EXPECT_LT(ahead_m(69), floor.floor->far_m);
   EXPECT_GT(ahead_m(68), floor.floor->far_m);
+}
+
+TEST(Scenes, TheRigOnTheEdgesHasTheGeometryOfItsComments) {
+  const Body body = read_settings<Body>(kScenes + "robots/pioneer3dx.yaml");
+  const Rig rig = read_settings<Rig>(kScenes + "rigs/front-back-edges.yaml");
+  EXPECT_EQ(rig.with_role("loop_front"), "front");
+  EXPECT_EQ(rig.with_role("loop_back"), "back");
+  EXPECT_EQ(rig.with_role("floor"), "floor");
+  for (const auto& [name, camera] : rig.cameras) {
+    const Vec3& eye_body = camera.T_body_camera.translation;
+    EXPECT_LE(eye_body.z(), body.height_m) << name;
+    EXPECT_GE(eye_body.z(), body.hull_height_m) << name;
+    EXPECT_NEAR(std::abs(eye_body.x()), 0.2, 1e-12) << name;
+  }
+  const RigCamera& floor = rig.cameras.at("floor");
+  constexpr double kWritten_m = 0.005;  // to as many digits
+  const auto ahead_m = [&](double row_px) {
+    return floor_under(floor, {floor.intrinsics.cx_px, row_px})->x() - body.radius_m;
+  };
+  EXPECT_NEAR(ahead_m(floor.intrinsics.height_px - 0.5), 0.19, kWritten_m);
+  EXPECT_LE(ahead_m(floor.intrinsics.height_px - 0.5), floor.floor->near_m);
+  EXPECT_LT(ahead_m(32), floor.floor->far_m);
+  EXPECT_GT(ahead_m(31), floor.floor->far_m);
+}
+
+TEST(Scenes, TheRigThatLooksAsideHasACameraOnEitherSide) {
+  const Rig rig = read_settings<Rig>(kScenes + "rigs/left-right-floor.yaml");
+  const Pose3& left = rig.cameras.at(rig.with_role("loop_left")).T_body_camera;
+  const Pose3& right = rig.cameras.at(rig.with_role("loop_right")).T_body_camera;
+  EXPECT_NEAR((left.rotation * Vec3::UnitZ()).y(), 1, 1e-12);
+  EXPECT_NEAR((right.rotation * Vec3::UnitZ()).y(), -1, 1e-12);
+  EXPECT_EQ(left.translation.y(), -right.translation.y());
+  EXPECT_FALSE(rig.with_role("floor").empty());
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
 #include "tests/sim/physics/rooms.h"
@@ -195,8 +196,10 @@ TEST(SimulatedOptions, FaultsSayWhatAndWhenAndOfACameraThatIsThere) {
             " {camera: floor, at_s: -1}]\n",
             name);
       }),
-      name + ":2:33: faults[0].fault: must be one of freeze, cover, black, unplug, got melt\n" +
-          name + ":2:49: faults[1].fault: missing; it must be freeze, cover, black or unplug\n" +
+      name +
+          ":2:33: faults[0].fault: must be one of freeze, cover, black, unplug, knock, got melt\n" +
+          name +
+          ":2:49: faults[1].fault: missing; it must be freeze, cover, black, unplug or knock\n" +
           name + ":2:71: faults[1].at_s: must be >= 0, got -1");
   SimulatedOptions options = starting_at(1, 1);
   options.faults = {{"flor", CameraFaultKind::kFreeze, 1, std::nullopt}};
@@ -966,6 +969,229 @@ TEST(SimulatedRobot, RepeatsItselfBitForBit) {
   EXPECT_TRUE(a.odometry.T_odom_body == b.odometry.T_odom_body);
   EXPECT_EQ(cv::norm(a.pictures.at("front").bgr, b.pictures.at("front").bgr, cv::NORM_INF), 0);
   EXPECT_FALSE(a.odometry.T_odom_body == drive(4).odometry.T_odom_body);
+}
+
+// The room whose picture is white in the one pixel that shows a landmark.
+Surroundings with_landmark(const Vec3& p_scene) {
+  Surroundings around = room();
+  around.draw = [p_scene, inner = around.draw](const View& view, const RenderOutputs& outputs,
+                                               const SceneState& scene_state) {
+    RenderedImage rendered = inner(view, outputs, scene_state);
+    const Vec3 p_camera = view.T_scene_camera.inverse() * p_scene;
+    if (p_camera.z() > 0) {
+      const Vec2 px = view.intrinsics.project(p_camera);
+      cv::circle(rendered.bgr,
+                 {static_cast<int>(std::lround(px.x())), static_cast<int>(std::lround(px.y()))}, 2,
+                 cv::Scalar::all(255), -1);
+    }
+    return rendered;
+  };
+  return around;
+}
+
+// Where the landmark is in a picture: the middle of what is brighter than all else.
+Vec2 brightest_px(const cv::Mat& bgr) {
+  cv::Mat grey;
+  cv::extractChannel(bgr, grey, 1);
+  double most = 0;
+  cv::minMaxLoc(grey, nullptr, &most);
+  Vec2 sum = Vec2::Zero();
+  int count = 0;
+  for (int v = 0; v < grey.rows; ++v) {
+    for (int u = 0; u < grey.cols; ++u) {
+      if (grey.at<std::uint8_t>(v, u) > most - 40) {
+        sum += Vec2(u, v);
+        ++count;
+      }
+    }
+  }
+  return sum / count;
+}
+
+SimulatedOptions noiseless(double x_m, double y_m) {
+  SimulatedOptions options = starting_at(x_m, y_m);
+  options.sensor.noise = NoNoise{};
+  options.sensor.vignetting = 0;
+  options.sensor.motion_blur = false;
+  return options;
+}
+
+Rig sharp_front_camera() {
+  Rig rig = front_camera_alone();
+  rig.cameras["front"].intrinsics = pinhole(640, 480, deg_to_rad(80));
+  return rig;
+}
+
+std::vector<cv::Mat> pictures_of(SimulatedRobot& robot, const std::string& camera, int count) {
+  std::vector<cv::Mat> all;
+  robot.drive({0.2, 0.3}, std::chrono::seconds(60));
+  for (int i = 0; i < count; ++i) {
+    all.push_back(next_set(robot).pictures.at(camera).bgr);
+  }
+  return all;
+}
+
+bool same_pixels(const std::vector<cv::Mat>& a, const std::vector<cv::Mat>& b) {
+  return a.size() == b.size() &&
+         std::equal(a.begin(), a.end(), b.begin(),
+                    [](const cv::Mat& x, const cv::Mat& y) { return cv::norm(x, y) == 0; });
+}
+
+constexpr double kPixel_px = 1;  // the landmark's middle, each way and both times
+
+TEST(TruthAndBelief, ACameraYawedByADegreeShowsALandmarkShifted) {
+  const Rig rig = sharp_front_camera();
+  const Intrinsics& lens = rig.cameras.at("front").intrinsics;
+  const Vec3 ahead_scene(4, 1, 0.78);
+  SimulatedOptions options = noiseless(1, 1);
+  SimulatedRobot straight(options, with_landmark(ahead_scene), Body{}, rig, Rng(1));
+  options.mounting_error.exactly["front"].rotation_rad.z() = deg_to_rad(1);
+  SimulatedRobot yawed(options, with_landmark(ahead_scene), Body{}, rig, Rng(1));
+  const Vec2 before = brightest_px(next_set(straight).pictures.at("front").bgr);
+  const Vec2 after = brightest_px(next_set(yawed).pictures.at("front").bgr);
+  EXPECT_NEAR(before.x(), lens.cx_px, kPixel_px);
+  EXPECT_NEAR(after.x() - before.x(), lens.fx_px * std::tan(deg_to_rad(1)), kPixel_px);
+  EXPECT_NEAR(after.y() - before.y(), 0, kPixel_px);
+  EXPECT_EQ(yawed.rig().cameras.at("front").T_body_camera.rotation.coeffs(),
+            rig.cameras.at("front").T_body_camera.rotation.coeffs());
+}
+
+TEST(TruthAndBelief, AnotherLensShowsALandmarkElsewhere) {
+  const Rig rig = sharp_front_camera();
+  const Vec3 beside_scene(3, 2, 1.2);
+  const Vec3 p_camera =
+      (on_floor({1, 1, 0}) * rig.cameras.at("front").T_body_camera).inverse() * beside_scene;
+  for (const LensOffset& offset :
+       {LensOffset{5, {0, 0}, 0}, LensOffset{0, {8, -12}, 0}, LensOffset{0, {0, 0}, 0.1}}) {
+    SimulatedOptions options = noiseless(1, 1);
+    options.lens_error.exactly["front"] = offset;
+    SimulatedRobot robot(options, with_landmark(beside_scene), Body{}, rig, Rng(1));
+    const Vec2 px = brightest_px(next_set(robot).pictures.at("front").bgr);
+    const Vec2 told = rig.cameras.at("front").intrinsics.project(p_camera);
+    const Vec2 real = robot.true_rig().cameras.at("front").intrinsics.project(p_camera);
+    EXPECT_GT((real - told).norm(), 4 * kPixel_px);
+    EXPECT_LT((px - real).norm(), 2 * kPixel_px);
+  }
+}
+
+TEST(TruthAndBelief, AClockErrorMovesStampsAlone) {
+  SimulatedOptions options = starting_at(1, 1);
+  SimulatedRobot right = robot_with(options);
+  options.clock_error.exactly["front"] = 0.004;
+  options.truth.labels = true;
+  SimulatedRobot wrong = robot_with(options);
+  right.drive({0.2, 0.3}, std::chrono::seconds(60));
+  wrong.drive({0.2, 0.3}, std::chrono::seconds(60));
+  for (int i = 0; i < 10; ++i) {
+    const Observation a = next_set(right);
+    const Observation b = next_set(wrong);
+    EXPECT_EQ(b.stamp, a.stamp);
+    EXPECT_EQ(b.odometry.T_odom_body.x_m, a.odometry.T_odom_body.x_m);
+    EXPECT_EQ(b.pictures.at("front").stamp - a.pictures.at("front").stamp,
+              std::chrono::milliseconds(4));
+    EXPECT_EQ(b.pictures.at("floor").stamp, a.pictures.at("floor").stamp);
+    EXPECT_EQ(cv::norm(a.pictures.at("front").bgr, b.pictures.at("front").bgr), 0);
+    EXPECT_EQ(wrong.true_pictures().at("front").stamp, a.pictures.at("front").stamp);
+  }
+  EXPECT_EQ(wrong.truth()->rig->cameras.at("front").clock_offset_s, 0.004);
+  EXPECT_EQ(wrong.truth()->poses.back().stamp, right.truth()->poses.back().stamp);
+}
+
+TEST(TruthAndBelief, ABeliefChangesNoPicture) {
+  SimulatedOptions options = starting_at(1, 1);
+  options.mounting_error.sigma_deg = 1;
+  options.lens_error.sigma_focal_percent = 1;
+  options.clock_error.sigma_s = 0.001;
+  SimulatedRobot as_nominal(options, room(), Body{}, two_cameras(), Rng(3));
+  options.nominal_rig = two_cameras();
+  Rig other = two_cameras();
+  other.cameras["front"].T_body_camera = mounted_camera({0.1, 0.05, 0.7}, 0.2, 0.1);
+  other.cameras["front"].intrinsics.fx_px *= 1.1;
+  other.cameras["front"].rate_hz = 5;
+  other.cameras["front"].clock_offset_s = 0.02;
+  SimulatedRobot as_believed(options, room(), Body{}, other, Rng(3));
+  Rig alone = other;
+  alone.cameras.erase("floor");
+  SimulatedRobot of_one(options, room(), Body{}, alone, Rng(3));
+  for (int i = 0; i < 5; ++i) {
+    const Observation a = next_set(as_nominal);
+    const Observation b = next_set(as_believed);
+    const Observation c = next_set(of_one);
+    EXPECT_EQ(a.pictures.at("front").stamp, b.pictures.at("front").stamp);
+    EXPECT_EQ(cv::norm(a.pictures.at("front").bgr, b.pictures.at("front").bgr), 0);
+    EXPECT_EQ(cv::norm(a.pictures.at("front").bgr, c.pictures.at("front").bgr), 0);
+    EXPECT_EQ(cv::norm(a.pictures.at("floor").bgr, b.pictures.at("floor").bgr), 0);
+    EXPECT_THAT(c.pictures, SizeIs(1));
+  }
+  for (const SimulatedRobot* robot : {&as_believed, &of_one}) {
+    EXPECT_EQ(robot->true_rig().cameras.at("front").T_body_camera.rotation.coeffs(),
+              as_nominal.true_rig().cameras.at("front").T_body_camera.rotation.coeffs());
+    EXPECT_EQ(robot->true_rig().cameras.at("front").intrinsics.fx_px,
+              as_nominal.true_rig().cameras.at("front").intrinsics.fx_px);
+  }
+  EXPECT_EQ(as_believed.rig().cameras.at("front").intrinsics.fx_px,
+            other.cameras.at("front").intrinsics.fx_px);
+}
+
+TEST(TruthAndBelief, WhoBelievesInOtherCamerasOrSizesIsRefused) {
+  SimulatedOptions options = starting_at(1, 1);
+  options.nominal_rig = two_cameras();
+  options.clock_error.exactly["frnt"] = 0.1;
+  Rig rig = two_cameras();
+  rig.cameras["frontal"] = rig.cameras["front"];
+  rig.cameras["floor"].intrinsics = pinhole(32, 24, deg_to_rad(80));
+  EXPECT_EQ(refusal([&] { SimulatedRobot(options, room(), Body{}, rig, Rng(1)); }),
+            "platform.clock_error.exactly.frnt: the rig has no camera frnt; did you mean front?\n"
+            "rig.cameras.floor.size_px: must be [64, 48], the size of the pictures that the "
+            "simulated robot's camera takes (platform.nominal_rig)\n"
+            "rig.cameras.frontal: the simulated robot has no camera frontal; did you mean front?");
+}
+
+TEST(TruthAndBelief, TheTruthTellsItsRigAndWheels) {
+  SimulatedOptions options = starting_at(1, 1);
+  options.mounting_error.exactly["front"].shift_m.x() = 0.01;
+  options.wheel_error.exactly = WheelOffset{2, 0, 1};
+  const Truth truth = *robot_with(options).truth();
+  ASSERT_TRUE(truth.rig.has_value());
+  constexpr double kRoundoff_m = 1e-12;
+  EXPECT_NEAR(truth.rig->cameras.at("front").T_body_camera.translation.x(), 0.03, kRoundoff_m);
+  EXPECT_NEAR(truth.wheels->left_radius_m, 1.02 * Body().wheel_radius_m, kRoundoff_m);
+  EXPECT_NEAR(truth.wheels->base_m, 1.01 * Body().wheel_base_m, kRoundoff_m);
+}
+
+TEST(TruthAndBelief, AKnockTurnsACameraFromItsInstantOn) {
+  const Rig rig = sharp_front_camera();
+  const Vec3 ahead_scene(4, 1, 0.78);
+  SimulatedOptions options = noiseless(1, 1);
+  InjectedFault knock;
+  knock.camera = "front";
+  knock.fault = CameraFaultKind::kKnock;
+  knock.at_s = 0.5;
+  knock.knock.rotation_rad.z() = deg_to_rad(1.5);
+  options.faults = {knock};
+  SimulatedRobot robot(options, with_landmark(ahead_scene), Body{}, rig, Rng(1));
+  const Vec2 before = brightest_px(next_set(robot).pictures.at("front").bgr);
+  last_until(0.99, robot);
+  const Observation seen = next_set(robot);
+  const Vec2 after = brightest_px(seen.pictures.at("front").bgr);
+  EXPECT_NEAR(after.x() - before.x(),
+              rig.cameras.at("front").intrinsics.fx_px * std::tan(deg_to_rad(1.5)), kPixel_px);
+  EXPECT_EQ(robot.truth()->rig->cameras.at("front").T_body_camera.translation,
+            rig.cameras.at("front").T_body_camera.translation);
+}
+
+TEST(TruthAndBelief, ErrorsOfNothingLeaveTheBits) {
+  SimulatedOptions options = starting_at(1, 1);
+  SimulatedRobot plain = robot_with(options, 5);
+  options.nominal_rig = two_cameras();
+  options.lens_error.exactly["front"] = {};
+  options.clock_error.exactly["floor"] = 0;
+  options.mounting_error.exactly["front"] = {};
+  SimulatedRobot named = robot_with(options, 5);
+  EXPECT_TRUE(same_pixels(pictures_of(plain, "front", 5), pictures_of(named, "front", 5)));
+  EXPECT_EQ(plain.rig().cameras.at("floor").floor->marks.at(2).px,
+            named.rig().cameras.at("floor").floor->marks.at(2).px);
+  EXPECT_EQ(plain.truth()->wheels->left_radius_m, named.truth()->wheels->left_radius_m);
 }
 
 }  // namespace

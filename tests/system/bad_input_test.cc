@@ -93,7 +93,7 @@ TEST_F(BadInput, SettingsOfNothing) {
 TEST_F(BadInput, RigsThatWillNotDo) {
   expect_refused(2,
                  kRig +
-                     ":7:1: rig: has no camera with the role loop_back; the navigator of "
+                     ":7:1: rig: has no camera with the role loop_back; SLAM in "
                      "'explore-office' needs loop_front, loop_back and floor",
                  {"--set", "rig.cameras.back.roles=[]"}, kOffice);
   expect_refused(2,

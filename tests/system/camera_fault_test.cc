@@ -70,13 +70,13 @@ TEST_F(CameraFaults, StopTheRobotAndAreTheOutcome) {
 }
 
 TEST_F(CameraFaults, ThatPassAreWaitedFor) {
-  const Said said = explore_with("run", "[{camera: floor, fault: black, at_s: 9, for_s: 1}]", 13);
+  const Said said = explore_with("run", "[{camera: floor, fault: black, at_s: 5, for_s: 1}]", 13);
   EXPECT_EQ(said.status, 0);
   const auto m = metrics("run");
   EXPECT_EQ(m["end_reason"], "duration");
   EXPECT_EQ(m["cameras"]["floor"]["dark"], 15);
   EXPECT_NEAR(m["cameras"]["floor"]["lost_s"], 1, 0.01);
-  EXPECT_GT(driven_from_m("run", 10.5), 0.1);
+  EXPECT_GT(driven_from_m("run", 6.5), 0.1);
 }
 
 TEST_F(CameraFaults, OfALoopCameraAreToldWhileItDrivesOn) {

@@ -229,9 +229,10 @@ TEST_F(Commands, RigsThatNoNavigatorCouldUseAreLookedThroughAndRecorded) {
   EXPECT_TRUE(fs::exists(folder_ / "work" / "kept" / "mav0" / "side" / "data.csv"));
   const Said explored = explore("m.yaml", "mapped", {});
   EXPECT_EQ(explored.status, 2);
-  EXPECT_EQ(explored.err,
-            "rig.yaml:1:1: rig: has no camera with the role loop_front or loop_back or floor; the "
-            "navigator of 'm' needs loop_front, loop_back and floor\n");
+  EXPECT_EQ(
+      explored.err,
+      "rig.yaml:1:1: rig: has no camera with the role loop_front or loop_back or floor; SLAM in "
+      "'m' needs loop_front, loop_back and floor\n");
 }
 
 TEST_F(Commands, RenderAsksForAPlaceInWords) {

@@ -66,6 +66,13 @@ class Inputs : public SystemTest {
 };
 
 TEST_F(Inputs, AreEveryFileThatWasReadAndTheProgram) {
+  const Said nowhere = explore("m.yaml", "nothing", {"--inputs", "/nosuch/x"});
+  EXPECT_EQ(nowhere.status, 2);
+  EXPECT_EQ(
+      nowhere.err,
+      "--inputs /nosuch/x: cannot be created: No such file or directory; name another file\n");
+  EXPECT_FALSE(fs::exists(folder_ / "work" / "nothing"));
+  EXPECT_EQ(explore("m.yaml", "within", {"--inputs", "within/made-of.sha256"}).status, 0);
   ASSERT_EQ(explore("m.yaml", "run", {"--inputs", "run.sha256"}).status, 0);
   const auto files = parse_inputs(read_file(folder_ / "work" / "run.sha256"));
   for (const char* name :

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/evaluate/given_truth.h"
+#include "apps/mission/mission.h"
 #include "apps/serve/served_truth.h"
 #include "core/base/error.h"
 #include "core/io/file.h"
@@ -190,6 +191,47 @@ TEST_F(SavedRunTest, GetsTheFiguresThatNeedTheTruth) {
   EXPECT_EQ(loops.rows[1][loops.column("x_m")], "");
   EXPECT_EQ(loops.rows[1][loops.column("verdict")], "features: 3 of 9 agree, \"12\" needed");
   EXPECT_TRUE(fs::exists(run_ / "errors.png"));
+}
+
+TEST_F(SavedRunTest, DoesNotJudgeWhatTheRunItselfDidNot) {
+  for (const char* command : {"explore", "teleop", "record"}) {
+    change([command](json& m) {
+      m["command"] = command;
+      for (json& line : m["requirements"]) {
+        line["pass"] = nullptr;
+      }
+    });
+    EXPECT_FALSE(read_run(run_).run.info.judged);
+    serve(truth());
+    const RunReport report = evaluate(served_);
+    EXPECT_EQ(report.exit_status, 0) << command;
+    for (const json& line : metrics()["requirements"]) {
+      EXPECT_TRUE(line["pass"].is_null()) << command;
+    }
+    EXPECT_THAT(report.summary,
+                testing::Contains("not judged: collisions == 0, outcome == completed, run_s > 1 "
+                                  "(it is not for what this command does)"));
+  }
+}
+
+TEST_F(SavedRunTest, ComparesTheTrueRobotWithWhatItsMissionBelieves) {
+  Truth known = truth();
+  known.wheels = {1.02 * Body().wheel_radius_m, 1.02 * Body().wheel_radius_m,
+                  1.01 * Body().wheel_base_m};
+  serve(known);
+  evaluate(served_);
+  EXPECT_FALSE(metrics().contains("platform_truth"));  // the run does not say what it believed
+  const std::string mission = PANOPTES_SOURCE_DIR "/scenes/missions/explore-office.yaml";
+  write_file(run_ / "mission.yaml", write_settings(load_mission<ExploreMission>(mission)));
+  evaluate(served_);
+  const json wheels = metrics()["platform_truth"]["wheels"];
+  EXPECT_NEAR(wheels["radius_error_percent"], 2, kRoundoff);
+  EXPECT_NEAR(wheels["radius_ratio_error_percent"], 0, kRoundoff);
+  EXPECT_NEAR(wheels["base_error_percent"], 1, kRoundoff);
+  EXPECT_FALSE(metrics()["platform_truth"].contains("cameras"));  // none were served
+  serve(truth());
+  evaluate(served_);
+  EXPECT_FALSE(metrics().contains("platform_truth"));  // what an earlier truth said is gone
 }
 
 TEST_F(SavedRunTest, KnowsTheWheelsOfAKeyframeBetweenFrameSets) {

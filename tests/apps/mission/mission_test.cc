@@ -66,10 +66,22 @@ TEST(Mission, TellsTheNamesOfTodayOfSettingsThatWereCalledOtherwise) {
            {verified + "reach_rad", "tolerance_rad"},
            {verified + "contours.reach_m", "cutoff_m"},
            {"navigator.mapper.floor.parallax_check.reach_m", "range_m"},
-           {"navigator.mapper.contour_way_m", "contour_path_m"}}) {
+           {"navigator.mapper.contour_way_m", "contour_path_m"},
+           {"navigator.mapper.floor.learn_every", "learn_every_s"},
+           {"navigator.mapper.floor.colour.mass_decay", "mass_half_life_s"}}) {
     const std::string key = before.substr(before.rfind('.') + 1);
     EXPECT_THAT(faults({before + "=0.5"}),
                 testing::ElementsAre("--set " + before + ": " + key + " is now " + today));
+  }
+}
+
+TEST(Mission, TellsOnceOfSettingsThatAreGone) {
+  for (const std::string key : {"cycle_s", "reaction_s"}) {
+    const std::string path = "navigator.driver.dwa." + key;
+    EXPECT_THAT(faults({path + "=0.1"}),
+                testing::ElementsAre("--set " + path +
+                                     ": is not set any more: the platform states its timing, and "
+                                     "the cycle is measured"));
   }
 }
 
@@ -79,9 +91,22 @@ TEST(Mission, RefusesARigWithoutTheCameraARoleNeeds) {
   ASSERT_EQ(lines.size(), 1U);
   EXPECT_THAT(lines[0], testing::StartsWith(rig + ":"));
   EXPECT_THAT(lines[0],
-              testing::EndsWith(": rig: has no camera with the role loop_front; the navigator of "
+              testing::EndsWith(": rig: has no camera with the role loop_front; SLAM in "
                                 "'explore-office' needs loop_front, loop_back and floor"));
   EXPECT_EQ(faults({"rig.cameras.front.roles=[]", "rig.cameras.back.roles=[]"}).size(), 1U);
+}
+
+// A mission is refused by what the line of its pilot in apps/CMakeLists.txt says, not by its name.
+TEST(Mission, EveryPilotSaysWhatItCannotDriveWithout) {
+  EXPECT_TRUE(needs_of(Drive<"navigator">()).slam);
+  EXPECT_TRUE(needs_of(Drive<"route">()).truth);
+  EXPECT_TRUE(needs_of(Drive<"teleop">()).terminal);
+  const DriveNeeds none = needs_of(Drive<"none">());
+  EXPECT_FALSE(none.slam || none.truth || none.terminal);
+  constexpr DriveNeeds kTwo = all_of(DriveNeed::kTerminal, DriveNeed::kSlam);
+  EXPECT_TRUE(kTwo.slam && kTwo.terminal && !kTwo.truth);
+  EXPECT_EQ(drives_on_any_robot(true), "navigator or teleop or none");
+  EXPECT_EQ(drives_on_any_robot(false), "teleop or none");
 }
 
 TEST(Mission, WhoDoesNotNavigateNeedsNoSuchCamera) {
@@ -120,6 +145,51 @@ TEST(Mission, RefusesACameraInsideTheRobot) {
               testing::ElementsAre(testing::EndsWith(
                   ": rig.cameras.front: is mounted inside the robot, whose hull is 0.240 m high "
                   "and reaches 0.250 m from its middle; mount it above or farther out")));
+}
+
+TEST(Mission, WhatIsSetOfTheRigIsBelievedAndNoMore) {
+  const auto as_written = load_mission<ExploreMission>(kOffice);
+  const auto nominal_of = [](const ExploreMission& mission) {
+    return std::get<sim::SimulatedOptions>(mission.platform).nominal_rig;
+  };
+  EXPECT_FALSE(nominal_of(as_written).has_value());
+  const std::string other = kScenes + "rigs/front-back-edges.yaml";
+  for (const std::string& set :
+       std::vector<std::string>{"rig.cameras.front.yaw_deg=2", "rig=" + other}) {
+    const auto mission = load_mission<ExploreMission>(kOffice, {set});
+    ASSERT_TRUE(nominal_of(mission).has_value()) << set;
+    EXPECT_EQ(write_settings(*nominal_of(mission)), write_settings(as_written.rig)) << set;
+    EXPECT_NE(write_settings(mission.rig), write_settings(as_written.rig)) << set;
+    // What a run leaves is run again under the same truth, whatever is set then.
+    const auto again = read_settings_text<ExploreMission>(write_settings(mission), "mission.yaml",
+                                                          {"rig.cameras.back.rate_hz=7"});
+    EXPECT_EQ(write_settings(*nominal_of(again)), write_settings(as_written.rig)) << set;
+  }
+  const auto both = load_mission<ExploreMission>(
+      kOffice, {"rig=" + other, "platform.nominal_rig=" + other, "rig.cameras.front.yaw_deg=2"});
+  EXPECT_EQ(write_settings(*nominal_of(both)), write_settings(read_settings<Rig>(other)));
+  const std::string corners = kScenes + "rigs/front-back-floor-corners.yaml";
+  EXPECT_THAT(faults({"rig=" + corners}),
+              testing::Contains(testing::HasSubstr("rig.cameras.corner_back_left: the simulated "
+                                                   "robot has no camera corner_back_left")));
+}
+
+TEST(Mission, RefusesErrorsOfCamerasThatTheRigHasNot) {
+  EXPECT_THAT(faults({"platform.mounting_error.exactly.frnt.yaw_deg=1"}),
+              testing::ElementsAre("--set platform.mounting_error.exactly.frnt.yaw_deg: "
+                                   "platform.mounting_error.exactly.frnt: the rig has no camera "
+                                   "frnt; did you mean front?"));
+  EXPECT_THAT(faults({"platform.lens_error.exactly={bak: {focal_percent: 1}}",
+                      "platform.clock_error.exactly={flor: 0.01}"}),
+              testing::UnorderedElementsAre(
+                  testing::HasSubstr("lens_error.exactly.bak: the rig has no camera bak; did you "
+                                     "mean back?"),
+                  testing::HasSubstr("clock_error.exactly.flor: the rig has no camera flor; did "
+                                     "you mean floor?")));
+  EXPECT_THAT(faults({"platform.faults=[{camera: frnt, fault: knock, at_s: 1, yaw_deg: 1}]"}),
+              testing::ElementsAre(testing::HasSubstr("the rig has no camera frnt; did you mean")));
+  EXPECT_THAT(faults({"platform.faults=[{camera: front, fault: knock, at_s: 1, z_m: -0.9}]"}),
+              testing::ElementsAre(testing::HasSubstr("is mounted 0.110 m below the floor")));
 }
 
 TEST(Mission, RefusesRequirementsThatNobodyCanCheck) {
@@ -166,7 +236,13 @@ TEST(Mission, TellsWhatAPioneerLacks) {
   EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0'}"), testing::IsEmpty());
   EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0'}",
                    "{route: {waypoints: [{x_m: 1, y_m: 2}], speed_mps: 0.3}}"),
-              testing::Contains(testing::HasSubstr("drive: must not be a route on a pioneer")));
+              testing::ElementsAre(testing::EndsWith(
+                  "drive: must not be route on a pioneer: it drives by the true pose, which only a "
+                  "simulated platform knows; use teleop or none")));
+  EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0'}", "navigator"),
+              testing::ElementsAre(testing::EndsWith(
+                  "platform: has cameras: none, and SLAM needs pictures; drive it with drive: "
+                  "teleop or none")));
 }
 
 TEST(Mission, TakesRigAndRobotOfAStandIn) {

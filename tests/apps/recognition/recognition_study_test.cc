@@ -22,6 +22,7 @@ using testing::SizeIs;
 const std::string kScenes = PANOPTES_SOURCE_DIR "/scenes/";
 const std::string kOffice = kScenes + "missions/loops-office.yaml";
 const std::string kCorners = "rig=" + kScenes + "rigs/front-back-floor-corners.yaml";
+const std::string kTrueCorners = "platform.nominal_" + kCorners;  // the robot has them as well
 
 std::vector<std::string> faults(const std::vector<std::string>& overrides) {
   try {
@@ -66,7 +67,7 @@ struct Drive {
 TEST(RecognitionStudy, AsksForEveryCombinationOfOneDrive) {
   const auto mission = load_mission<ExploreMission>(
       kOffice, {"places.histogram=[grey, two_dimensional]", "places.distance=[emd, l2]",
-                "places.pictures=[front, front_back, four_corners]", kCorners});
+                "places.pictures=[front, front_back, four_corners]", kCorners, kTrueCorners});
   ASSERT_TRUE(mission.places);
   std::vector<std::string> asked;
   RecognitionStudy study(*mission.places, mission.rig, [&](const std::string& camera) {
@@ -103,11 +104,12 @@ TEST(RecognitionStudy, RefusesWhatItCannotDo) {
   EXPECT_THAT(faults({"places.pictures=[four_corners]"}),
               ElementsAre(HasSubstr("places.pictures: four_corners needs four cameras with the "
                                     "role corner, and the rig has 0; take another one")));
-  EXPECT_THAT(faults({"places.pictures=[four_corners]", kCorners,
-                      "rig.cameras.corner_back_left.rate_hz=15"}),
+  EXPECT_THAT(faults({"places.pictures=[four_corners]", kCorners, kTrueCorners,
+                      "rig.cameras.corner_back_left.rate_hz=15",
+                      "platform.nominal_rig.cameras.corner_back_left.rate_hz=15"}),
               ElementsAre(HasSubstr("four_corners asks the camera corner_back_left for a picture "
                                     "at each keyframe alone; give it rate_hz: 0")));
-  EXPECT_THAT(faults({"places.pictures=[four_corners]", kCorners}), SizeIs(0));
+  EXPECT_THAT(faults({"places.pictures=[four_corners]", kCorners, kTrueCorners}), SizeIs(0));
 }
 
 class PlaceFiles : public ScratchTest {};

@@ -15,6 +15,8 @@ TEST(FigureNames, TakeWhatRunsMayHave) {
        {"outcome == completed", "end_reason != duration", "collisions == 0", "map.coverage >= 0.85",
         "loops.pose_error.opposite.median_m < 0.01", "timing_ms.slam.p99 < 20",
         "devices.base.resyncs == 0", "cameras.front.frozen == 0",
+        "platform_truth.cameras.floor.centre_error_px.1 < 2",
+        "platform_truth.wheels.base_error_percent < 1",
         "places.grey.emd.front_back.recall > 0.2"}) {
     EXPECT_EQ(fault(line), "") << line;
   }

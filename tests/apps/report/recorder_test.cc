@@ -12,6 +12,7 @@
 
 #include "apps/report/figure_names.h"
 #include "core/base/error.h"
+#include "core/camera/rig.h"
 #include "core/io/csv.h"
 #include "core/io/graph_file.h"
 #include "core/io/map_server.h"
@@ -150,6 +151,8 @@ class RecorderTest : public ScratchTest {
     info.mission = "made-up";
     info.seed = 7;
     info.mission_yaml = "seed: 7\n";
+    info.rig = believed_;
+    info.body = Body();
     for (const std::string& line : require) {
       info.require.push_back(parse_requirement(line));
     }
@@ -180,6 +183,7 @@ class RecorderTest : public ScratchTest {
   }
 
   static const MadeUpRun run_;
+  std::optional<Rig> believed_;
 };
 const MadeUpRun RecorderTest::run_;
 
@@ -267,6 +271,24 @@ TEST_F(RecorderTest, WritesTheFigures) {
   EXPECT_GT(m["peak_memory_mb"], 1);
 }
 
+TEST_F(RecorderTest, TellsHowTruthAndBeliefDiffer) {
+  Truth truth = run_.truth;
+  truth.rig = Rig();
+  truth.rig->cameras["front"].intrinsics = pinhole(320, 240, deg_to_rad(80));
+  truth.wheels = {1.01 * Body().wheel_radius_m, 1.01 * Body().wheel_radius_m, Body().wheel_base_m};
+  believed_ = truth.rig;
+  believed_->cameras["front"].intrinsics.cx_px -= 3;
+  record(folder_ / "run", truth, {"platform_truth.cameras.front.centre_error_px.0 > 2.9"});
+  const json m = metrics(folder_ / "run");
+  const json& front = m["platform_truth"]["cameras"]["front"];
+  EXPECT_NEAR(front["centre_error_px"][0].get<double>(), 3, kRoundoff);
+  EXPECT_EQ(front["yaw_error_deg"], 0.0);
+  EXPECT_NEAR(m["platform_truth"]["wheels"]["radius_error_percent"].get<double>(), 1, kRoundoff);
+  EXPECT_EQ(m["requirements"][0]["pass"], true);
+  record(folder_ / "without", run_.truth);
+  EXPECT_FALSE(metrics(folder_ / "without").contains("platform_truth"));
+}
+
 TEST_F(RecorderTest, InventsNothingWithoutTruth) {
   record(folder_ / "run", std::nullopt);
   const json m = metrics(folder_ / "run");
@@ -344,6 +366,27 @@ TEST_F(RecorderTest, ARecordingIsNotJudgedByWhatTheWholeMissionRequires) {
   EXPECT_TRUE(lines[0].contains("value"));
   EXPECT_THAT(report.summary, testing::Contains("not judged: map.coverage >= 2 (it is not for "
                                                 "what this command does)"));
+}
+
+TEST_F(RecorderTest, TellsWhatWasMissedWhileACameraWasLost) {
+  Rig rig;
+  for (const char* role : {"floor", "loop_left", "stereo_left"}) {
+    rig.cameras[role].roles = {role};
+    rig.cameras[role].intrinsics = pinhole(320, 240, deg_to_rad(80));
+  }
+  RunEnd end{"completed", "duration"};
+  end.cameras = CameraHealth(rig).reports();
+  for (auto& [name, report] : end.cameras) {
+    report.dark = 15;
+    report.lost = from_seconds(1);
+  }
+  const RunReport report = record(folder_ / "run", run_.truth, {}, end);
+  for (const char* line :
+       {"camera floor: lost for 1.0 s, pictures 15 dark; meanwhile no floor was mapped by it",
+        "camera loop_left: lost for 1.0 s, pictures 15 dark; meanwhile no loops could be closed",
+        "camera stereo_left: lost for 1.0 s, pictures 15 dark; meanwhile nobody needed it"}) {
+    EXPECT_THAT(report.summary, testing::Contains(line));
+  }
 }
 
 TEST_F(RecorderTest, CallsACollisionACollision) {

@@ -22,6 +22,7 @@ Truth world() {
   Truth truth;
   truth.floor = {0.01, {-0.5, 0.25}, 3, 2, {1, 0, 0, 0, 0, 1}};
   truth.body = {0.02, {-1, -1}, 2, 2, {0, 1, 1, 0}};
+  truth.wheels = {0.098, 0.1 - 0.1 / 3, 1.0 / 3};
   return truth;
 }
 
@@ -101,6 +102,11 @@ TEST_F(ServedTruthFiles, ReadBackAsTheyWereWritten) {
     EXPECT_EQ(read.cells, written.cells);
   }
   EXPECT_TRUE(served.truth.seen.cells.empty());
+  EXPECT_FALSE(served.truth.rig.has_value());
+  EXPECT_EQ(served.truth.wheels->right_radius_m, 0.1 - 0.1 / 3);
+  EXPECT_EQ(served.truth.wheels->base_m, 1.0 / 3);
+  fs::remove(folder_ / "true_platform.yaml");  // as of who served before
+  EXPECT_FALSE(read_served_truth(folder_).truth.wheels.has_value());
 }
 
 TEST_F(ServedTruthFiles, AreReadByOthers) {

@@ -91,11 +91,14 @@ TEST(RigFields, RefusesWhatNoCameraCanBe) {
   EXPECT_THAT(
       faults("cameras: {a: {fov_deg: 80, at_m: [0, 0, 1], rate_hz: 0.01}, b: {fov_deg: 80, at_m: "
              "[0, 0, 1], rate_hz: 0, roles: [loop_back]}, c: {fov_deg: 80, at_m: [0, 0, 1], "
-             "rate_hz: 0, roles: [corner]}}"),
+             "rate_hz: 0, roles: [corner]}, d: {fov_deg: 80, at_m: [0, 0, 1], rate_hz: 0, roles: "
+             "[loop_left]}}"),
       ElementsAre("rig.yaml:1:54: cameras.a.rate_hz: must be from 0.1 to 1000, or 0 for a camera "
                   "that takes pictures only when it is asked to, got 0.01",
                   "rig.yaml:1:104: cameras.b.rate_hz: must be > 0 of a camera with the role "
-                  "loop_back, whose pictures the navigator waits for, got 0"));
+                  "loop_back, whose pictures the navigator waits for, got 0",
+                  "rig.yaml:1:235: cameras.d.rate_hz: must be > 0 of a camera with the role "
+                  "loop_left, whose pictures the navigator waits for, got 0"));
   EXPECT_THAT(faults("cameras: {a: {fov_deg: 190, at_m: [0, 0, 1]}}"),
               ElementsAre("rig.yaml:1:24: cameras.a.fov_deg: must be from 1 to 170, got 190"));
   EXPECT_THAT(
@@ -230,6 +233,49 @@ TEST(RigFields, AllowsAFisheyeWhatItsCornersDo) {
                 ElementsAre(HasSubstr("fov_deg: must be from 1 to " + std::to_string(fov_deg) +
                                       ", got " + std::to_string(fov_deg + 1))));
   }
+}
+
+TEST(RigFields, ACameraSaysHowWellItIsKnown) {
+  const auto rig = read_settings_text<Rig>(
+      "cameras:\n"
+      "  plain: {fov_deg: 80, at_m: [0, 0, 1]}\n"
+      "  known:\n"
+      "    {fov_deg: 80, at_m: [0, 0, 1], clock_offset_s: -0.003,\n"
+      "     sigma: {rotation_deg: [0.1, 0.2, 0.3], position_m: 0.002, focal_percent: 0.1,\n"
+      "             centre_px: 0.7, clock_s: 0.001}}\n",
+      "rig.yaml");
+  const RigCamera& plain = rig.cameras.at("plain");
+  EXPECT_EQ(plain.clock_offset_s, 0);
+  EXPECT_EQ(plain.sigma.rotation_rad, Vec3::Constant(deg_to_rad(1)));
+  EXPECT_EQ(plain.sigma.position_m, Vec3::Constant(0.01));
+  EXPECT_EQ(plain.sigma.focal_ratio, 0.005);
+  EXPECT_EQ(plain.sigma.centre_px, 2);
+  EXPECT_EQ(plain.sigma.clock_s, 0.01);
+  const auto back = read_settings_text<Rig>(write_settings(rig), "rig.yaml");
+  for (const Rig& one : {rig, back}) {
+    const RigCamera& known = one.cameras.at("known");
+    EXPECT_EQ(known.clock_offset_s, -0.003);
+    EXPECT_EQ(known.sigma.rotation_rad, Vec3(deg_to_rad(0.1), deg_to_rad(0.2), deg_to_rad(0.3)));
+    EXPECT_EQ(known.sigma.position_m, Vec3::Constant(0.002));
+    EXPECT_EQ(known.sigma.focal_ratio, 0.1 / 100);
+    EXPECT_EQ(known.sigma.centre_px, 0.7);
+    EXPECT_EQ(known.sigma.clock_s, 0.001);
+  }
+  EXPECT_EQ(write_settings(back), write_settings(rig));
+}
+
+TEST(RigFields, RefusesSigmasThatAreNone) {
+  EXPECT_THAT(
+      faults("cameras:\n"
+             "  a: {fov_deg: 80, at_m: [0, 0, 1], clock_offset_s: 20,\n"
+             "      sigma: {rotation_deg: -1, position_m: [1, 2], focal_percent: 1, focal_ratio: 1,"
+             " centre: 2}}\n"),
+      ElementsAre("rig.yaml:2:53: cameras.a.clock_offset_s: must be from -10 to 10, got 20",
+                  "rig.yaml:3:29: cameras.a.sigma.rotation_deg: must be from 0 to 180, got -1",
+                  "rig.yaml:3:45: cameras.a.sigma.position_m: must be a list of 3 numbers, got 2",
+                  HasSubstr("cameras.a.sigma.focal_ratio: given twice; focal_percent says it "
+                            "already"),
+                  HasSubstr("cameras.a.sigma.centre: unknown key; did you mean centre_px?")));
 }
 
 }  // namespace

@@ -442,6 +442,7 @@ void bind(Fields& f, Kitchen& o) {
   f.angle("span", o.span_rad, positive);
   f.renamed("ladles", "spoons");
   f.renamed("reach_deg", "span_deg");
+  f.removed("whisks", "is not set any more: nobody whisks");
 }
 
 TEST(Fields, AKeyOfBeforeIsRefusedWithItsNameOfToday) {
@@ -452,6 +453,13 @@ TEST(Fields, AKeyOfBeforeIsRefusedWithItsNameOfToday) {
   EXPECT_THAT(faults<Kitchen>("spoons: 3", {"ladles=2"}),
               ElementsAre("--set ladles: ladles is now spoons"));
   EXPECT_EQ(write_settings(Kitchen()), "spoons: 1\nspan_rad: 1\n");
+}
+
+TEST(Fields, AKeyThatIsGoneIsRefusedOnceWithTheReason) {
+  EXPECT_THAT(faults<Kitchen>("whisks: 2\n"),
+              ElementsAre("m.yaml:1:1: whisks: is not set any more: nobody whisks"));
+  EXPECT_THAT(faults<Kitchen>("spoons: 3", {"whisks=2"}),
+              ElementsAre("--set whisks: is not set any more: nobody whisks"));
 }
 
 TEST(Fields, OverridesOnNothingAreRefused) {
@@ -470,6 +478,8 @@ TEST(Fields, OverridesOnNothingAreRefused) {
               ElementsAre("--set dwa.horizon_s: must be from 0.1 to 10, got -3"));
   EXPECT_THAT(faults("", {"dwa.horizon_s"}),
               ElementsAre("--set dwa.horizon_s: must be key.path=value, got dwa.horizon_s"));
+  EXPECT_THAT(faults("", {"=3"}),
+              ElementsAre("--set =3: names no setting before the =; it must be key.path=value"));
   EXPECT_THAT(faults("", {"dwa.horizon_s={"}),
               ElementsAre("--set dwa.horizon_s: not valid yaml: end of map flow not found"));
 }
@@ -593,6 +603,82 @@ TEST_F(InAFolder, AFileChangedByHandIsWrittenInline) {
   write("w.yaml", "horizon_s: 2\n");
   const std::string text = write_settings(read_settings<Mission>(mission, {"world.horizon_s=4"}));
   EXPECT_EQ(read_settings_text<Mission>(text, "again.yaml").world.horizon_s, 4);
+}
+
+/// A field that keeps beside itself what it was before a `--set`.
+struct Kept {
+  Dwa robot;
+  std::optional<Dwa> robot_before;
+};
+void bind(Fields& f, Kept& o) {
+  f.file_or_inline("robot", o.robot);
+  if (Dwa before; f.file_or_inline_before_set("robot", before)) {
+    o.robot_before = before;
+  }
+}
+
+TEST_F(InAFolder, WhatStoodInTheFileBeforeASetCanBeRead) {
+  const std::string mission = write("m.yaml", "robot: r.yaml\n");
+  write("r.yaml", "horizon_s: 2\n");
+  const std::string other = write("other.yaml", "horizon_s: 3\n");
+  EXPECT_FALSE(read_settings<Kept>(mission).robot_before.has_value());
+  for (const std::string& set :
+       std::vector<std::string>{"robot.horizon_s=4", "robot=" + other, "robot={horizon_s: 5}"}) {
+    const auto kept = read_settings<Kept>(mission, {set});
+    EXPECT_NE(kept.robot.horizon_s, 2) << set;
+    ASSERT_TRUE(kept.robot_before.has_value()) << set;
+    EXPECT_EQ(kept.robot_before->horizon_s, 2) << set;
+  }
+  const auto both = read_settings<Kept>(mission, {"robot=" + other, "robot.turn_samples=9"});
+  EXPECT_EQ(both.robot.turn_samples, 9);
+  EXPECT_EQ(both.robot_before->horizon_s, 2);
+  EXPECT_EQ(both.robot_before->turn_samples, 21);
+  const auto inlined =
+      read_settings_text<Kept>("robot: {horizon_s: 6}", "m.yaml", {"robot.horizon_s=7"});
+  EXPECT_EQ(inlined.robot_before->horizon_s, 6);
+  EXPECT_FALSE(
+      read_settings_text<Kept>("{}", "m.yaml", {"robot.horizon_s=7"}).robot_before.has_value());
+}
+
+TEST_F(InAFolder, WhatIsWrongBeforeASetIsSaidOnce) {
+  const std::string mission = write("m.yaml", "robot: r.yaml\n");
+  const std::string robot = write("r.yaml", "horizon_s: 200\nturn_samples: 4\n");
+  try {
+    read_settings<Kept>(mission, {"robot.horizon_s=2"});
+    FAIL() << "accepted";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.lines(),
+                ElementsAre(robot + ":1:12: robot.horizon_s: must be from 0.1 to 10, got 200",
+                            robot + ":2:15: robot.turn_samples: must be odd so that straight ahead "
+                                    "is tried, got 4"));
+  }
+}
+
+struct Spread {
+  Vec3 size_m = Vec3::Ones();
+  Vec3 turn_rad = Vec3::Ones();
+};
+void bind(Fields& f, Spread& o) {
+  f.one_or_each("size_m", o.size_m, positive);
+  f.one_angle_or_each("turn", o.turn_rad, between(0, deg_to_rad(90)));
+}
+
+TEST(Fields, ThreeNumbersMayBeOneForAll) {
+  const auto one = read_settings_text<Spread>("{size_m: 2, turn_deg: 3}", "m.yaml");
+  EXPECT_EQ(one.size_m, Vec3(2, 2, 2));
+  EXPECT_EQ(one.turn_rad, Vec3::Constant(deg_to_rad(3)));
+  const auto each = read_settings_text<Spread>("{size_m: [1, 2, 3], turn_rad: [0, 0.1, 1]}",
+                                               "m.yaml", {"size_m[1]=5"});
+  EXPECT_EQ(each.size_m, Vec3(1, 5, 3));
+  EXPECT_EQ(each.turn_rad, Vec3(0, 0.1, 1));
+  EXPECT_EQ(write_settings(each), "size_m: [1, 5, 3]\nturn_rad: [0, 0.1, 1]\n");
+  EXPECT_EQ(read_settings_text<Spread>(write_settings(one), "m.yaml").turn_rad, one.turn_rad);
+  EXPECT_THAT(faults<Spread>("size_m: [1, 2]\nturn_deg: [1, 91, 2]"),
+              ElementsAre("m.yaml:1:9: size_m: must be a list of 3 numbers, got 2",
+                          "m.yaml:2:15: turn_deg[1]: must be from 0 to 90, got 91"));
+  EXPECT_THAT(faults<Spread>("size_m: -1\nturn_deg: 1\nturn_rad: 1"),
+              ElementsAre("m.yaml:1:9: size_m: must be > 0, got -1",
+                          "m.yaml:3:11: turn_rad: given twice; turn_deg says it already"));
 }
 
 }  // namespace

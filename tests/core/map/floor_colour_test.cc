@@ -79,12 +79,27 @@ TEST(FloorColour, MergesWhatOverlapsByMass) {
   g.mass = 300;
   colour.learn({g});
   ASSERT_EQ(colour.learned().size(), 1U);
-  const double kept = 100 * FloorColourOptions{}.mass_decay;
+  const double kept = 100 * std::exp2(-0.2 / FloorColourOptions{}.mass_half_life_s);
   EXPECT_NEAR(colour.learned()[0].mean.x(), (kept * 100 + 300 * 104) / (kept + 300), 1e-9);
   EXPECT_NEAR(colour.learned()[0].mass, kept + 300, 1e-9);
   g.mean = Vec3(140, 100, 100);
   colour.learn({g});
   EXPECT_EQ(colour.learned().size(), 2U);
+}
+
+TEST(FloorColour, ForgetsByHalfInItsHalfLife) {
+  FloorColourOptions options;
+  options.mass_half_life_s = 60;
+  for (const double learn_every_s : {0.2, 1.0, 5.0}) {
+    FloorColour colour(options, learn_every_s);
+    colour.learn({{Vec3(100, 100, 100), 25 * Mat3::Identity(), 1000}});
+    for (int i = 0; i < static_cast<int>(60 / learn_every_s); ++i) {
+      colour.learn({});
+    }
+    EXPECT_NEAR(colour.learned()[0].mass, 500, 1e-6) << learn_every_s;
+  }
+  // what it was while it was a share of an update
+  EXPECT_EQ(std::exp2(-0.2 / FloorColourOptions{}.mass_half_life_s), 0.9995);
 }
 
 TEST(FloorColour, NeverNarrowsBelowTheCamerasNoise) {

@@ -2,6 +2,8 @@
 #include "core/map/floor_mapper.h"
 
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -175,12 +177,36 @@ TEST(FloorMapper, DoesNotLearnAfterABump) {
   FloorMapper mapper({}, camera, {});
   FloorScene scene;
   scene.carpet = kGreyBlue;
-  mapper.read(draw(scene, camera, {}, rng), {}, true);
+  scene.boxes = {kFarWall};
+  ASSERT_TRUE(mapper.read(draw(scene, camera, {}, rng), {}, true).sees_floor);
   const double mass = mapper.colour().learned()[0].mass;
   for (int i = 0; i < 6; ++i) {
     mapper.read(draw(scene, camera, {}, rng), {}, false);
   }
   EXPECT_EQ(mapper.colour().learned()[0].mass, mass);
+}
+
+TEST(FloorMapper, LearnsAsOftenWhateverTheRateOfItsCamera) {
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  scene.boxes = {kFarWall};
+  for (const auto& [rate_hz, learned] :
+       std::vector<std::pair<double, int>>{{15, 5}, {30, 3}, {5, 15}, {1, 15}}) {
+    Rng rng(7);
+    RigCamera camera = office_floor_camera();
+    camera.rate_hz = rate_hz;
+    FloorMapperOptions options;
+    options.colour.mass_max = 1e9;
+    FloorMapper mapper(options, camera, {});
+    int times = 0;
+    double mass = 0;
+    for (int i = 0; i < 15; ++i) {
+      mapper.read(draw(scene, camera, {}, rng), {}, true);
+      times += mapper.colour().learned()[0].mass != mass ? 1 : 0;
+      mass = mapper.colour().learned()[0].mass;
+    }
+    EXPECT_EQ(times, learned) << rate_hz;
+  }
 }
 
 TEST(FloorMapper, SaysThatItDoesNotSeeAFloor) {

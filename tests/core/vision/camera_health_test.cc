@@ -91,6 +91,21 @@ TEST(CameraHealth, SaysWhatIsWrongWithTheFirstPictureOfIt) {
   EXPECT_EQ(told(w.health.reports()), "camera eye: covered");
 }
 
+TEST(CameraHealth, ReportsWhatACameraIsForByItsRoles) {
+  Rig rig = one_camera();
+  for (const char* role : {"loop_front", "loop_back", "loop_left", "stereo_left"}) {
+    rig.cameras[role] = rig.cameras["eye"];
+    rig.cameras[role].roles = {role};
+  }
+  const CameraReports reports = CameraHealth(rig).reports();
+  EXPECT_TRUE(reports.at("eye").is_floor);
+  EXPECT_FALSE(reports.at("eye").is_loop);
+  EXPECT_TRUE(reports.at("loop_front").is_loop);
+  EXPECT_TRUE(reports.at("loop_back").is_loop);
+  EXPECT_TRUE(reports.at("loop_left").is_loop);
+  EXPECT_FALSE(reports.at("stereo_left").is_loop);
+}
+
 TEST(CameraHealth, CountsTheTimeThatACameraIsLost) {
   Watch w;
   w.see_things(5);
@@ -208,7 +223,7 @@ TEST(CameraHealth, AHandThatComesOverTheLensIsSeenWhenNothingElseIs) {
     last = w.see(w.scene.noisy(bgr), {0, 0}).state;
   }
   EXPECT_EQ(last, CameraState::kCovered);
-  // It is believed again once it has shown something for three pictures.
+  // It is believed again once it has shown something for a tenth of a second.
   EXPECT_EQ(w.see(w.scene.things()).state, CameraState::kCovered);
   EXPECT_EQ(w.see(w.scene.things()).state, CameraState::kCovered);
   EXPECT_EQ(w.see(w.scene.things()).state, CameraState::kGood);

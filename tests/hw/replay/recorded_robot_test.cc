@@ -61,6 +61,49 @@ TEST_F(RecordedRobotTest, PerceivesTheSameAgainBitForBit) {
   EXPECT_EQ(robot->length(), live.now().time_since_epoch());
 }
 
+// Its front camera is told stamps that are off: earlier than the run, or later than the set.
+class WrongClock final : public Robot {
+ public:
+  WrongClock(int observations, Duration offset) : robot_(observations), offset_(offset) {}
+  Observation observe(Time deadline) override {
+    Observation seen = robot_.observe(deadline);
+    if (const auto front = seen.pictures.find("front"); front != seen.pictures.end()) {
+      front->second.stamp += offset_;
+    }
+    return seen;
+  }
+  void drive(const Twist2& command, Duration valid_for) override {
+    robot_.drive(command, valid_for);
+  }
+  void stop() override {}
+  Time now() const override { return robot_.now(); }
+  Timing timing() const override { return robot_.timing(); }
+  std::optional<Truth> truth() const override { return std::nullopt; }
+
+ private:
+  ScriptedRobot robot_;
+  Duration offset_;
+};
+
+TEST_F(RecordedRobotTest, PicturesOfAWrongClockComeAgainWithTheirStamps) {
+  for (const Duration offset : {Duration(-13'000'001), Duration(7'000'003)}) {
+    const fs::path folder = folder_ / std::to_string(offset.count());
+    fs::create_directories(folder);
+    RecordingRobot recording(std::make_unique<WrongClock>(kObservations, offset), folder,
+                             RecordingInfo{.version = "1", .mission = "m", .seed = 3}, small_rig(),
+                             Body{});
+    drive_on(recording, kObservations);
+    recording.finish();
+    WrongClock live(kObservations, offset);
+    RecordedRobot robot(read_dataset(folder), small_rig(), std::nullopt);
+    for (int i = 0; i < kObservations; ++i) {
+      SCOPED_TRACE(i);
+      expect_same(drive_on(live, 1, i).front(), drive_on(robot, 1, i).front());
+    }
+    EXPECT_TRUE(robot.ended());
+  }
+}
+
 TEST_F(RecordedRobotTest, NoticesTheFirstCommandThatDiffers) {
   const auto robot = replay();
   drive_on(*robot, 6);

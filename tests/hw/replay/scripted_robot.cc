@@ -74,6 +74,10 @@ ScriptedRobot::ScriptedRobot(int observations) : left_(observations) {
   truth_.seen = layer(0.05, 6, 4);
   truth_.floor.cells[35] = 1;
   truth_.body.cells[599] = 1;
+  truth_.rig = small_rig();
+  truth_.rig->cameras["front"].clock_offset_s = 0.1 / 3;
+  truth_.rig->cameras["front"].T_body_camera = mounted_camera({0.1, 1.0 / 3, 0.7}, 0.3, 0.1);
+  truth_.wheels = {0.0975 / 3, 0.0976, 1.0 / 3};
 }
 
 Observation ScriptedRobot::observe(Time /*deadline*/) {
@@ -164,6 +168,8 @@ void expect_same(const Truth& a, const Truth& b) {
   expect_same(a.body, b.body);
   expect_same(a.seen, b.seen);
   expect_same(a.path_m, b.path_m);
+  EXPECT_EQ(write_settings(TruePlatform{a.rig, a.wheels}),
+            write_settings(TruePlatform{b.rig, b.wheels}));
 }
 
 }  // namespace panoptes::hw

@@ -51,6 +51,16 @@ TEST_F(TruthFiles, GiveBackTheTruthOfEveryObservationBitForBit) {
   EXPECT_TRUE(read->after(0).poses.empty());
 }
 
+TEST_F(TruthFiles, OfBeforeTellNothingOfRigAndWheels) {
+  const auto whole = RecordedTruth::read(folder_);
+  EXPECT_EQ(whole->after(1).rig->cameras.at("front").clock_offset_s, 0.1 / 3);
+  EXPECT_EQ(whole->after(1).wheels->base_m, 1.0 / 3);
+  fs::remove(folder_ / "mav0/truth0/platform.yaml");
+  const auto read = RecordedTruth::read(folder_);
+  EXPECT_FALSE(read->after(1).rig.has_value());
+  EXPECT_FALSE(read->after(1).wheels.has_value());
+}
+
 TEST_F(TruthFiles, MayBeMissing) {
   fs::remove_all(folder_ / "mav0/truth0");
   EXPECT_FALSE(RecordedTruth::read(folder_));

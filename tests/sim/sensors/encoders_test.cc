@@ -192,5 +192,52 @@ TEST(DeadReckoning, SaysTheVelocityOfTheLastEightSteps) {
   EXPECT_NEAR(reckoning.odometry().twist_body.w_radps, 0.8, 2 * tick_mps / body.wheel_base_m);
 }
 
+TEST(WheelFactors, GivenExactlyTakeThePlaceOfAllDraws) {
+  const auto error = read_settings_text<WheelError>(
+      "{sigma_radius_percent: 3, exactly: {radius_percent: 2, radius_ratio_percent: 0.5, "
+      "base_percent: -1}}",
+      "m.yaml");
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    const TrueWheels wheels = true_wheels(wheel_factors(error, Rng(seed)), Body());
+    constexpr double kRoundoff = 1e-12;
+    EXPECT_NEAR((wheels.left_radius_m + wheels.right_radius_m) / 2 / Body().wheel_radius_m, 1.02,
+                kRoundoff);
+    EXPECT_NEAR(wheels.left_radius_m / wheels.right_radius_m, 1.005, kRoundoff);
+    EXPECT_NEAR(wheels.base_m / Body().wheel_base_m, 0.99, kRoundoff);
+  }
+}
+
+TEST(WheelFactors, AreDrawnBySigmaBesidesTheFixedOnes) {
+  constexpr int kDraws = 1000;
+  const WheelError error{0, 0, 0, 0, 0.5, 0.1, 0.5};
+  double radius2 = 0;
+  double ratio2 = 0;
+  double base2 = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const WheelFactors f = wheel_factors(error, Rng(static_cast<std::uint64_t>(i)));
+    radius2 += std::pow(100 * ((f.radius[0] + f.radius[1]) / 2 - 1), 2);
+    ratio2 += std::pow(100 * (f.radius[0] / f.radius[1] - 1), 2);
+    base2 += std::pow(100 * (f.base - 1), 2);
+  }
+  const double three_sigma = 3 * std::sqrt(2.0 / kDraws);  // of a variance, relative
+  EXPECT_NEAR(radius2 / kDraws / 0.25, 1, three_sigma);
+  EXPECT_NEAR(ratio2 / kDraws / 0.01, 1, three_sigma);
+  EXPECT_NEAR(base2 / kDraws / 0.25, 1, three_sigma);
+  // What was there before is drawn as before.
+  const WheelFactors fixed = wheel_factors(WheelError{}, Rng(7));
+  constexpr double kRoundoff = 1e-12;
+  EXPECT_NEAR(std::abs(fixed.radius[0] - 1), WheelError{}.diameter_difference / 2, kRoundoff);
+}
+
+TEST(WheelEncoders, LargerWheelsCountFewerTicks) {
+  const auto error = read_settings_text<WheelError>(
+      "{noise_m_per_sqrt_m: 0, turn_slip: 0, exactly: {radius_percent: 2}}", "m.yaml");
+  const Body body;
+  WheelEncoders encoders(error, body, Rng(1));
+  const Pose2 odom = reckon(encoders, body, {0.4, 0}, 10);
+  EXPECT_NEAR(odom.x_m, 4 / 1.02, tick_m(body));
+  EXPECT_EQ(encoders.wheels().left_radius_m, encoders.wheels().right_radius_m);
+}
+
 }  // namespace
 }  // namespace panoptes::sim

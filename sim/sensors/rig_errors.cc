@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "sim/sensors/rig_errors.h"
+
+#include <algorithm>
+#include <numbers>
+#include <utility>
+#include <variant>
+
+#include <fmt/format.h>
+
+#include "core/base/error.h"
+
+namespace panoptes::sim {
+namespace {
+
+constexpr double kMostClock_s = 10;
+
+Vec3 three_normals(Rng& rng, double sigma) {
+  const double x = rng.normal(0, sigma);
+  const double y = rng.normal(0, sigma);
+  const double z = rng.normal(0, sigma);
+  return {x, y, z};
+}
+
+Pose3 drawn_mounting(const MountingError& error, const Pose3& T_body_camera, Rng draw) {
+  Pose3 T = T_body_camera;
+  const Vec3 turn_rad = three_normals(draw, deg_to_rad(error.sigma_deg));
+  const Vec3 shift_m = three_normals(draw, error.sigma_m);
+  const double angle_rad = turn_rad.norm();
+  if (angle_rad > 0) {
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle_rad, turn_rad / angle_rad));
+    T.rotation = (turn * T.rotation).normalized();
+  }
+  T.translation += shift_m;
+  return T;
+}
+
+LensOffset drawn_lens(const LensError& error, Rng draw) {
+  LensOffset offset;
+  offset.focal_percent = draw.normal(0, error.sigma_focal_percent);
+  offset.centre_px.x() = draw.normal(0, error.sigma_centre_px);
+  offset.centre_px.y() = draw.normal(0, error.sigma_centre_px);
+  offset.distortion = draw.normal(0, error.sigma_distortion);
+  return offset;
+}
+
+Intrinsics with_offset(Intrinsics lens, const LensOffset& by) {
+  lens.fx_px *= 1 + by.focal_percent / 100;
+  lens.fy_px *= 1 + by.focal_percent / 100;
+  lens.cx_px += by.centre_px.x();
+  lens.cy_px += by.centre_px.y();
+  if (by.distortion != 0) {
+    if (lens.is_pinhole()) {
+      lens.distortion = BrownConrady{};
+    }
+    if (auto* brown = std::get_if<BrownConrady>(&lens.distortion)) {
+      brown->k1 += by.distortion;
+    } else {
+      std::get<Equidistant>(lens.distortion).k1 += by.distortion;
+    }
+  }
+  return lens;
+}
+
+// Why no picture could be drawn through a lens that is off by so much.
+std::string fault_of(const Intrinsics& lens, const LensOffset& by) {
+  const bool is_off = by.focal_percent != 0 || !by.centre_px.isZero(0) || by.distortion != 0;
+  if (lens.is_pinhole() || !is_off) {
+    return {};
+  }
+  const bool axis_inside = lens.cx_px > 0 && lens.cy_px > 0 && lens.cx_px < lens.width_px - 1 &&
+                           lens.cy_px < lens.height_px - 1;
+  return axis_inside ? lens_fault(lens) : "must leave the lens' centre inside the picture";
+}
+
+template <class T>
+void add_unknown(const std::map<std::string, T>& exactly, const std::string& key,
+                 const Rig& nominal, std::vector<KeyFault>& faults) {
+  std::vector<std::string> known;
+  for (const auto& [name, camera] : nominal.cameras) {
+    known.push_back(name);
+  }
+  for (const auto& [name, value] : exactly) {
+    if (!nominal.cameras.contains(name)) {
+      const std::string near = nearest_word(name, known);
+      faults.push_back(
+          {key + ".exactly." + name,
+           "the rig has no camera " + name +
+               (near.empty() ? "; name one of the rig's" : "; did you mean " + near + "?")});
+    }
+  }
+}
+
+}  // namespace
+
+void bind(Fields& f, MountingError& o) {
+  f("sigma_deg", o.sigma_deg, between(0, 45));
+  f("sigma_m", o.sigma_m, between(0, 1));
+  f("exactly", o.exactly);
+}
+
+void bind(Fields& f, LensOffset& o) {
+  f("focal_percent", o.focal_percent, between(-50, 100));
+  f("centre_px", o.centre_px, between(-1000, 1000));
+  f("distortion", o.distortion, between(-1, 1));
+}
+
+void bind(Fields& f, LensError& o) {
+  f("sigma_focal_percent", o.sigma_focal_percent, between(0, 10));
+  f("sigma_centre_px", o.sigma_centre_px, between(0, 100));
+  f("sigma_distortion", o.sigma_distortion, between(0, 0.2));
+  f("exactly", o.exactly);
+}
+
+void bind(Fields& f, ClockError& o) {
+  f("sigma_s", o.sigma_s, between(0, 1));
+  f("exactly", o.exactly, between(-kMostClock_s, kMostClock_s));
+}
+
+std::vector<KeyFault> rig_error_faults(const RigErrors& errors, const Rig& nominal) {
+  std::vector<KeyFault> faults;
+  add_unknown(errors.mounting.exactly, "mounting_error", nominal, faults);
+  add_unknown(errors.lens.exactly, "lens_error", nominal, faults);
+  add_unknown(errors.clock.exactly, "clock_error", nominal, faults);
+  for (const auto& [name, offset] : errors.lens.exactly) {
+    if (const auto camera = nominal.cameras.find(name); camera != nominal.cameras.end()) {
+      const std::string fault = fault_of(with_offset(camera->second.intrinsics, offset), offset);
+      if (!fault.empty()) {
+        faults.push_back({"lens_error.exactly." + name, fault});
+      }
+    }
+  }
+  return faults;
+}
+
+Rig true_rig(const RigErrors& errors, const Rig& nominal, const Rng& rng) {
+  const Rng mounting_rng = rng.fork("mounting");
+  const Rng lens_rng = rng.fork("lens-errors");
+  const Rng clock_rng = rng.fork("clock-errors");
+  Rig rig = nominal;
+  for (auto& [name, camera] : rig.cameras) {
+    const auto mounting = errors.mounting.exactly.find(name);
+    camera.T_body_camera =
+        mounting == errors.mounting.exactly.end()
+            ? drawn_mounting(errors.mounting, camera.T_body_camera, mounting_rng.fork(name))
+            : displaced(camera.T_body_camera, mounting->second);
+    const auto lens = errors.lens.exactly.find(name);
+    const LensOffset offset = lens == errors.lens.exactly.end()
+                                  ? drawn_lens(errors.lens, lens_rng.fork(name))
+                                  : lens->second;
+    camera.intrinsics = with_offset(camera.intrinsics, offset);
+    if (const std::string fault = fault_of(camera.intrinsics, offset); !fault.empty()) {
+      throw ConfigError(fmt::format(
+          "platform.lens_error: the camera {} with its centre off by ({:.1f}, {:.1f}) px and its "
+          "distortion by {:.3f}: {}; lower sigma_centre_px and sigma_distortion, or take another "
+          "seed",
+          name, offset.centre_px.x(), offset.centre_px.y(), offset.distortion, fault));
+    }
+    const auto clock = errors.clock.exactly.find(name);
+    camera.clock_offset_s += clock == errors.clock.exactly.end()
+                                 ? clock_rng.fork(name).normal(0, errors.clock.sigma_s)
+                                 : clock->second;
+  }
+  return rig;
+}
+
+}  // namespace panoptes::sim
