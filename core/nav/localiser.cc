@@ -125,12 +125,14 @@ Pose2 Localiser::link_to_last(const Observation& seen, Time taken, const LoopPla
     frame.by_wheels = odometry_.by_wheels(T_last_body);
   }
   const PlaceFeatures none(believed_.size());
+  frames_.push_back(frame);
   KeyframeOdometry::Motion motion = keyframe_odometry_.add(
       frame, options_.visual_heading && !place.features.empty() ? place.features : none,
       {graph_.state, state_information_});
   // the open bundle's edges are made anew with each keyframe
   std::erase_if(graph_.edges, [](const SharedEdge& shared) { return !shared.edge.closure; });
   graph_.edges.insert(graph_.edges.end(), motion.open.begin(), motion.open.end());
+  graph_.edges.insert(graph_.edges.end(), headings_.begin(), headings_.end());
   if (motion.closed) {
     graph_.joints.push_back(*std::move(motion.closed));
   }
@@ -175,6 +177,43 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
   out.T_last_body = T_now_then.inverse();
 }
 
+// A body that turns on the spot looks the same way again after a whole turn.
+void Localiser::look_back(const LoopPlace& place) {
+  constexpr int kMemory = 80;  // keyframes: two turns
+  constexpr int kAway = 8;
+  constexpr double kNear_m = 0.05;
+  const int here = static_cast<int>(graph_.T_map_node.size()) - 1;
+  int best = -1;
+  double best_turn = options_.keyframe.turn_rad;
+  for (int k = std::max(0, here - kMemory); k <= here - kAway; ++k) {
+    const Pose2 T = graph_.T_map_node[k].inverse() * graph_.T_map_node[here];
+    if (T.position().norm() <= kNear_m && std::abs(T.theta_rad) < best_turn) {
+      best = k;
+      best_turn = std::abs(T.theta_rad);
+    }
+  }
+  if (best < 0 || place.featureless() || closer_.place(best).featureless()) {
+    return;
+  }
+  Mat3 covariance = relative_covariance(graph_, best, here);
+  const PlaceFeatures& then = closer_.place(best).features;
+  std::optional<SharedEdge> edge = heading_edge(
+      options_.bundle.bundle, options_.loops.features, believed_, graph_.state,
+      {best, &frames_[best], &then}, {here, &frames_[here], &place.features},
+      graph_.T_map_node[best].inverse() * graph_.T_map_node[here], covariance);
+  if (getenv("RIGDEBUG")) {
+    const Pose2 T = graph_.T_map_node[best].inverse() * graph_.T_map_node[here];
+    fprintf(stderr, "LOOK %d %d moved %.3f turn %.3f sigma %.4f found %d by %.4f sigma %.4f\n", best, here,
+            T.position().norm(), T.theta_rad * 57.3, std::sqrt(covariance(2, 2)) * 57.3, edge ? 1 : 0,
+            edge ? 57.3 * (edge->edge.T_from_to.theta_rad - T.theta_rad) : 0.0,
+            edge ? 57.3 / std::sqrt(edge->edge.information(2, 2)) : 0.0);
+  }
+  if (edge) {
+    headings_.push_back(*edge);
+    graph_.edges.push_back(*std::move(edge));
+  }
+}
+
 void Localiser::close_loops(LoopPlace place, const ContourSource& contours, Located& out) {
   out.closures = closer_.close(std::move(place), graph_, contours);
   bool closed = false;
@@ -216,6 +255,7 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
   }
   const StageScope scope(listener, "slam");
   if (out.keyframe_made) {
+    look_back(place);
     close_loops(std::move(place), contours, out);
   }
   if (!keyframes_.empty()) {

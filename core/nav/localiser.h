@@ -12,6 +12,7 @@
 #include "core/config/fields.h"
 #include "core/graph/shared_graph.h"
 #include "core/loops/loop_closer.h"
+#include "core/nav/heading_edge.h"
 #include "core/nav/keyframe_odometry.h"
 #include "core/nav/stage.h"
 #include "core/odometry/make_odometry.h"
@@ -100,6 +101,7 @@ class Localiser {
   void add_keyframe(const Observation& seen, Time taken, const LoopPlace& place, Located& out);
   Pose2 link_to_last(const Observation& seen, Time taken, const LoopPlace& place,
                      const Pose2& T_last_body);
+  void look_back(const LoopPlace& place);
   void close_loops(LoopPlace place, const ContourSource& contours, Located& out);
 
   LocaliserOptions options_;
@@ -108,6 +110,8 @@ class Localiser {
   KeyframeOdometry keyframe_odometry_;
   LoopCloser closer_;
   std::vector<Keyframe> keyframes_;
+  std::vector<BundleFrame> frames_;        // of each keyframe
+  std::vector<SharedEdge> headings_;       // between keyframes that look the same way
   SharedGraph graph_;
   Eigen::MatrixXd state_information_;  // of its states, as far as bundles have shown them
   PlaceSignature last_signature_;
