@@ -18,8 +18,8 @@ struct HeadingView {
 };
 
 /// By how much the body turned from one keyframe to the other: what the pictures show without any
-/// depth, about the motion as it is believed, `T_from_to` with its covariance. The edge says next to
-/// nothing of the position. Empty where too few features agree.
+/// depth, about the motion as it is believed, `T_from_to` with its covariance. The edge says next
+/// to nothing of the position. Empty where too few features agree.
 std::optional<SharedEdge> heading_edge(const BundleOptions& options, const FeatureOptions& features,
                                        const LoopCameras& cameras, const RigState& state,
                                        const HeadingView& from, const HeadingView& to,

@@ -16,19 +16,20 @@ bool is_lost(const CameraReports& cameras, const std::string& name) {
   return found != cameras.end() && found->second.state != CameraState::kGood;
 }
 
-RigState prior_sigmas(const RigPrior& prior, std::size_t cameras) {
-  RigState sigmas(rig_states(cameras));
-  for (int camera = 0; camera < static_cast<int>(cameras); ++camera) {
+RigState prior_sigmas(const LoopCameras& cameras, const WheelPrior& wheels) {
+  RigState sigmas(rig_states(cameras.size()));
+  for (int camera = 0; camera < static_cast<int>(cameras.size()); ++camera) {
+    const CameraSigmas& told = cameras[camera].sigma;
     auto s = sigmas.segment<kCameraStates>(camera_state(camera));
-    s.segment<3>(kRotation).setConstant(prior.rotation_rad);
-    s.segment<2>(kPosition).setConstant(prior.position_m);
-    s[kFocal] = prior.focal_share;
-    s.segment<2>(kCentre).setConstant(prior.centre_px);
-    s[kClock] = prior.clock_s;
+    s.segment<3>(kRotation) = told.rotation_rad;
+    s.segment<2>(kPosition) = told.position_m.head<2>();
+    s[kFocal] = told.focal_ratio;
+    s.segment<2>(kCentre).setConstant(told.centre_px);
+    s[kClock] = told.clock_s;
   }
-  sigmas.tail<kWheelStates>() << prior.wheel_scale_share, prior.wheel_difference_share,
-      prior.wheel_base_share;
-  return sigmas;
+  sigmas.tail<kWheelStates>() << wheels.scale_share, wheels.difference_share, wheels.base_share;
+  constexpr double kExact = 1e-6;  // rad, m, share, px or s: what a file takes for exact is held
+  return sigmas.cwiseMax(kExact);
 }
 
 }  // namespace
@@ -39,15 +40,10 @@ void bind(Fields& f, KeyframeOptions& o) {
   f("dissimilarity", o.dissimilarity, at_least(1));
 }
 
-void bind(Fields& f, RigPrior& o) {
-  f.angle("rotation", o.rotation_rad, positive);
-  f("position_m", o.position_m, positive);
-  f("focal_share", o.focal_share, positive);
-  f("centre_px", o.centre_px, positive);
-  f("clock_s", o.clock_s, positive);
-  f("wheel_scale_share", o.wheel_scale_share, positive);
-  f("wheel_difference_share", o.wheel_difference_share, positive);
-  f("wheel_base_share", o.wheel_base_share, positive);
+void bind(Fields& f, WheelPrior& o) {
+  f("scale_share", o.scale_share, positive);
+  f("difference_share", o.difference_share, positive);
+  f("base_share", o.base_share, positive);
 }
 
 void bind(Fields& f, LocaliserOptions& o) {
@@ -56,7 +52,7 @@ void bind(Fields& f, LocaliserOptions& o) {
   f.choice("odometry", o.odometry);
   f("wheels", o.wheels);
   f("bundle", o.bundle);
-  f("rig_prior", o.rig_prior);
+  f("wheel_prior", o.wheel_prior);
   f("visual_heading", o.visual_heading);
   f("loops", o.loops);
 }
@@ -70,7 +66,7 @@ Localiser::Localiser(const LocaliserOptions& options, const OdometrySource& odom
       closer_(options.loops, believed_, rng.fork("loops")) {
   graph_.state = RigState::Zero(rig_states(believed_.size()));
   graph_.prior_information =
-      prior_sigmas(options.rig_prior, believed_.size()).cwiseAbs2().cwiseInverse().asDiagonal();
+      prior_sigmas(believed_, options.wheel_prior).cwiseAbs2().cwiseInverse().asDiagonal();
   state_information_ = graph_.prior_information;
 }
 
@@ -116,8 +112,9 @@ Pose2 Localiser::link_to_last(const Observation& seen, Time taken, const LoopPla
   frame.twist_body = seen.odometry.twist_body;
   for (const LoopCamera& camera : believed_) {
     const auto picture = seen.pictures.find(camera.name);
-    frame.late_s.push_back(
-        picture == seen.pictures.end() ? 0 : to_seconds(picture->second.stamp - taken));
+    frame.late_s.push_back(picture == seen.pictures.end()
+                               ? 0
+                               : to_seconds(picture->second.stamp - taken) - camera.clock_offset_s);
   }
   if (!keyframes_.empty()) {
     frame.T_before_here = T_last_body;
@@ -197,15 +194,15 @@ void Localiser::look_back(const LoopPlace& place) {
   }
   Mat3 covariance = relative_covariance(graph_, best, here);
   const PlaceFeatures& then = closer_.place(best).features;
-  std::optional<SharedEdge> edge = heading_edge(
-      options_.bundle.bundle, options_.loops.features, believed_, graph_.state,
-      {best, &frames_[best], &then}, {here, &frames_[here], &place.features},
-      graph_.T_map_node[best].inverse() * graph_.T_map_node[here], covariance);
+  std::optional<SharedEdge> edge =
+      heading_edge(options_.bundle.bundle, options_.loops.features, believed_, graph_.state,
+                   {best, &frames_[best], &then}, {here, &frames_[here], &place.features},
+                   graph_.T_map_node[best].inverse() * graph_.T_map_node[here], covariance);
   if (getenv("RIGDEBUG")) {
     const Pose2 T = graph_.T_map_node[best].inverse() * graph_.T_map_node[here];
-    fprintf(stderr, "LOOK %d %d moved %.3f turn %.3f sigma %.4f found %d by %.4f sigma %.4f\n", best, here,
-            T.position().norm(), T.theta_rad * 57.3, std::sqrt(covariance(2, 2)) * 57.3, edge ? 1 : 0,
-            edge ? 57.3 * (edge->edge.T_from_to.theta_rad - T.theta_rad) : 0.0,
+    fprintf(stderr, "LOOK %d %d moved %.3f turn %.3f sigma %.4f found %d by %.4f sigma %.4f\n",
+            best, here, T.position().norm(), T.theta_rad * 57.3, std::sqrt(covariance(2, 2)) * 57.3,
+            edge ? 1 : 0, edge ? 57.3 * (edge->edge.T_from_to.theta_rad - T.theta_rad) : 0.0,
             edge ? 57.3 / std::sqrt(edge->edge.information(2, 2)) : 0.0);
   }
   if (edge) {

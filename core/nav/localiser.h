@@ -27,23 +27,19 @@ struct KeyframeOptions {
 };
 void bind(Fields& f, KeyframeOptions& o);
 
-/// How wrong the rig and the wheels may be, one sigma, before the robot has moved.
-struct RigPrior {
-  double rotation_rad = deg_to_rad(1);
-  double position_m = 0.01;
-  double focal_share = 0.005;
-  double centre_px = 2;
-  double clock_s = 0.01;
-  double wheel_scale_share = 0.005;
-  double wheel_difference_share = 0.005;
-  double wheel_base_share = 0.02;
+/// How wrong the wheels may be, one sigma, before the robot has moved; the rig file says it of
+/// cameras.
+struct WheelPrior {
+  double scale_share = 0.005;
+  double difference_share = 0.005;
+  double base_share = 0.02;
 };
-void bind(Fields& f, RigPrior& o);
+void bind(Fields& f, WheelPrior& o);
 
 struct LocaliserOptions {
   KeyframeOptions keyframe;
   BundleOdometryOptions bundle;
-  RigPrior rig_prior;
+  WheelPrior wheel_prior;
   SignatureOptions signature;
   OdometryOptions odometry;
   WheelNoise wheels;
@@ -110,8 +106,8 @@ class Localiser {
   KeyframeOdometry keyframe_odometry_;
   LoopCloser closer_;
   std::vector<Keyframe> keyframes_;
-  std::vector<BundleFrame> frames_;        // of each keyframe
-  std::vector<SharedEdge> headings_;       // between keyframes that look the same way
+  std::vector<BundleFrame> frames_;   // of each keyframe
+  std::vector<SharedEdge> headings_;  // between keyframes that look the same way
   SharedGraph graph_;
   Eigen::MatrixXd state_information_;  // of its states, as far as bundles have shown them
   PlaceSignature last_signature_;

@@ -351,8 +351,8 @@ LoopCameras loop_cameras(const Rig& rig) {
                         ", which closing loops needs");
     }
     const RigCamera& camera = rig.cameras.at(name);
-    cameras.push_back(
-        {name, role.substr(kLoopRole.size()), camera.intrinsics, camera.T_body_camera});
+    cameras.push_back({name, role.substr(kLoopRole.size()), camera.intrinsics, camera.T_body_camera,
+                       camera.clock_offset_s, camera.sigma});
   }
   return cameras;
 }

@@ -21,6 +21,8 @@ struct LoopCamera {
   std::string looks;  ///< where its role says: front, back, left
   Intrinsics intrinsics;
   Pose3 T_body_camera;
+  double clock_offset_s = 0;  ///< by which its stamps are believed to be late
+  CameraSigmas sigma = {};    ///< of all of these
 };
 using LoopCameras = std::vector<LoopCamera>;       ///< front, back, then any others
 using PlaceFeatures = std::vector<LocalFeatures>;  ///< one for each loop camera

@@ -34,37 +34,6 @@ Errors error_of(const Pose2& estimate, const Pose2& truth) {
           std::abs(wrap_angle(estimate.theta_rad - truth.theta_rad))};
 }
 
-TEST(RelativeMotion, HeadingBetweenKeyframesIsFarBetterThanTheWheels) {
-  const LoopCameras cameras = front_and_back();
-  const SyntheticRoom room(2500, 4, Rng(1));
-  Rng rng(2);
-  double sum2 = 0;
-  double normalised2 = 0;
-  constexpr int kTrials = 40;
-  for (int trial = 0; trial < kTrials; ++trial) {
-    const Pose2 T_map_a{rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(-kPi, kPi)};
-    const Pose2 T_a_b{0.25, rng.normal(0, 0.01), rng.normal(0, 0.05)};
-    const PlaceFeatures a =
-        room.seen_from(cameras, T_map_a, 0.7, 0.15, rng.fork("a" + std::to_string(trial)));
-    const PlaceFeatures b =
-        room.seen_from(cameras, T_map_a * T_a_b, 0.7, 0.15, rng.fork("b" + std::to_string(trial)));
-    // 0.6 degrees: what two wheels of 5 mm/sqrt(m) leave after 25 cm
-    const MotionPrior wheels{{T_a_b.x_m + rng.normal(0, 0.002), T_a_b.y_m + rng.normal(0, 0.002),
-                              T_a_b.theta_rad + rng.normal(0, 0.0105)},
-                             diagonal(0.002, 0.0105)};
-    const auto motion = visual_heading(kFeatures, kMotion, cameras, a, {}, b, wheels);
-    ASSERT_TRUE(motion);
-    const double error = error_of(motion->T_a_b, T_a_b).rad;
-    sum2 += error * error;
-    normalised2 += error * error / (motion->sigma_theta_rad * motion->sigma_theta_rad);
-  }
-  EXPECT_LT(rad_to_deg(std::sqrt(sum2 / kTrials)), 0.15);
-  // the promised sigma is true to a factor: chi-square of 40 draws lies within [0.5, 1.7] nearly
-  // always
-  EXPECT_GT(normalised2 / kTrials, 0.2);
-  EXPECT_LT(normalised2 / kTrials, 2.0);
-}
-
 // A keyframe's depths from two neighbours on either side, a quarter of a metre apart.
 PlaceDepths depths_at(const SyntheticRoom& room, const LoopCameras& cameras,
                       const Pose2& T_map_here, const PlaceFeatures& here, Rng rng) {
@@ -185,9 +154,9 @@ TEST(RelativeMotion, RefusesWhatHasNothingInCommon) {
   const SyntheticRoom elsewhere(2500, 4, Rng(10));
   const PlaceFeatures a = here.seen_from(cameras, {0, 0, 0}, 0.7, 0, Rng(11));
   const PlaceFeatures b = elsewhere.seen_from(cameras, {0, 0, 0}, 0.7, 0, Rng(12));
-  const auto motion =
-      visual_heading(kFeatures, kMotion, cameras, a, {}, b, {{0.25, 0, 0}, diagonal(0.002, 0.01)});
-  EXPECT_FALSE(motion);
+  const MotionPrior wheels{{0.25, 0, 0}, diagonal(0.002, 0.01)};
+  const auto matches = match_places(kFeatures, a, b, false);
+  EXPECT_FALSE(motion_by_features(kMotion, cameras, a, {}, b, {}, matches, wheels, nullptr));
 }
 
 TEST(Triangulate, ANeighbourThatNobodyKnowsWhereItIsTellsNoDepth) {
