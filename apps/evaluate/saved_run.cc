@@ -111,6 +111,9 @@ double number_or_none(const CsvTable& table, std::size_t row, std::size_t column
 }
 
 void take_graph(const fs::path& folder, FinishedRun& run) {
+  if (run.result.keyframes.empty()) {
+    return;  // the file is empty, too
+  }
   const fs::path file = folder / "graph.g2o";
   run.result.graph = read_graph(file).graph;
   const std::size_t nodes = run.result.graph.T_map_node.size();
