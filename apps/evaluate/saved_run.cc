@@ -110,11 +110,23 @@ double number_or_none(const CsvTable& table, std::size_t row, std::size_t column
                                          : table.number(row, column);
 }
 
-void take_closures(const fs::path& folder, const CsvTable& table, FinishedRun& run) {
+void take_graph(const fs::path& folder, FinishedRun& run) {
+  if (run.result.keyframes.empty()) {
+    return;  // the file is empty, too
+  }
+  const fs::path file = folder / "graph.g2o";
+  run.result.graph = read_graph(file).graph;
+  const std::size_t nodes = run.result.graph.T_map_node.size();
+  if (nodes != run.result.keyframes.size()) {
+    throw ConfigError(file.string() + ": has " + std::to_string(nodes) + " poses, but there are " +
+                      std::to_string(run.result.keyframes.size()) + " in keyframes.tum");
+  }
+}
+
+void take_closures(const CsvTable& table, FinishedRun& run) {
   for (const std::string_view name : kTrueLoopColumns) {
     table.column(name);  // or else it throws
   }
-  std::optional<GraphFile> graph;  // what a closure claims is in its edge
   for (std::size_t row = 0; row < table.rows.size(); ++row) {
     const auto keyframe = [&](const char* name) {
       const int k = table.whole(row, table.column(name));
@@ -137,10 +149,7 @@ void take_closures(const fs::path& folder, const CsvTable& table, FinishedRun& r
                                 deg_to_rad(number_or_none(table, row, table.column("theta_deg")))};
     closure.accepted = table.whole(row, table.column("accepted")) != 0;
     if (closure.accepted) {
-      if (!graph) {
-        graph = read_graph(folder / "graph.g2o");
-      }
-      const auto& edges = graph->graph.edges;
+      const auto& edges = run.result.graph.edges;  // what a closure claims is in its edge
       const auto edge = std::find_if(edges.begin(), edges.end(), [&](const GraphEdge& e) {
         return e.closure && e.from == closure.earlier && e.to == closure.recent;
       });
@@ -190,7 +199,8 @@ SavedRun read(const fs::path& folder) {
   take_keyframes(folder, saved.run);
   saved.run.result.map = read_map_server(folder / "map.yaml");
   saved.loops = read_csv(folder / "loops.csv");
-  take_closures(folder, saved.loops, saved.run);
+  take_graph(folder, saved.run);
+  take_closures(saved.loops, saved.run);
   take_snapshots(folder, saved.run);
   take_beliefs(folder, saved.run);
   return saved;

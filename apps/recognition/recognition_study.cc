@@ -125,7 +125,8 @@ std::string pictures_fault(const RecognitionStudyOptions& options, const Rig& ri
   if (corners.size() != kCorners) {
     return fmt::format(
         "four_corners needs four cameras with the role corner, and the rig has {}; take another "
-        "one (--set rig=scenes/rigs/front-back-floor-corners.yaml), or leave them out",
+        "one (--set rig=scenes/rigs/front-back-floor-corners.yaml, and platform.nominal_rig as "
+        "well), or leave them out",
         corners.size());
   }
   for (const std::string& name : corners) {

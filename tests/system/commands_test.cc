@@ -109,6 +109,8 @@ TEST_F(Commands, TrialsCompareWaysToTellPlacesApartOnOneDrive) {
       "--set",
       "rig=" + kScenes + "rigs/front-back-floor-corners.yaml",
       "--set",
+      "platform.nominal_rig=" + kScenes + "rigs/front-back-floor-corners.yaml",
+      "--set",
       "platform.start={x_m: 4.95, y_m: 4.0, theta_deg: -90}",
       "--set",
       "drive={route: {waypoints: [{x_m: 4.95, y_m: 1.2}, {x_m: 4.95, y_m: 4.0}, "

@@ -113,7 +113,7 @@ TEST_F(Replay, SaysFromWhenOnOtherSettingsWouldHaveDrivenElsewhere) {
     EXPECT_FALSE(m.contains(key)) << key;
   }
   EXPECT_EQ(m["frames"], kFrames);
-  EXPECT_EQ(m["trajectory"].size(), 3U);
+  EXPECT_EQ(m["trajectory"].size(), 4U);
 
   // a mission of its own takes rig, robot and seed from the recording
   write("m.yaml", "platform: {recorded: data}\nnavigator: {revisits_last: 1000}\n");

@@ -172,6 +172,8 @@ TEST_F(SavedRunTest, GetsTheFiguresThatNeedTheTruth) {
   EXPECT_EQ(m["min_clearance_m"], 0.3);  // that of before the run does not count
   EXPECT_EQ(m["stuck_s"], 0);
   EXPECT_EQ(m["loops"]["false"], 1);
+  EXPECT_EQ(m["edges"]["driving"]["count"], 16);
+  EXPECT_NEAR(m["edges"]["driving"]["heading_rms_deg"], 0, kRoundoff);
   EXPECT_GT(m["map"]["reachable_m2"], 50);
   EXPECT_GT(m["map"]["coverage"], 0);
   EXPECT_TRUE(m["map"].contains("leaked_share"));
@@ -367,6 +369,13 @@ TEST_F(SavedRunTest, SaysWhichFileIsWrong) {
   EXPECT_THAT(fault(tum), HasSubstr("run/metrics.json: is not of a run that drove and mapped: "));
   fs::remove(run_ / "metrics.json");
   EXPECT_EQ(fault(tum), "run: is no run directory; it holds no metrics.json");
+}
+
+TEST_F(SavedRunTest, WantsAPoseOfTheGraphForEveryKeyframe) {
+  const fs::path tum = trajectory(0);
+  replace(run_ / "graph.g2o", "VERTEX_SE2 16 ", "# ");
+  replace(run_ / "graph.g2o", "EDGE_SE2 15 16 ", "# ");
+  EXPECT_EQ(fault(tum), "run/graph.g2o: has 16 poses, but there are 17 in keyframes.tum");
 }
 
 TEST_F(SavedRunTest, RefusesATrajectoryWhoseTimeRunsBack) {
