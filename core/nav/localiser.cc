@@ -198,13 +198,6 @@ void Localiser::look_back(const LoopPlace& place) {
       heading_edge(options_.bundle.bundle, options_.loops.features, believed_, graph_.state,
                    {best, &frames_[best], &then}, {here, &frames_[here], &place.features},
                    graph_.T_map_node[best].inverse() * graph_.T_map_node[here], covariance);
-  if (getenv("RIGDEBUG")) {
-    const Pose2 T = graph_.T_map_node[best].inverse() * graph_.T_map_node[here];
-    fprintf(stderr, "LOOK %d %d moved %.3f turn %.3f sigma %.4f found %d by %.4f sigma %.4f\n",
-            best, here, T.position().norm(), T.theta_rad * 57.3, std::sqrt(covariance(2, 2)) * 57.3,
-            edge ? 1 : 0, edge ? 57.3 * (edge->edge.T_from_to.theta_rad - T.theta_rad) : 0.0,
-            edge ? 57.3 / std::sqrt(edge->edge.information(2, 2)) : 0.0);
-  }
   if (edge) {
     headings_.push_back(*edge);
     graph_.edges.push_back(*std::move(edge));

@@ -432,7 +432,12 @@ class Bundle {
     const double depth_information =
         H_on_axis(2, 2) - H_on_axis.col(2).head<2>().dot(bearing_by_depth);
     system.depth_shown = depth_information * kShownSigma_per_m * kShownSigma_per_m > 1;
-    NormalEquations& sum = system.depth_shown ? sum_ : unshown_;
+    const Vec2 by_depth =
+        (H_point.topLeftCorner<2, 2>()).inverse() * H_point.topRightCorner<2, 1>();
+    const double with_arm = H_point(2, 2) - H_point.col(2).head<2>().dot(by_depth);
+    const double rho = points_[t].z();
+    const bool by_arm = getenv("ARMSHOWN") && with_arm * kShownSigma_per_m * kShownSigma_per_m > trusts_[t] && rho * rho * with_arm > 9 * trusts_[t];
+    NormalEquations& sum = system.depth_shown ? sum_ : by_arm ? by_arm_ : unshown_;
     for (int row = 0; row < size; ++row) {
       const int to_row = system.columns[row];
       if (to_row < 0) {
@@ -479,11 +484,11 @@ class Bundle {
   // better the longer the baseline: thousands of such depths would claim one that is not there
   // (Neyman and Scott 1948). What such tracks say of the headings, all else given, is kept, and
   // what they say of baselines and of the rig is not.
-  void keep_headings(NormalEquations& of) const {
+  void keep_headings(NormalEquations& of, bool positions = false) const {
     std::vector<int> headings;
     std::vector<int> rest;
     for (int k = 0; k < columns_.size(); ++k) {
-      (k < columns_.poses && k % 3 == 2 ? headings : rest).push_back(k);
+      (k < columns_.poses && (positions || k % 3 == 2) ? headings : rest).push_back(k);
     }
     Eigen::MatrixXd among = of.information(headings, headings);
     among.diagonal().array() += 1e-9 * (1 + among.trace());
@@ -496,6 +501,7 @@ class Bundle {
   void sum_up(bool with_states) {
     sum_ = NormalEquations(columns_.size());
     unshown_ = NormalEquations(columns_.size());
+    by_arm_ = NormalEquations(columns_.size());
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
       systems_[t].columns.clear();
       if (trusts_[t] > 0) {
@@ -503,6 +509,9 @@ class Bundle {
       }
     }
     keep_headings(unshown_);
+    keep_headings(by_arm_, true);
+    sum_.information += by_arm_.information;
+    sum_.gradient += by_arm_.gradient;
     sum_.information += unshown_.information;
     sum_.gradient += unshown_.gradient;
     for (int frame = 1; frame < static_cast<int>(frames_.size()); ++frame) {
@@ -586,6 +595,7 @@ class Bundle {
   std::vector<double> trusts_;
   std::vector<TrackSystem> systems_;
   NormalEquations sum_{0};
+  NormalEquations by_arm_{0};
   NormalEquations unshown_{0};  // of the tracks whose depth the path does not show
 };
 

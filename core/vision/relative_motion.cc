@@ -21,6 +21,10 @@ constexpr int kSmallest = 6;  // matches below which nothing is tried
 constexpr int kScored = 100;  // matches that judge a sampled hypothesis: more cost only time
 constexpr double kPoseNoise_px = 0.5;  // of a neighbour's pose: 0.15 degrees on a 190 px lens
 constexpr double kRoom_per_m = 0.3;  // how far a room's mean inverse depth may be from the default
+// A depth less sure than this, in sigmas from infinity, says nothing of the position: where two places
+// are near each other any such depth explains what is seen, and many of them would outvote what is
+// known.
+constexpr double kDepthShown = 2;
 constexpr double kForgetPrior =
     1e-4;  // share of the prior kept where the pictures shall speak alone
 
@@ -31,6 +35,7 @@ struct MatchObservation {
   Vec3 direction;                    // what its pixel sees, z = 1 in its camera, in its body frame
   InverseDepth depth;                // along it
   double guessed = 1;                // share of it that is the default and not measured
+  bool depth_shown = false;
   Mat3 R_camera_target;              // body of the target place to its camera
   Vec3 origin_target;                // that camera, in its body frame
   const Intrinsics* lens = nullptr;  // of the target
@@ -72,6 +77,8 @@ std::vector<MatchObservation> observations_of(const LoopCameras& cameras, const 
         ray_body(cameras[source], R_body_camera[source], observation.source_is_a ? px_a : px_b);
     observation.depth = observation.source_is_a ? depth_a : depth_b;
     observation.guessed = std::pow(observation.depth.sigma_per_m / kUnknownDepth.sigma_per_m, 2);
+    observation.depth_shown =
+        observation.depth.mean_per_m > kDepthShown * observation.depth.sigma_per_m;
     observation.R_camera_target = R_body_camera[target].transpose();
     observation.origin_target = cameras[target].T_body_camera.translation;
     observation.lens = &cameras[target].intrinsics;
@@ -214,6 +221,9 @@ bool linearise(const MatchObservation& observation, const Motion& motion, double
     out.jacobian.col(0) = moved_px(lens, image.q, R * (rho * Vec3::UnitX()));
     out.jacobian.col(1) = moved_px(lens, image.q, R * (rho * Vec3::UnitY()));
     out.jacobian.col(2) = moved_px(lens, image.q, R * Vec3(-turned.y(), turned.x(), 0));
+  }
+  if (!observation.depth_shown) {
+    out.jacobian.leftCols<2>().setZero();
   }
   return true;
 }
