@@ -259,18 +259,21 @@ Eigen::MatrixXd state_covariance(const SharedGraph& graph) {
   return 0.5 * (covariance + covariance.transpose());
 }
 
-Mat3 relative_covariance(const SharedGraph& graph, int from, int to) {
+Mat3 relative_covariance(const SharedGraph& graph, int from, int to,
+                         const Eigen::MatrixXd& by_state) {
   PANOPTES_CHECK(from != to, "two nodes");
   SharedEquations equations(graph, from);
   if (!equations.factorise(0)) {
     return unknown_covariance();
   }
-  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(equations.size(), 3);
-  right.block<3, 3>(equations.column(to), 0).setIdentity();
-  const Mat3 covariance_map = equations.solve(right).block<3, 3>(equations.column(to), 0);
   Mat3 R_from_map = Mat3::Identity();
   R_from_map.topLeftCorner<2, 2>() = graph.T_map_node[from].rotation().transpose();
-  const Mat3 covariance = R_from_map * covariance_map * R_from_map.transpose();
+  Eigen::MatrixXd of = Eigen::MatrixXd::Zero(equations.size(), 3);
+  of.block<3, 3>(equations.column(to), 0) = R_from_map.transpose();
+  if (by_state.size() > 0) {
+    of.bottomRows(graph.state.size()) = -by_state.transpose();
+  }
+  const Mat3 covariance = of.transpose() * equations.solve(of);
   return 0.5 * (covariance + covariance.transpose());
 }
 

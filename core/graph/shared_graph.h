@@ -49,8 +49,11 @@ RelaxReport relax(SharedGraph& graph);
 /// The marginal of the states.
 Eigen::MatrixXd state_covariance(const SharedGraph& graph);
 
-/// See relative_covariance of a PoseGraph; with what the states are not known by.
-Mat3 relative_covariance(const SharedGraph& graph, int from, int to);
+/// See relative_covariance of a PoseGraph; with what the states are not known by. With `by_state`
+/// it is of the pose's difference from one that changes by so much (x, y, theta a row) for each
+/// unit of the states.
+Mat3 relative_covariance(const SharedGraph& graph, int from, int to,
+                         const Eigen::MatrixXd& by_state = {});
 
 /// Each joint edge as edges between consecutive nodes, the states as they are now; `by_state` of
 /// each is how it changes with them. What consecutive edges have in common is lost but for that.

@@ -327,6 +327,7 @@ KeptKeyframe parse_keyframe(const Row& row, int number, Piles& piles) {
   if (!signature.grid && row[kSignature] != kMosaic) {
     throw row.fault(kSignature, "is neither grid nor mosaic");
   }
+  signature.cumulative.resize(signature_shares(signature.grid, row.cameras()));
   const std::string_view shares = piles.signatures.take(kShare_bytes * signature.cumulative.size());
   for (std::size_t i = 0; i < signature.cumulative.size(); ++i) {
     const auto share = std::bit_cast<float>(get_32(shares, kShare_bytes * i));
@@ -431,8 +432,7 @@ KeptKeyframes parse_keyframes(const std::string& folder, const KeyframeFiles& fi
       }
     }
     names = header_of(looks);
-    if (looks.size() < 2 || looks[0] != "front" || looks[1] != "back" ||
-        text != joined(names, ",")) {
+    if (looks.empty() || text != joined(names, ",")) {
       throw ConfigError(place + ": other columns than this version keeps; repeat the run with it");
     }
   }

@@ -34,7 +34,8 @@ struct KeyframeFiles {
   /// PNG's bytes, and the CRC-32 of the row before this column's comma and then of the keyframe's
   /// signature, features and map.
   std::string table;
-  /// signatures.bin: a keyframe after the other, its 256 cumulative shares (see PlaceSignature) as
+  /// signatures.bin: a keyframe after the other, its cumulative shares (see PlaceSignature), 128 a
+  /// loop camera of a grid and 256 of a mosaic, as
   /// 32-bit floats.
   std::string signatures;
   /// features.bin: a keyframe after the other, the points of its pictures in the order of the

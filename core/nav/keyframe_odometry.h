@@ -7,9 +7,9 @@
 
 #include "core/config/fields.h"
 #include "core/graph/shared_graph.h"
-#include "core/vision/local_bundle.h"
+#include "core/motion/local_bundle.h"
 #include "core/vision/local_features.h"
-#include "core/vision/relative_motion.h"
+#include "core/motion/relative_motion.h"
 
 namespace panoptes {
 

@@ -84,12 +84,29 @@ std::optional<Localiser::Views> Localiser::views_of(const Observation& seen,
   return views;
 }
 
-// Of a camera that is lost the other's picture takes the place.
+// Of a camera that is lost another's picture takes the place.
 PlaceSignature Localiser::signature_of(const Views& views) const {
-  const Picture* front = views[kLoopFront] != nullptr ? views[kLoopFront] : views[kLoopBack];
-  const Picture* back = views[kLoopBack] != nullptr ? views[kLoopBack] : views[kLoopFront];
-  return front == nullptr ? last_signature_
-                          : place_signature(options_.signature, front->bgr, back->bgr);
+  const auto good = std::find_if(views.begin(), views.end(),
+                                 [](const Picture* view) { return view != nullptr; });
+  if (good == views.end()) {
+    return last_signature_;
+  }
+  std::vector<cv::Mat> pictures;
+  for (const Picture* view : views) {
+    pictures.push_back((view != nullptr ? view : *good)->bgr);
+  }
+  return place_signature(options_.signature, pictures);
+}
+
+PictureTimes Localiser::times_of(const Views& views, Time taken, const Twist2& twist_body) const {
+  PictureTimes times{twist_body, {}};
+  for (std::size_t camera = 0; camera < views.size(); ++camera) {
+    times.late_s.push_back(views[camera] == nullptr
+                               ? 0
+                               : to_seconds(views[camera]->stamp - taken) -
+                                     believed_[camera].clock_offset_s);
+  }
+  return times;
 }
 
 bool Localiser::keyframe_due(const Pose2& T_last_body, const LoopPlace& now) const {
@@ -106,16 +123,9 @@ bool Localiser::keyframe_due(const Pose2& T_last_body, const LoopPlace& now) con
 }
 
 // Adds what wheels and pictures say of the motion since the last keyframe, and tells it.
-Pose2 Localiser::link_to_last(const Observation& seen, Time taken, const LoopPlace& place,
-                              const Pose2& T_last_body) {
+Pose2 Localiser::link_to_last(Time taken, const LoopPlace& place, const Pose2& T_last_body) {
   BundleFrame frame;
-  frame.twist_body = seen.odometry.twist_body;
-  for (const LoopCamera& camera : believed_) {
-    const auto picture = seen.pictures.find(camera.name);
-    frame.late_s.push_back(picture == seen.pictures.end()
-                               ? 0
-                               : to_seconds(picture->second.stamp - taken) - camera.clock_offset_s);
-  }
+  frame.taken = place.taken;
   if (!keyframes_.empty()) {
     frame.T_before_here = T_last_body;
     frame.covariance = odometry_.covariance(keyframes_.back().stamp, taken, T_last_body);
@@ -142,7 +152,7 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
   const Pose2 T_now_then = T_body_then(seen, taken);
   Keyframe keyframe{taken, seen.odometry.T_odom_body * T_now_then, Pose2{}};
   const std::size_t joints = graph_.joints.size();
-  const Pose2 T_last_then = link_to_last(seen, taken, place, out.T_last_body * T_now_then);
+  const Pose2 T_last_then = link_to_last(taken, place, out.T_last_body * T_now_then);
   if (made == 0) {
     graph_.T_map_node.push_back(Pose2{});
   } else {
@@ -166,7 +176,6 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
       fprintf(stderr, "\n");
     }
     out.relaxed = true;
-    closer_.correct(corrected(believed_, graph_.state));
   }
   last_signature_ = place.signature;
   keyframes_.push_back(keyframe);
@@ -209,7 +218,7 @@ void Localiser::close_loops(LoopPlace place, const ContourSource& contours, Loca
   bool closed = false;
   for (const ClosureReport& closure : out.closures) {
     if (closure.accepted) {
-      graph_.edges.push_back({closure_edge(closure), {}, {}});
+      graph_.edges.push_back(closure_edge(closure));
       closed = true;
     }
   }
@@ -229,7 +238,7 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
       out.T_last_body = keyframes_.back().T_wheels_body.inverse() * seen.odometry.T_odom_body;
     }
     if (const std::optional<Views> views = views_of(seen, cameras)) {
-      place.partial = (*views)[kLoopFront] == nullptr || (*views)[kLoopBack] == nullptr;
+      place.partial = std::find(views->begin(), views->end(), nullptr) != views->end();
       place.signature = signature_of(*views);
       if (keyframes_.empty() || keyframe_due(out.T_last_body, place)) {
         for (const Picture* view : *views) {
@@ -239,7 +248,9 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
         }
         const auto first = std::find_if(views->begin(), views->end(),
                                         [](const Picture* view) { return view != nullptr; });
-        add_keyframe(seen, first == views->end() ? seen.stamp : (*first)->stamp, place, out);
+        const Time taken = first == views->end() ? seen.stamp : (*first)->stamp;
+        place.taken = times_of(*views, taken, seen.odometry.twist_body);
+        add_keyframe(seen, taken, place, out);
       }
     }
   }

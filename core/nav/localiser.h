@@ -50,7 +50,7 @@ void bind(Fields& f, LocaliserOptions& o);
 
 /// A place the robot remembers.
 struct Keyframe {
-  Time stamp;           ///< of its front picture
+  Time stamp;           ///< of its first loop camera's picture
   Pose2 T_wheels_body;  ///< by the odometry alone
   Pose2 T_odom_body;    ///< by the odometry and the pictures' headings; never moved again
 };
@@ -95,8 +95,8 @@ class Localiser {
   PlaceSignature signature_of(const Views& views) const;
   bool keyframe_due(const Pose2& T_last_body, const LoopPlace& now) const;
   void add_keyframe(const Observation& seen, Time taken, const LoopPlace& place, Located& out);
-  Pose2 link_to_last(const Observation& seen, Time taken, const LoopPlace& place,
-                     const Pose2& T_last_body);
+  PictureTimes times_of(const Views& views, Time taken, const Twist2& twist_body) const;
+  Pose2 link_to_last(Time taken, const LoopPlace& place, const Pose2& T_last_body);
   void look_back(const LoopPlace& place);
   void close_loops(LoopPlace place, const ContourSource& contours, Located& out);
 

@@ -7,7 +7,7 @@
 #include "core/base/time.h"
 #include "core/camera/observation.h"
 #include "core/geometry/pose2.h"
-#include "core/vision/rig_correction.h"
+#include "core/motion/rig_correction.h"
 
 namespace panoptes {
 

@@ -28,6 +28,8 @@ struct LocalFeatures {
   cv::Mat descriptors;  ///< CV_8U, 32 columns, a row a point
 };
 
+using PlaceFeatures = std::vector<LocalFeatures>;  ///< one for each loop camera
+
 /// FAST corners spread evenly over the picture, each with ORB's 256 binary tests, upright: a robot
 /// on a floor does not roll, and a descriptor that keeps the vertical tells more places apart.
 LocalFeatures local_features(const FeatureOptions& options, const cv::Mat& picture);

@@ -506,6 +506,7 @@ TEST_F(OursReadByOthers, KeyframesAddUpToTheirCrc) {
     KeptKeyframe keyframe;
     keyframe.stamp = time_at(k + 0.5);
     keyframe.T_map_keyframe = {1.5, -2, kPi / 2};
+    keyframe.place.signature.cumulative.resize(256);
     keyframe.place.signature.cumulative[7] = 0.25F;
     for (const int count : {2, 3 + k}) {
       LocalFeatures points;

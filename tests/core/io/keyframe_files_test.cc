@@ -34,8 +34,9 @@ KeptKeyframe keyframe(int number, int back_points = 1000) {
   KeptKeyframe made;
   made.stamp = time_at(number);
   made.T_map_keyframe = {1.5, -2, deg_to_rad(90)};
-  made.place.signature.cumulative[7] = 0.25F;
   made.place.signature.grid = true;
+  made.place.signature.cumulative.resize(signature_shares(true, 2));
+  made.place.signature.cumulative[7] = 0.25F;
   made.place.features = {points(3), points(back_points)};
   GridCrop grid;
   grid.cell_m = 0.01;

@@ -16,7 +16,7 @@
 #include <gtest/gtest.h>
 
 #include "core/odometry/wheel_odometry.h"
-#include "core/vision/local_bundle.h"
+#include "core/motion/local_bundle.h"
 #include "tests/core/vision/synthetic_places.h"
 
 namespace panoptes {
@@ -31,6 +31,7 @@ constexpr double kBase_m = 0.33;
 // The grey of a place changes smoothly with where one stands, and looks alike in many places.
 PlaceSignature signature_at(const Pose2& T_map_body) {
   PlaceSignature signature;
+  signature.cumulative.resize(signature_shares(false, 2));
   const double middle = 128 + 12 * std::sin(2 * T_map_body.x_m) + 9 * std::cos(3 * T_map_body.y_m);
   for (int grey = 0; grey < 256; ++grey) {
     signature.cumulative[grey] = static_cast<float>(1 / (1 + std::exp((middle - grey) / 20)));
@@ -66,7 +67,7 @@ GraphEdge step_edge(const LoopCameras& cameras, int now, const PlaceFeatures& be
   }
   std::vector<BundleFrame> frames(2);
   for (BundleFrame& frame : frames) {
-    frame.late_s.assign(cameras.size(), 0);
+    frame.taken.late_s.assign(cameras.size(), 0);
   }
   frames[1].T_before_here = T_wheels;
   frames[1].covariance = covariance;
@@ -87,8 +88,9 @@ Drive around(int rounds, const LoopOptions& options, bool opposite, const Synthe
   LoopCloser closer(options, cameras, rng.fork("closer"));
   Drive drive;
   drive.graph.state = RigState::Zero(rig_states(cameras.size()));
+  constexpr double kExact = 1e12;
   drive.graph.prior_information =
-      Eigen::MatrixXd::Identity(drive.graph.state.size(), drive.graph.state.size());
+      kExact * Eigen::MatrixXd::Identity(drive.graph.state.size(), drive.graph.state.size());
   PlaceFeatures before;
   std::vector<Pose2> steps;
   for (int side = 0; side < 4 * rounds; ++side) {
@@ -142,7 +144,7 @@ Drive around(int rounds, const LoopOptions& options, bool opposite, const Synthe
          closer.close(std::move(place), drive.graph,
                       otherwise.contour ? ContourSource(contour) : ContourSource())) {
       if (report.accepted) {
-        drive.graph.edges.push_back({closure_edge(report), {}, {}});
+        drive.graph.edges.push_back(closure_edge(report));
         relax(drive.graph);
       }
       drive.reports.push_back(report);

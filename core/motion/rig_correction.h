@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
+#include <vector>
+
 #include <Eigen/Core>
 
-#include "core/vision/relative_motion.h"
+#include "core/camera/loop_cameras.h"
+#include "core/geometry/pose2.h"
 
 namespace panoptes {
 
@@ -39,5 +43,16 @@ inline int wheel_state(std::size_t cameras) { return static_cast<int>(cameras) *
 
 /// The cameras as `state` corrects them; clocks aside, which are not the camera's.
 LoopCameras corrected(const LoopCameras& believed, const RigState& state);
+
+/// When the pictures of a keyframe were taken.
+struct PictureTimes {
+  Twist2 twist_body;           ///< of the body at the keyframe's instant,
+  std::vector<double> late_s;  ///< after which each camera took its picture, by its stamp
+};
+
+/// The cameras as `state` corrects them, where the body's motion had taken each when it took its
+/// picture, seen from the body at the keyframe's instant.
+LoopCameras at_keyframe(const LoopCameras& believed, const RigState& state,
+                        const PictureTimes& taken);
 
 }  // namespace panoptes

@@ -6,8 +6,8 @@
 #include <Eigen/Core>
 
 #include "core/geometry/pose2.h"
-#include "core/vision/relative_motion.h"
-#include "core/vision/rig_correction.h"
+#include "core/camera/loop_cameras.h"
+#include "core/motion/rig_correction.h"
 
 namespace panoptes {
 
@@ -24,8 +24,7 @@ struct Track {
 
 /// One keyframe of a bundle.
 struct BundleFrame {
-  Twist2 twist_body;           ///< of the body at its instant,
-  std::vector<double> late_s;  ///< after which each camera took its picture, by its stamp
+  PictureTimes taken;
   // What the odometry tells of the motion since the frame before; x, y, theta in that one's frame:
   Pose2 T_before_here;
   Mat3 covariance = Mat3::Identity();  ///< of what differs from one motion to the next,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/vision/local_bundle.h"
+#include "core/motion/local_bundle.h"
 
 #include <algorithm>
 #include <cmath>
@@ -50,14 +50,14 @@ struct PictureBody {
 };
 
 PictureBody picture_body(const Pose2& T_first_frame, const BundleFrame& frame, double after_s) {
-  const Pose2 T_frame_picture = exp_twist(frame.twist_body, after_s);
+  const Pose2 T_frame_picture = exp_twist(frame.taken.twist_body, after_s);
   const Pose2 T = T_first_frame * T_frame_picture;
   PictureBody body;
   body.R.topLeftCorner<2, 2>() = T.rotation();
   body.t = {T.x_m, T.y_m, 0};
   body.swing.head<2>() = kQuarter * (T.position() - T_first_frame.position());
-  body.velocity.head<2>() = T.rotation() * Vec2(frame.twist_body.v_mps, 0);
-  body.turn_radps = frame.twist_body.w_radps;
+  body.velocity.head<2>() = T.rotation() * Vec2(frame.taken.twist_body.v_mps, 0);
+  body.turn_radps = frame.taken.twist_body.w_radps;
   return body;
 }
 
@@ -249,7 +249,7 @@ class Bundle {
     for (std::size_t frame = 0; frame < frames_.size(); ++frame) {
       for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
         const double after_s =
-            frames_[frame].late_s[camera] - state_[camera_state(static_cast<int>(camera)) + kClock];
+            frames_[frame].taken.late_s[camera] - state_[camera_state(static_cast<int>(camera)) + kClock];
         bodies_[frame * cameras_.size() + camera] =
             picture_body(poses_[frame], frames_[frame], after_s);
       }
@@ -432,12 +432,7 @@ class Bundle {
     const double depth_information =
         H_on_axis(2, 2) - H_on_axis.col(2).head<2>().dot(bearing_by_depth);
     system.depth_shown = depth_information * kShownSigma_per_m * kShownSigma_per_m > 1;
-    const Vec2 by_depth =
-        (H_point.topLeftCorner<2, 2>()).inverse() * H_point.topRightCorner<2, 1>();
-    const double with_arm = H_point(2, 2) - H_point.col(2).head<2>().dot(by_depth);
-    const double rho = points_[t].z();
-    const bool by_arm = getenv("ARMSHOWN") && with_arm * kShownSigma_per_m * kShownSigma_per_m > trusts_[t] && rho * rho * with_arm > 9 * trusts_[t];
-    NormalEquations& sum = system.depth_shown ? sum_ : by_arm ? by_arm_ : unshown_;
+    NormalEquations& sum = system.depth_shown ? sum_ : unshown_;
     for (int row = 0; row < size; ++row) {
       const int to_row = system.columns[row];
       if (to_row < 0) {
@@ -484,11 +479,11 @@ class Bundle {
   // better the longer the baseline: thousands of such depths would claim one that is not there
   // (Neyman and Scott 1948). What such tracks say of the headings, all else given, is kept, and
   // what they say of baselines and of the rig is not.
-  void keep_headings(NormalEquations& of, bool positions = false) const {
+  void keep_headings(NormalEquations& of) const {
     std::vector<int> headings;
     std::vector<int> rest;
     for (int k = 0; k < columns_.size(); ++k) {
-      (k < columns_.poses && (positions || k % 3 == 2) ? headings : rest).push_back(k);
+      (k < columns_.poses && k % 3 == 2 ? headings : rest).push_back(k);
     }
     Eigen::MatrixXd among = of.information(headings, headings);
     among.diagonal().array() += 1e-9 * (1 + among.trace());
@@ -501,7 +496,6 @@ class Bundle {
   void sum_up(bool with_states) {
     sum_ = NormalEquations(columns_.size());
     unshown_ = NormalEquations(columns_.size());
-    by_arm_ = NormalEquations(columns_.size());
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
       systems_[t].columns.clear();
       if (trusts_[t] > 0) {
@@ -509,9 +503,6 @@ class Bundle {
       }
     }
     keep_headings(unshown_);
-    keep_headings(by_arm_, true);
-    sum_.information += by_arm_.information;
-    sum_.gradient += by_arm_.gradient;
     sum_.information += unshown_.information;
     sum_.gradient += unshown_.gradient;
     for (int frame = 1; frame < static_cast<int>(frames_.size()); ++frame) {
@@ -595,32 +586,10 @@ class Bundle {
   std::vector<double> trusts_;
   std::vector<TrackSystem> systems_;
   NormalEquations sum_{0};
-  NormalEquations by_arm_{0};
   NormalEquations unshown_{0};  // of the tracks whose depth the path does not show
 };
 
 }  // namespace
-
-LoopCameras corrected(const LoopCameras& believed, const RigState& state) {
-  PANOPTES_CHECK(state.size() == rig_states(believed.size()), "a state for every camera");
-  LoopCameras cameras = believed;
-  for (int i = 0; i < static_cast<int>(cameras.size()); ++i) {
-    const auto s = state.segment<kCameraStates>(camera_state(i));
-    LoopCamera& camera = cameras[i];
-    const Vec3 turn = s.segment<3>(kRotation);
-    const double angle = turn.norm();
-    if (angle > 0) {
-      camera.T_body_camera.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle)) *
-                                      camera.T_body_camera.rotation;
-    }
-    camera.T_body_camera.translation.head<2>() += s.segment<2>(kPosition);
-    camera.intrinsics.fx_px *= 1 + s[kFocal];
-    camera.intrinsics.fy_px *= 1 + s[kFocal];
-    camera.intrinsics.cx_px += s[kCentre];
-    camera.intrinsics.cy_px += s[kCentre + 1];
-  }
-  return cameras;
-}
 
 BundleSolution adjust_bundle(const BundleOptions& options, const LoopCameras& believed,
                              const RigPriorState& prior, const std::vector<BundleFrame>& frames,
