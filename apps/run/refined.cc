@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/run/refined.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <system_error>
+#include <variant>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -30,17 +32,6 @@ std::string refined_file(const std::string& run) {
   return file;
 }
 
-// Empty where the mission can only be read with the rig that it is to be given.
-std::optional<Rig> rig_as_written(const std::string& mission_file,
-                                  const std::vector<std::string>& overrides,
-                                  CameraRequirement needs) {
-  try {
-    return load_mission<ExploreMission>(mission_file, overrides, needs).rig;
-  } catch (const ConfigError&) {
-    return std::nullopt;
-  }
-}
-
 std::string cameras_of(const Rig& rig) {
   std::vector<std::string> all;
   for (const auto& [name, camera] : rig.cameras) {
@@ -48,6 +39,24 @@ std::string cameras_of(const Rig& rig) {
         fmt::format("{} ({} x {})", name, camera.intrinsics.width_px, camera.intrinsics.height_px));
   }
   return all.empty() ? "none" : joined(all);
+}
+
+// Of its rig as written, and of the platform's; none where the mission can only be read with the
+// rig that it is to be given.
+std::vector<std::string> cameras_of(const std::string& mission_file,
+                                    const std::vector<std::string>& overrides,
+                                    CameraRequirement needs) {
+  try {
+    const auto mission = load_mission<ExploreMission>(mission_file, overrides, needs);
+    std::vector<std::string> all{cameras_of(mission.rig)};
+    const auto* simulated = std::get_if<sim::SimulatedOptions>(&mission.platform);
+    if (simulated != nullptr && simulated->nominal_rig) {
+      all.push_back(cameras_of(*simulated->nominal_rig));
+    }
+    return all;
+  } catch (const ConfigError&) {
+    return {};
+  }
 }
 
 }  // namespace
@@ -73,11 +82,11 @@ std::vector<std::string> with_refined(const std::optional<std::string>& run,
   }
   const std::string file = refined_file(*run);
   const std::string cameras = cameras_of(read_settings<Rig>(file));
-  if (const std::optional<Rig> written = rig_as_written(mission_file, overrides, needs);
-      written && cameras_of(*written) != cameras) {
+  const std::vector<std::string> known = cameras_of(mission_file, overrides, needs);
+  if (!known.empty() && std::find(known.begin(), known.end(), cameras) == known.end()) {
     throw ConfigError(fmt::format(
         "{}: --refined: is of the cameras {}, but {} has {}; name a run with the mission's cameras",
-        file, cameras, mission_file, cameras_of(*written)));
+        file, cameras, mission_file, known.back()));
   }
   overrides.insert(overrides.begin(), "rig=" + in_quotes(fs::absolute(file).string()));
   return overrides;
