@@ -60,14 +60,6 @@ std::string folder_name(const std::string& folder) {
   return std::filesystem::canonical(folder).filename().string();
 }
 
-std::string quoted(const std::string& text) {
-  std::string all = "\"";
-  for (const char c : text) {
-    all += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
-  }
-  return all + "\"";
-}
-
 }  // namespace
 
 void bind(Fields& f, StopOptions& o) {
@@ -204,7 +196,8 @@ ExploreMission load_mission(const std::string& file, const std::vector<std::stri
     if (first_not_utf8(file) != std::string::npos) {
       throw ConfigError(file + ": the name of a dataset must be UTF-8; rename it");
     }
-    std::vector<std::string> replayed{"platform={kind: recorded, dataset: " + quoted(file) + "}"};
+    std::vector<std::string> replayed{"platform={kind: recorded, dataset: " + in_quotes(file) +
+                                      "}"};
     replayed.insert(replayed.end(), overrides.begin(), overrides.end());
     const std::string mission = (std::filesystem::path(file) / "mission.yaml").string();
     if (std::filesystem::exists(mission)) {

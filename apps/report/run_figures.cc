@@ -219,6 +219,30 @@ void put_platform(Json& metrics, const FinishedRun& run, const RunFindings& f) {
   }
 }
 
+/// What the run has learned of the robot, against what it believed.
+void put_learned(Json& metrics, const FinishedRun& run, const RunFindings& f) {
+  if (!run.result.rig) {
+    return;
+  }
+  const Truth* truth = f.known == nullptr ? nullptr : &f.known->truth;
+  if (run.info.rig) {
+    const Rig* true_rig = truth != nullptr && truth->rig ? &*truth->rig : nullptr;
+    Json rig = rig_json(learned_cameras(*run.result.rig, *run.info.rig, true_rig));
+    if (!rig.empty()) {
+      metrics["rig"] = std::move(rig);
+    }
+  }
+  if (run.info.body) {
+    Json wheels = wheels_json(learned_wheels(*run.result.rig, run.info.body->wheel_base_m));
+    if (truth != nullptr && truth->wheels) {
+      put_wheel_errors(wheels, *truth->wheels);
+    }
+    if (!wheels.empty()) {
+      metrics["wheels"] = std::move(wheels);
+    }
+  }
+}
+
 Json loops_json(const RunFindings& f) {
   const LoopFigures loops = loop_figures(f.closures, f.true_T_scene_body, f.path_m);
   Json l = {{"accepted", loops.accepted}};
@@ -342,6 +366,7 @@ Json figures(const FinishedRun& run, const RunFindings& f,
   put_drive(metrics, run, f);
   put_trajectory(metrics, f);
   put_platform(metrics, run, f);
+  put_learned(metrics, run, f);
   metrics["loops"] = loops_json(f);
   if (f.known != nullptr && !f.true_T_scene_body.empty()) {
     metrics["edges"] = edges_json(run, f);

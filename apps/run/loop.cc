@@ -74,6 +74,11 @@ RunResult run_result(const Slam* slam) {
         {keyframe.stamp, result.graph.T_map_node[i], keyframe.T_wheels_body});
   }
   result.map = slam->map(kCell_m);
+  if (!result.keyframes.empty()) {
+    const SharedGraph& graph = slam->graph();
+    result.rig = RigEstimate{slam->loop_cameras(), graph.state, state_covariance(graph),
+                             graph.prior_information.inverse()};
+  }
   return result;
 }
 

@@ -43,18 +43,35 @@ bool stronger(const Corner& a, const Corner& b) {
   return a.keypoint.pt.x < b.keypoint.pt.x;
 }
 
+float scale_of(int level) { return std::pow(kPyramidStep, static_cast<float>(level)); }
+
+cv::Size size_of(int level, cv::Size whole) {
+  const float scale = scale_of(level);
+  return {cvRound(static_cast<float>(whole.width) / scale),
+          cvRound(static_cast<float>(whole.height) / scale)};
+}
+
+/// Where the picture shows what a level of its pyramid has at a pixel: the pixels of both meet at
+/// the picture's edges, not in the middle of the first one, as ORB counts.
+Eigen::Vector2f px_of(const cv::KeyPoint& keypoint, cv::Size whole) {
+  const float scale = scale_of(keypoint.octave);
+  const cv::Size level = size_of(keypoint.octave, whole);
+  const auto at = [](float level_px, int size, int level_size) {
+    return (level_px + 0.5F) * static_cast<float>(size) / static_cast<float>(level_size) - 0.5F;
+  };
+  return {at(keypoint.pt.x / scale, whole.width, level.width),
+          at(keypoint.pt.y / scale, whole.height, level.height)};
+}
+
 std::vector<Corner> find_corners(const FeatureOptions& options, const cv::Mat& grey) {
   std::vector<Corner> corners;
   const int cells_across = (grey.cols + options.cell_px - 1) / options.cell_px;
   cv::Mat level_picture = grey;
-  float scale = 1;
-  for (int level = 0; level < options.levels; ++level, scale *= kPyramidStep) {
+  for (int level = 0; level < options.levels; ++level) {
+    const float scale = scale_of(level);
     if (level > 0) {
       cv::Mat smaller;
-      cv::resize(grey, smaller,
-                 cv::Size(cvRound(static_cast<float>(grey.cols) / scale),
-                          cvRound(static_cast<float>(grey.rows) / scale)),
-                 0, 0, cv::INTER_AREA);
+      cv::resize(grey, smaller, size_of(level, grey.size()), 0, 0, cv::INTER_AREA);
       level_picture = smaller;
     }
     std::vector<cv::KeyPoint> found;
@@ -175,7 +192,7 @@ LocalFeatures local_features(const FeatureOptions& options, const cv::Mat& pictu
   orb->compute(grey, keypoints, features.descriptors);
   features.px.reserve(keypoints.size());
   for (const cv::KeyPoint& keypoint : keypoints) {
-    features.px.emplace_back(keypoint.pt.x, keypoint.pt.y);
+    features.px.push_back(px_of(keypoint, grey.size()));
   }
   PANOPTES_CHECK(features.descriptors.rows == static_cast<int>(features.px.size()),
                  "a descriptor for each point");

@@ -57,6 +57,32 @@ TEST(LocalFeatures, MatchesAPictureWithItselfEntirely) {
   }
 }
 
+// A picture that is turned round shows everything where it was, seen from its middle. Pixels of the
+// pyramid's levels that were counted from the corner would lie up to 0.4 px too far to one side.
+TEST(LocalFeatures, LieWhereThePictureShowsThemOnEveryLevel) {
+  const FeatureOptions options;
+  const cv::Mat picture = patchwork(0, 2, Rng(1));
+  cv::Mat turned;
+  cv::rotate(picture, turned, cv::ROTATE_180);
+  const LocalFeatures a = local_features(options, picture);
+  const LocalFeatures b = local_features(options, turned);
+  Eigen::Vector2f sum(0, 0);
+  int found = 0;
+  for (const Eigen::Vector2f& px : a.px) {
+    constexpr float kSame_px = 2;
+    for (const Eigen::Vector2f& other : b.px) {
+      const Eigen::Vector2f apart = Eigen::Vector2f(319, 239) - other - px;
+      if (apart.norm() < kSame_px) {
+        sum += apart;
+        ++found;
+      }
+    }
+  }
+  ASSERT_GE(found, 100);
+  constexpr float kMean_px = 0.05F;  // a tenth of a sigma of 0.5 px each
+  EXPECT_LT(sum.norm() / static_cast<float>(found), kMean_px);
+}
+
 TEST(LocalFeatures, SpreadsOverThePicture) {
   FeatureOptions options;
   // half the picture is ten times weaker in contrast
