@@ -141,10 +141,11 @@ void take_closures(const CsvTable& table, FinishedRun& run) {
     closure.recent = keyframe("recent");
     closure.earlier = keyframe("earlier");
     const std::string& heading = table.rows[row][table.column("class")];
-    if (heading != "same" && heading != "opposite") {
-      throw table.fault(row, "class must be same or opposite, got '" + heading + "'");
+    const std::optional<Heading> known = heading_named(heading);
+    if (!known) {
+      throw table.fault(row, "class must be same, opposite or other, got '" + heading + "'");
     }
-    closure.heading = heading == "same" ? Heading::kSame : Heading::kOpposite;
+    closure.heading = *known;
     closure.T_earlier_recent = {number_or_none(table, row, table.column("x_m")),
                                 number_or_none(table, row, table.column("y_m")),
                                 deg_to_rad(number_or_none(table, row, table.column("theta_deg")))};

@@ -34,8 +34,14 @@ std::string fault_of(const std::string& line, const Rig& rig) {
 
 // Of those that the navigator needs.
 std::vector<std::string> missing_roles(const Rig& rig) {
-  std::vector<std::string> missing{"loop_front", "loop_back", "floor"};
-  std::erase_if(missing, [&rig](const std::string& role) { return !rig.with_role(role).empty(); });
+  std::vector<std::string> missing;
+  if (std::none_of(rig.cameras.begin(), rig.cameras.end(),
+                   [](const auto& camera) { return camera.second.is_loop(); })) {
+    missing.emplace_back("loop_front");
+  }
+  if (rig.with_role("floor").empty()) {
+    missing.emplace_back("floor");
+  }
   return missing;
 }
 
@@ -157,7 +163,7 @@ void bind(Fields& f, ExploreMission& o) {
                 drives_on_any_robot(false));
   f.require(!maps || !rig.said || missing.empty(), "rig",
             "has no camera with the role " + joined(missing, " or ") + "; SLAM in '" + o.name +
-                "' needs loop_front, loop_back and floor");
+                "' needs a camera for loops, whose role begins with loop_, and one for the floor");
   if (o.needs != CameraRequirement::kNothing) {
     for (const auto& [name, camera] : o.rig.cameras) {
       f.require(!camera.is_loop() || std::min(camera.intrinsics.width_px,

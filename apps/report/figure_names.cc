@@ -152,6 +152,7 @@ const std::vector<std::string>& figure_names() {
       "loops.false",
       "loops.same_heading",
       "loops.opposite_heading",
+      "loops.other_heading",
       "loops.revisits_same",
       "loops.revisits_opposite",
       "loops.recall_same",

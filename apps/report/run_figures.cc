@@ -24,8 +24,6 @@ using Json = nlohmann::ordered_json;
 /// The double nearest to the whole nanoseconds, which prints short.
 double rounded_seconds(Duration d) { return static_cast<double>(d.count()) / 1e9; }
 
-const char* name_of(Heading heading) { return heading == Heading::kSame ? "same" : "opposite"; }
-
 /// A figure that could not be found is absent.
 template <class T>
 void put(Json& into, const char* key, const std::optional<T>& value) {
@@ -253,6 +251,9 @@ Json loops_json(const RunFindings& f) {
   }
   l["same_heading"] = loops.same_heading;
   l["opposite_heading"] = loops.opposite_heading;
+  if (loops.other_heading > 0) {
+    l["other_heading"] = loops.other_heading;
+  }
   if (f.known == nullptr) {
     return l;
   }

@@ -26,8 +26,6 @@ bool has_contacts(const FinishedRun& run, const RunFindings& f) {
   return f.known != nullptr && f.known->touches_known && !run.end.commands_diverged_at;
 }
 
-const char* name_of(Heading heading) { return heading == Heading::kSame ? "same" : "opposite"; }
-
 std::vector<Vec2> positions(const std::vector<Pose2>& poses) {
   std::vector<Vec2> all;
   all.reserve(poses.size());

@@ -15,7 +15,8 @@ namespace {
 const std::string kLoopRole = "loop_";
 constexpr double kSteep_rad = deg_to_rad(60);  // of the axis above or below the horizon
 constexpr double kSharedView = 0.75;           // of the narrower picture, where two are one facing
-constexpr int kSteepFacings = 8;  // headings of a camera that sees the same at any: 45 degrees apart
+constexpr int kSteepFacings =
+    8;  // headings of a camera that sees the same at any: 45 degrees apart
 
 Vec3 axis_body(const LoopCamera& camera) { return camera.T_body_camera.rotation * Vec3::UnitZ(); }
 
@@ -36,9 +37,8 @@ bool near(double angle_rad, double other_rad, double within_rad) {
 std::vector<double> turns_of(const LoopCameras& cameras) {
   std::vector<double> turns{0};
   const auto add = [&](double turn_rad, double apart_rad) {
-    if (std::none_of(turns.begin(), turns.end(), [&](double known_rad) {
-          return near(turn_rad, known_rad, apart_rad);
-        })) {
+    if (std::none_of(turns.begin(), turns.end(),
+                     [&](double known_rad) { return near(turn_rad, known_rad, apart_rad); })) {
       turns.push_back(turn_rad);
     }
   };
@@ -121,8 +121,8 @@ std::vector<Facing> facings(const LoopCameras& cameras) {
         const double apart_rad = (1 - kSharedView) * std::min(view_rad(before), view_rad(now));
         // the axis of `before`, then, points where that of `now` does
         if (steep ? a == b
-                  : !now.looks_steeply() && near(azimuth_rad(before),
-                                                 turn_rad + azimuth_rad(now), apart_rad)) {
+                  : !now.looks_steeply() &&
+                        near(azimuth_rad(before), turn_rad + azimuth_rad(now), apart_rad)) {
           facing.pairs.push_back({a, b, steep && turn_rad != 0});
         }
       }

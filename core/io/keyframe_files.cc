@@ -256,6 +256,7 @@ class Row {
     }
   }
 
+  std::string header() const { return joined(names_, ","); }
   std::size_t cameras() const { return cameras_; }
   std::string_view operator[](Column column) const { return fields_[index(column)]; }
   std::string_view before_crc() const {
@@ -339,7 +340,7 @@ KeptKeyframe parse_keyframe(const Row& row, int number, Piles& piles) {
   }
 
   std::string_view features;
-  std::uint32_t crc = crc32(shares, crc32(row.before_crc()));
+  std::uint32_t crc = crc32(shares, crc32(row.before_crc(), crc32(row.header())));
   for (std::size_t camera = 0; camera < row.cameras(); ++camera) {
     features = piles.features.take(kPoint_bytes * row.points(camera));
     crc = crc32(features, crc);
@@ -368,7 +369,8 @@ KeptKeyframe parse_keyframe(const Row& row, int number, Piles& piles) {
 
 KeyframeFiles keyframe_files(const KeptKeyframes& keyframes) {
   KeyframeFiles files;
-  files.table = joined(header_of(keyframes.looks), ",") + "\n";
+  const std::string header = joined(header_of(keyframes.looks), ",");
+  files.table = header + "\n";
   for (std::size_t k = 0; k < keyframes.all.size(); ++k) {
     const KeptKeyframe& keyframe = keyframes.all[k];
     PANOPTES_CHECK(keyframe.place.features.size() == keyframes.looks.size(),
@@ -393,7 +395,8 @@ KeyframeFiles keyframe_files(const KeptKeyframes& keyframes) {
       fields.push_back(field);
     }
     const std::string row = joined(fields, ",");
-    const std::uint32_t crc = crc32(map.png, crc32(features, crc32(signature, crc32(row))));
+    const std::uint32_t crc =
+        crc32(map.png, crc32(features, crc32(signature, crc32(row, crc32(header)))));
     files.table += joined({row, hexadecimal(crc)}, ",") + "\n";
     files.signatures += signature;
     files.features += features;

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -17,6 +19,11 @@ enum class Heading { kSame, kOpposite, kOther };
 
 /// The same within 20 degrees, the opposite beyond 160.
 Heading heading_of(double turn_rad);
+
+/// "same", "opposite" or "other".
+std::string_view name_of(Heading heading);
+/// Empty for any other word.
+std::optional<Heading> heading_named(std::string_view name);
 
 /// One closure that was tried, accepted or rejected, with the numbers behind the verdict.
 struct ClosureReport {
@@ -35,7 +42,7 @@ struct ClosureReport {
   double contour_cost_m = 0;    ///< mean distance of aligned contour points
   double contour_overlap = 0;   ///< share of contour points with a partner
   double chi2_growth = 0;
-  Pose2 T_earlier_recent;  ///< claimed relative pose
+  Pose2 T_earlier_recent;           ///< claimed relative pose
   Mat3 information = Mat3::Zero();  ///< of it, were the rig known
   Eigen::VectorXd state;            ///< of the rig, with which it was found,
   Eigen::MatrixXd by_state;  ///< and how it changes with that: x, y, theta a row; empty: not at all

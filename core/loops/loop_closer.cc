@@ -35,8 +35,6 @@ constexpr double kUnknown_m = 10;  // as good as nothing in a room
 
 double square(double x) { return x * x; }
 
-constexpr double kOneHeading_rad = deg_to_rad(20);
-
 bool same_cameras(const Facing& facing) {
   return std::all_of(facing.pairs.begin(), facing.pairs.end(),
                      [](const CameraPair& pair) { return pair.a == pair.b; });
@@ -132,13 +130,6 @@ void bind(Fields& f, LoopOptions& o) {
   f.renamed("min_way_m", "min_path_m");
 }
 
-Heading heading_of(double turn_rad) {
-  const double turned_rad = std::abs(wrap_angle(turn_rad));
-  return turned_rad <= kOneHeading_rad                     ? Heading::kSame
-         : turned_rad >= std::numbers::pi - kOneHeading_rad ? Heading::kOpposite
-                                                            : Heading::kOther;
-}
-
 SharedEdge closure_edge(const ClosureReport& closure) {
   return {{closure.earlier, closure.recent, closure.T_earlier_recent, closure.information, true},
           closure.state,
@@ -224,9 +215,9 @@ ClosureReport LoopCloser::report_of(int recent, int earlier, const Facing& facin
   report.heading = heading_of(facing.turn_rad);
   for (int row = 0; row <= 2 * kHalf; ++row) {
     for (int column = 0; column <= 2 * kHalf; ++column) {
-      report.matrix[row][column] = static_cast<float>(
-          emd_grey(places_[earlier - kHalf + column].place.signature,
-                   places_[recent - kHalf + row].place.signature, facing));
+      report.matrix[row][column] =
+          static_cast<float>(emd_grey(places_[earlier - kHalf + column].place.signature,
+                                      places_[recent - kHalf + row].place.signature, facing));
     }
   }
   report.emd_grey = report.matrix[kHalf][kHalf];
@@ -297,8 +288,8 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
       Candidate candidate;
       candidate.earlier = earlier;
       candidate.facing = &facing;
-      candidate.emd_grey = emd_grey(places_[earlier].place.signature,
-                                    places_[recent].place.signature, facing);
+      candidate.emd_grey =
+          emd_grey(places_[earlier].place.signature, places_[recent].place.signature, facing);
       if (!words_ && candidate.emd_grey > threshold_grey) {
         continue;
       }
@@ -319,8 +310,8 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
       candidate.prior.covariance = 0.5 * (together + together.transpose());
       const Vec3 off = difference(centre, T_earlier_recent);
       const Mat3 allowed = expected + Mat3(tolerance.asDiagonal());
-      const double unlike = words_ ? 1 - shared[earlier][k]
-                                   : candidate.emd_grey / std::max(threshold_grey, 1e-3);
+      const double unlike =
+          words_ ? 1 - shared[earlier][k] : candidate.emd_grey / std::max(threshold_grey, 1e-3);
       candidate.score = unlike + squared_sigmas(off, allowed);
       if (std::isfinite(candidate.score)) {
         candidates.push_back(candidate);
@@ -361,7 +352,7 @@ struct LoopCloser::CandidateCheck {
   Mat3 floor = Mat3::Zero();       // what no picture makes surer
   Mat3 covariance = Mat3::Zero();  // of the motion by the pictures alone, were the rig known,
   Eigen::MatrixXd rig_covariance = {};
-  Mat3 of_rig = Mat3::Zero();      // and by what is not known of it
+  Mat3 of_rig = Mat3::Zero();  // and by what is not known of it
 };
 
 std::vector<ClosureReport> LoopCloser::close_verified(const VerifiedMethod& method, int recent,
@@ -469,11 +460,10 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_certainty(CandidateCheck& c
   const Remembered& earlier = places_[report.earlier];
   const Remembered& now = places_[report.recent];
   report.state = check.graph.state;
-  report.by_state = motion_by_rig(
-      check.tolerant, cameras_, report.state,
-      {earlier.place.taken, earlier.place.features, earlier.depths},
-      {now.place.taken, now.place.features, now.depths}, check.motion.inlier_matches,
-      check.motion.T_a_b_seen);
+  report.by_state = motion_by_rig(check.tolerant, cameras_, report.state,
+                                  {earlier.place.taken, earlier.place.features, earlier.depths},
+                                  {now.place.taken, now.place.features, now.depths},
+                                  check.motion.inlier_matches, check.motion.T_a_b_seen);
   if (!report.by_state.allFinite()) {
     return Refusal{"features: the pose is not known in every direction"};
   }
@@ -517,20 +507,18 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_cameras(CandidateCheck& che
     const std::optional<Mat3> says =
         alone[camera] ? inverse_of(alone[camera]->information_seen) : std::nullopt;
     if (says) {
-      voices.push_back(
-          {camera, *says,
-           motion_by_rig(check.tolerant, cameras_, check.report.state,
-                         {earlier.place.taken, earlier.place.features, earlier.depths},
-                         {now.place.taken, now.place.features, now.depths},
-                         alone[camera]->inlier_matches, alone[camera]->T_a_b_seen)});
+      voices.push_back({camera, *says,
+                        motion_by_rig(check.tolerant, cameras_, check.report.state,
+                                      {earlier.place.taken, earlier.place.features, earlier.depths},
+                                      {now.place.taken, now.place.features, now.depths},
+                                      alone[camera]->inlier_matches, alone[camera]->T_a_b_seen)});
     }
   }
   for (std::size_t i = 0; i < voices.size(); ++i) {
     for (std::size_t j = i + 1; j < voices.size(); ++j) {
       const Voice& one = voices[i];
       const Voice& other = voices[j];
-      const Vec3 off =
-          difference(alone[one.camera]->T_a_b_seen, alone[other.camera]->T_a_b_seen);
+      const Vec3 off = difference(alone[one.camera]->T_a_b_seen, alone[other.camera]->T_a_b_seen);
       const Eigen::MatrixXd by_state = one.by_state - other.by_state;
       if (!by_state.allFinite()) {
         continue;  // near nothing is said by one of them
@@ -630,7 +618,7 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_graph(const CandidateCheck&
 
 std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod& method, int recent,
                                                           const SharedGraph& graph,
-                                                const ContourSource& contours) {
+                                                          const ContourSource& contours) {
   std::optional<ClosureReport> best;
   const Facing* facing = nullptr;
   for (int earlier = kHalf; earlier < recent - 2 * kHalf &&

@@ -16,10 +16,10 @@
 #include "core/graph/shared_graph.h"
 #include "core/loops/closure.h"
 #include "core/map/contours.h"
-#include "core/vision/local_features.h"
-#include "core/vision/place_signature.h"
 #include "core/motion/relative_motion.h"
 #include "core/motion/rig_correction.h"
+#include "core/vision/local_features.h"
+#include "core/vision/place_signature.h"
 #include "core/vision/word_index.h"
 
 namespace panoptes {
@@ -53,9 +53,9 @@ struct VerifiedMethod {
   double min_inlier_share = 0.4;  ///< of the matches
   double mounting_px = 3;  ///< two cameras that show the same may be mounted wrong by this much, a
                            ///< degree, in a second try
-  double min_sigma_m = 0.01;      ///< lens, mounting and floor are not as ideal as the model: no
-  double min_sigma_rad = 0.003;   ///< closure is taken for surer,
-  double max_sigma_m = 0.15;      ///< and one less sure is not worth its risk
+  double min_sigma_m = 0.01;     ///< lens, mounting and floor are not as ideal as the model: no
+  double min_sigma_rad = 0.003;  ///< closure is taken for surer,
+  double max_sigma_m = 0.15;     ///< and one less sure is not worth its risk
   double max_sigma_rad = 0.026;
   ContourOptions contours;
   double contour_overlap = 0.5;    ///< below it contours share too little to contradict anything,
@@ -78,7 +78,9 @@ struct LoopOptions {
   double min_path_m = 5;  ///< driven since an earlier place before coming back counts
   double spacing_m = 1;  ///< driven between two accepted closures of one heading: one is enough for
                          ///< a revisit
-  FeatureOptions features;
+  /// Of one level: those of coarser ones are found less precisely, and a place is met again from
+  /// where things look as large as before.
+  FeatureOptions features = {.levels = 1};
   MotionOptions motion;
 };
 void bind(Fields& f, LoopOptions& o);
@@ -89,7 +91,7 @@ struct LoopPlace {
   PlaceSignature signature;
   PlaceFeatures features;
   PictureTimes taken = {};  ///< empty: all at once
-  bool partial = false;  ///< a camera was lost: the signature is not whole
+  bool partial = false;     ///< a camera was lost: the signature is not whole
 
   /// Such a place is never closed, however alike another looks, and teaches nothing.
   bool featureless() const {

@@ -172,14 +172,19 @@ struct TrackSystem {
   bool depth_shown = false;  // by the path
 };
 
-double chi_square_limit(int freedoms, double sigma) {
+double chi_square_limit(double freedoms, double sigma) {
   // Wilson and Hilferty 1931
   const double v = 2.0 / (9.0 * freedoms);
   const double root = 1 - v + sigma * std::sqrt(v);
   return freedoms * root * root * root;
 }
 
-int freedoms_of(const Track& track) { return 2 * static_cast<int>(track.seen.size()) - 2; }
+// Of the depth by itself, its bearing unknown as well.
+double depth_information(const Mat3& H_point) {
+  const Vec2 bearing_by_depth =
+      H_point.topLeftCorner<2, 2>().inverse() * H_point.topRightCorner<2, 1>();
+  return H_point(2, 2) - H_point.col(2).head<2>().dot(bearing_by_depth);
+}
 
 class Bundle {
  public:
@@ -248,8 +253,8 @@ class Bundle {
     bodies_.assign(frames_.size() * cameras_.size(), {});
     for (std::size_t frame = 0; frame < frames_.size(); ++frame) {
       for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
-        const double after_s =
-            frames_[frame].taken.late_s[camera] - state_[camera_state(static_cast<int>(camera)) + kClock];
+        const double after_s = frames_[frame].taken.late_s[camera] -
+                               state_[camera_state(static_cast<int>(camera)) + kClock];
         bodies_[frame * cameras_.size() + camera] =
             picture_body(poses_[frame], frames_[frame], after_s);
       }
@@ -288,6 +293,7 @@ class Bundle {
   // The points where the poses as they are have them.
   void settle_points() {
     squares_.assign(tracks_.size(), 0);
+    freedoms_.assign(tracks_.size(), 0);
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
       for (int round = 0; round < 2; ++round) {
         Mat3 H = Mat3::Zero();
@@ -306,25 +312,30 @@ class Bundle {
           points_[t].z() /= 2;  // farther away
           continue;
         }
+        // each picture has two coordinates, of which a bearing takes two, and a depth another as
+        // far as it is seen at all
+        const double seen = depth_information(H);
+        freedoms_[t] = 2 * static_cast<double>(tracks_[t].seen.size()) - 2 -
+                       (seen > 0 ? seen / (seen + kDepthPrior) : 0);
         H(2, 2) += kDepthPrior;
         g[2] += kDepthPrior * (points_[t].z() - kDepthMean_per_m);
         move(points_[t], -H.ldlt().solve(g));
       }
+      freedoms_[t] = std::max(freedoms_[t], 1.0);
       squares_[t] = squares(t);
     }
   }
 
   void weigh(double kernel) {
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
-      const double share = squares_[t] / (kernel * kernel * freedoms_of(tracks_[t]));
+      const double share = squares_[t] / (kernel * kernel * freedoms_[t]);
       trusts_[t] = std::isfinite(share) ? 1 / ((1 + share) * (1 + share)) : 0;
     }
   }
 
   void choose_inliers() {
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
-      trusts_[t] =
-          squares_[t] <= chi_square_limit(freedoms_of(tracks_[t]), options_.inlier_sigma) ? 1 : 0;
+      trusts_[t] = squares_[t] <= chi_square_limit(freedoms_[t], options_.inlier_sigma) ? 1 : 0;
     }
   }
 
@@ -336,7 +347,7 @@ class Bundle {
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
       if (trusts_[t] > 0) {
         sum += squares_[t];
-        freedoms += freedoms_of(tracks_[t]);
+        freedoms += freedoms_[t];
       }
     }
     variance_px2_ *= sum / freedoms;
@@ -427,11 +438,7 @@ class Bundle {
     system.point_step = -inverse * g_point;
     system.information = H + B * system.point_by_rest;
     system.gradient = g + B * system.point_step;
-    const Vec2 bearing_by_depth =
-        H_on_axis.topLeftCorner<2, 2>().inverse() * H_on_axis.topRightCorner<2, 1>();
-    const double depth_information =
-        H_on_axis(2, 2) - H_on_axis.col(2).head<2>().dot(bearing_by_depth);
-    system.depth_shown = depth_information * kShownSigma_per_m * kShownSigma_per_m > 1;
+    system.depth_shown = depth_information(H_on_axis) * kShownSigma_per_m * kShownSigma_per_m > 1;
     NormalEquations& sum = system.depth_shown ? sum_ : unshown_;
     for (int row = 0; row < size; ++row) {
       const int to_row = system.columns[row];
@@ -583,6 +590,7 @@ class Bundle {
   double variance_px2_ = 1;
   std::vector<PictureBody> bodies_;
   std::vector<double> squares_;
+  std::vector<double> freedoms_;
   std::vector<double> trusts_;
   std::vector<TrackSystem> systems_;
   NormalEquations sum_{0};

@@ -5,8 +5,8 @@
 
 #include <Eigen/Core>
 
-#include "core/geometry/pose2.h"
 #include "core/camera/loop_cameras.h"
+#include "core/geometry/pose2.h"
 #include "core/motion/rig_correction.h"
 
 namespace panoptes {

@@ -9,12 +9,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-
 namespace panoptes {
 namespace {
 
-constexpr int kSmallest = 6;  // matches below which nothing is tried
-constexpr int kScored = 100;  // matches that judge a sampled hypothesis: more cost only time
+constexpr int kSmallest = 6;         // matches below which nothing is tried
+constexpr int kScored = 100;         // matches that judge a sampled hypothesis: more cost only time
 constexpr double kRoom_per_m = 0.3;  // how far a room's mean inverse depth may be from the default
 constexpr double kForgetPrior =
     1e-4;  // share of the prior kept where the pictures shall speak alone
@@ -22,10 +21,10 @@ constexpr double kForgetPrior =
 // A match, ready to be compared in one of the two pictures: `source` knows its depth better.
 struct MatchObservation {
   bool source_is_a = true;
-  Vec3 origin;                       // camera of the source, in the source's body frame
-  Vec3 direction;                    // what its pixel sees, z = 1 in its camera, in its body frame
-  InverseDepth depth;                // along it
-  double guessed = 1;                // share of it that is the default and not measured
+  Vec3 origin;         // camera of the source, in the source's body frame
+  Vec3 direction;      // what its pixel sees, z = 1 in its camera, in its body frame
+  InverseDepth depth;  // along it
+  double guessed = 1;  // share of it that is the default and not measured
   bool depth_measured = false;
   Mat3 R_camera_target;              // body of the target place to its camera
   Vec3 origin_target;                // that camera, in its body frame
@@ -64,20 +63,17 @@ std::vector<MatchObservation> observations_of(const SeenPlace& a, const SeenPlac
     MatchObservation observation;
     observation.source_is_a = depth_a.sigma_per_m <= depth_b.sigma_per_m;
     const bool from_a = observation.source_is_a;
-    const LoopCamera& source =
-        from_a ? a.cameras[match.camera_a] : b.cameras[match.camera_b];
-    const LoopCamera& target =
-        from_a ? b.cameras[match.camera_b] : a.cameras[match.camera_a];
+    const LoopCamera& source = from_a ? a.cameras[match.camera_a] : b.cameras[match.camera_b];
+    const LoopCamera& target = from_a ? b.cameras[match.camera_b] : a.cameras[match.camera_a];
     const Eigen::Vector2f& px_a = a.features[match.camera_a].px[match.feature_a];
     const Eigen::Vector2f& px_b = b.features[match.camera_b].px[match.feature_b];
     observation.origin = source.T_body_camera.translation;
-    observation.direction = ray_body(source, from_a ? R_a[match.camera_a] : R_b[match.camera_b],
-                                     from_a ? px_a : px_b);
+    observation.direction =
+        ray_body(source, from_a ? R_a[match.camera_a] : R_b[match.camera_b], from_a ? px_a : px_b);
     observation.depth = from_a ? depth_a : depth_b;
     observation.guessed = std::pow(observation.depth.sigma_per_m / kUnknownDepth.sigma_per_m, 2);
     observation.depth_measured = observation.depth.is_measured();
-    observation.R_camera_target =
-        (from_a ? R_b[match.camera_b] : R_a[match.camera_a]).transpose();
+    observation.R_camera_target = (from_a ? R_b[match.camera_b] : R_a[match.camera_a]).transpose();
     observation.origin_target = target.T_body_camera.translation;
     observation.lens = &target.intrinsics;
     observation.px = (from_a ? px_b : px_a).cast<double>();

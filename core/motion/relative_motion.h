@@ -69,9 +69,9 @@ struct PlanarMotion {
   double direction_rad = 0;              ///< of the translation of T_a_b, in the frame of `a`
   int matches = 0;
   int inliers = 0;
-  std::vector<int> inliers_by_camera;       ///< by the camera of `a`
+  std::vector<int> inliers_by_camera;  ///< by the camera of `a`
   std::vector<PlaceMatch> inlier_matches;
-  double rms_px = 0;                   ///< of the inliers, across their epipolar lines
+  double rms_px = 0;  ///< of the inliers, across their epipolar lines
 };
 
 /// The motion on the floor between two places from matched features: each match is compared where

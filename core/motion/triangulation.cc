@@ -80,9 +80,9 @@ double median_of(std::vector<double> values) {
 // each would claim to show where the robot is.
 InverseDepth room_of(const PlaceDepths& depths) {
   constexpr std::size_t kEnough = 20;
-  constexpr double kMad = 1.4826;       // times the median deviation: sigma of a Gaussian
-  constexpr double kWide = 3;           // times as wide: depths of a room are no Gaussian
-  constexpr double kNarrowest = 0.1;    // of the mean: no place has all things equally far
+  constexpr double kMad = 1.4826;     // times the median deviation: sigma of a Gaussian
+  constexpr double kWide = 3;         // times as wide: depths of a room are no Gaussian
+  constexpr double kNarrowest = 0.1;  // of the mean: no place has all things equally far
   std::vector<InverseDepth> known;
   for (const std::vector<InverseDepth>& of_camera : depths) {
     std::copy_if(of_camera.begin(), of_camera.end(), std::back_inserter(known),
@@ -117,8 +117,10 @@ InverseDepth in_room(const InverseDepth& depth, const InverseDepth& room) {
   };
   const double own = std::max(0.0, information(depth) - information(kUnknown));
   const double own_mean =
-      own > 0 ? (information(depth) * depth.mean_per_m - information(kUnknown) * kUnknown.mean_per_m) / own
-              : 0;
+      own > 0
+          ? (information(depth) * depth.mean_per_m - information(kUnknown) * kUnknown.mean_per_m) /
+                own
+          : 0;
   const double together = own + information(room);
   return {std::max(0.0, (own * own_mean + information(room) * room.mean_per_m) / together),
           1 / std::sqrt(together)};
@@ -138,8 +140,8 @@ PlaceDepths triangulate(const FeatureOptions& feature_options, const MotionOptio
     std::vector<std::vector<Partner>> partners(here[camera].px.size());
     for (const Neighbour& neighbour : neighbours) {
       const LoopCamera& its_eye = neighbour.cameras[camera];
-      const Pose3 T_there_here = (on_floor(neighbour.T_here_there) * its_eye.T_body_camera).inverse() *
-                                 eye.T_body_camera;
+      const Pose3 T_there_here =
+          (on_floor(neighbour.T_here_there) * its_eye.T_body_camera).inverse() * eye.T_body_camera;
       for (const FeatureMatch& match :
            match_features(feature_options, here[camera], neighbour.features[camera])) {
         const Vec3 ray = eye.intrinsics.ray(here[camera].px[match.a].cast<double>());

@@ -5,8 +5,8 @@
 
 #include "core/graph/shared_graph.h"
 #include "core/motion/local_bundle.h"
-#include "core/vision/local_features.h"
 #include "core/motion/relative_motion.h"
+#include "core/vision/local_features.h"
 
 namespace panoptes {
 

@@ -86,8 +86,8 @@ std::optional<Localiser::Views> Localiser::views_of(const Observation& seen,
 
 // Of a camera that is lost another's picture takes the place.
 PlaceSignature Localiser::signature_of(const Views& views) const {
-  const auto good = std::find_if(views.begin(), views.end(),
-                                 [](const Picture* view) { return view != nullptr; });
+  const auto good =
+      std::find_if(views.begin(), views.end(), [](const Picture* view) { return view != nullptr; });
   if (good == views.end()) {
     return last_signature_;
   }
@@ -98,13 +98,25 @@ PlaceSignature Localiser::signature_of(const Views& views) const {
   return place_signature(options_.signature, pictures);
 }
 
+PlaceFeatures Localiser::features_of(const Views& views) const {
+  PlaceFeatures features;
+  for (std::size_t camera = 0; camera < views.size(); ++camera) {
+    features.push_back(views[camera] == nullptr
+                           ? LocalFeatures()
+                           : local_features(options_.loops.features, views[camera]->bgr,
+                                            believed_[camera].looks_steeply()
+                                                ? DescriptorPose::kTurned
+                                                : DescriptorPose::kUpright));
+  }
+  return features;
+}
+
 PictureTimes Localiser::times_of(const Views& views, Time taken, const Twist2& twist_body) const {
   PictureTimes times{twist_body, {}};
   for (std::size_t camera = 0; camera < views.size(); ++camera) {
-    times.late_s.push_back(views[camera] == nullptr
-                               ? 0
-                               : to_seconds(views[camera]->stamp - taken) -
-                                     believed_[camera].clock_offset_s);
+    times.late_s.push_back(views[camera] == nullptr ? 0
+                                                    : to_seconds(views[camera]->stamp - taken) -
+                                                          believed_[camera].clock_offset_s);
   }
   return times;
 }
@@ -167,14 +179,6 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
   if (graph_.joints.size() > joints) {
     relax(graph_);
     state_information_ = state_covariance(graph_).inverse();
-    if (getenv("RIGDEBUG")) {
-      const Eigen::MatrixXd C = state_covariance(graph_);
-      fprintf(stderr, "RIG %zu", graph_.joints.size());
-      for (int k = 0; k < graph_.state.size(); ++k) {
-        fprintf(stderr, " %.6g %.6g", graph_.state[k], std::sqrt(C(k, k)));
-      }
-      fprintf(stderr, "\n");
-    }
     out.relaxed = true;
   }
   last_signature_ = place.signature;
@@ -241,11 +245,7 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
       place.partial = std::find(views->begin(), views->end(), nullptr) != views->end();
       place.signature = signature_of(*views);
       if (keyframes_.empty() || keyframe_due(out.T_last_body, place)) {
-        for (const Picture* view : *views) {
-          place.features.push_back(view == nullptr
-                                       ? LocalFeatures()
-                                       : local_features(options_.loops.features, view->bgr));
-        }
+        place.features = features_of(*views);
         const auto first = std::find_if(views->begin(), views->end(),
                                         [](const Picture* view) { return view != nullptr; });
         const Time taken = first == views->end() ? seen.stamp : (*first)->stamp;

@@ -95,6 +95,7 @@ class Localiser {
   PlaceSignature signature_of(const Views& views) const;
   bool keyframe_due(const Pose2& T_last_body, const LoopPlace& now) const;
   void add_keyframe(const Observation& seen, Time taken, const LoopPlace& place, Located& out);
+  PlaceFeatures features_of(const Views& views) const;
   PictureTimes times_of(const Views& views, Time taken, const Twist2& twist_body) const;
   Pose2 link_to_last(Time taken, const LoopPlace& place, const Pose2& T_last_body);
   void look_back(const LoopPlace& place);

@@ -17,9 +17,9 @@
 #include "core/graph/robust_relax.h"
 #include "core/graph/tree_descent.h"
 #include "core/loops/loop_closer.h"
+#include "core/motion/relative_motion.h"
 #include "core/vision/local_features.h"
 #include "core/vision/place_signature.h"
-#include "core/motion/relative_motion.h"
 #include "core/vision/word_index.h"
 #include "tests/core/vision/synthetic_places.h"
 
@@ -77,8 +77,8 @@ void motion_with_search(benchmark::State& state) {
   const PlaceDepths unknown;
   for (auto _ : state) {
     Rng search(4);
-    benchmark::DoNotOptimize(
-        motion_by_features({}, {cameras, a, unknown}, {cameras, b, unknown}, matches, prior, &search));
+    benchmark::DoNotOptimize(motion_by_features({}, {cameras, a, unknown}, {cameras, b, unknown},
+                                                matches, prior, &search));
   }
   state.counters["matches"] = static_cast<double>(matches.size());
 }
@@ -101,7 +101,8 @@ void signature_shortlist(benchmark::State& state) {
     double nearest = 1e9;
     for (const PlaceSignature& place : places) {
       if (&place != &places[0]) {
-        nearest = std::min({nearest, emd_grey(place, places[0]), emd_grey(place, places[0], opposite)});
+        nearest =
+            std::min({nearest, emd_grey(place, places[0]), emd_grey(place, places[0], opposite)});
       }
     }
     benchmark::DoNotOptimize(nearest);

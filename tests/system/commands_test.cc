@@ -286,8 +286,8 @@ TEST_F(Commands, RigsThatNoNavigatorCouldUseAreLookedThroughAndRecorded) {
   EXPECT_EQ(explored.status, 2);
   EXPECT_EQ(
       explored.err,
-      "rig.yaml:1:1: rig: has no camera with the role loop_front or loop_back or floor; SLAM in "
-      "'m' needs loop_front, loop_back and floor\n");
+      "rig.yaml:1:1: rig: has no camera with the role loop_front or floor; SLAM in 'm' needs a "
+      "camera for loops, whose role begins with loop_, and one for the floor\n");
 }
 
 TEST_F(Commands, RenderAsksForAPlaceInWords) {

@@ -26,9 +26,8 @@ TEST(LensCorrection, OfAPinholeIsWhatItsPicturesShow) {
 
 TEST(LensCorrection, OfALensThatBendsShowsNearlyTheSameAsItsStraightenedPictures) {
   constexpr double kLeft_px = 0.8;  // of shifts of 2.5 px, and a share of 1 % at 160 px
-  for (const Distortion& distortion :
-       std::vector<Distortion>{BrownConrady{-0.2, 0.03, 0.001, -0.001, 0},
-                               Equidistant{-0.02, 0.002, 0, 0}}) {
+  for (const Distortion& distortion : std::vector<Distortion>{
+           BrownConrady{-0.2, 0.03, 0.001, -0.001, 0}, Equidistant{-0.02, 0.002, 0, 0}}) {
     const Intrinsics lens = lens_of_view(320, 240, deg_to_rad(100), distortion);
     const Intrinsics straight = rectified(lens);
     const Intrinsics found = corrected(lens, of_lens(kOff, straight, lens));

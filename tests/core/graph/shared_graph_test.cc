@@ -70,19 +70,21 @@ struct Turns {
       // the same as a joint edge of one step: how far it is from what is told, given the state
       Eigen::MatrixXd J(3, 4);
       J << Mat3::Identity(), -edge.by_state;
-      graph.joints.push_back({k, {told}, graph.state, J.transpose() * information * J,
-                              Eigen::VectorXd::Zero(4)});
+      graph.joints.push_back(
+          {k, {told}, graph.state, J.transpose() * information * J, Eigen::VectorXd::Zero(4)});
     }
   }
 
   void close(Rng rng) {
     const Pose2 T = truth.front().inverse() * truth.back();
     const Mat3 information = Vec3(0.01, 0.01, 0.005).cwiseAbs2().cwiseInverse().asDiagonal();
-    graph.edges.push_back(
-        {{0, 48, {T.x_m + rng.normal(0, 0.01), T.y_m + rng.normal(0, 0.01), T.theta_rad},
-          information, true},
-         {},
-         {}});
+    graph.edges.push_back({{0,
+                            48,
+                            {T.x_m + rng.normal(0, 0.01), T.y_m + rng.normal(0, 0.01), T.theta_rad},
+                            information,
+                            true},
+                           {},
+                           {}});
   }
 };
 

@@ -136,6 +136,9 @@ TEST_F(KeyframeFolder, KeepsAsManyPicturesAsThereAreLoopCameras) {
   three.looks.push_back("left");
   three.all[0].place.features.push_back(points(5));
   three.all[1].place.features.emplace_back();
+  for (KeptKeyframe& keyframe : three.all) {
+    keyframe.place.signature.cumulative.resize(signature_shares(true, 3));
+  }
   write_keyframes(folder_, three);
   const KeptKeyframes read = read_keyframes(folder_);
   EXPECT_THAT(read.looks, testing::ElementsAre("front", "back", "left"));

@@ -15,8 +15,8 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include "core/odometry/wheel_odometry.h"
 #include "core/motion/local_bundle.h"
+#include "core/odometry/wheel_odometry.h"
 #include "tests/core/vision/synthetic_places.h"
 
 namespace panoptes {

@@ -111,8 +111,8 @@ TEST(LocalBundle, FindsPosesThatPicturesWithoutNoiseShow) {
   const SyntheticRoom room(1500, 3, Rng(1));
   for (const std::vector<Pose2>& steps : {kAhead, kSpin}) {
     const Seen seen = drive(room, cameras, steps, 0, {1.03, 1e-5, 0.05}, Rng(2));
-    const BundleSolution found = adjust_bundle({}, cameras, held(cameras), seen.frames, seen.tracks,
-                                               seen.by_wheels());
+    const BundleSolution found =
+        adjust_bundle({}, cameras, held(cameras), seen.frames, seen.tracks, seen.by_wheels());
     EXPECT_LT(error_of(found, seen.truth).cwiseAbs().maxCoeff(), 1e-4);
     EXPECT_TRUE(found.information.isApprox(found.information.transpose()));
   }
@@ -130,8 +130,8 @@ TEST(LocalBundle, IsAsSureOfHeadingsAsItIsRight) {
       const SyntheticRoom room(1200, 3, rng.fork("room"));
       const Seen seen =
           drive(room, cameras, steps, kNoise_px, {1, 0.0005, 0.01}, rng.fork("drive"));
-      const BundleSolution found = adjust_bundle({}, cameras, held(cameras), seen.frames,
-                                                 seen.tracks, seen.by_wheels());
+      const BundleSolution found =
+          adjust_bundle({}, cameras, held(cameras), seen.frames, seen.tracks, seen.by_wheels());
       const Eigen::Index poses = 3 * static_cast<Eigen::Index>(steps.size());
       const Eigen::VectorXd error = error_of(found, seen.truth);
       squares += error.dot(found.information.topLeftCorner(poses, poses) * error) /
@@ -165,14 +165,13 @@ TEST(LocalBundle, LearnsHowCamerasAreMounted) {
       0.006;
   const LoopCameras cameras = corrected(believed, truth);
   const SyntheticRoom room(1200, 3, Rng(3));
-  RigPriorState known{RigState::Zero(sigma.size()),
-                      sigma.cwiseAbs2().cwiseInverse().asDiagonal()};
+  RigPriorState known{RigState::Zero(sigma.size()), sigma.cwiseAbs2().cwiseInverse().asDiagonal()};
   std::vector<Pose2> there_and_back = kSpin;
   for (int k = 0; k < 4; ++k) {
     const double ahead_m = k % 2 == 0 ? 0.25 : -0.25;
     there_and_back[k] = {ahead_m, 0, 0.15};
   }
-  for (int bundle = 0; bundle < 12; ++bundle) {
+  for (int bundle = 0; bundle < 16; ++bundle) {
     const Seen seen = drive(room, cameras, bundle % 2 == 0 ? kSpin : there_and_back, kNoise_px, {},
                             Rng(4).fork(std::to_string(bundle)));
     const BundleSolution found =
@@ -185,10 +184,10 @@ TEST(LocalBundle, LearnsHowCamerasAreMounted) {
     const Eigen::MatrixXd said = found.information.bottomRightCorner(states, states) -
                                  across.transpose() * of_poses.solve(across);
     const Eigen::VectorXd gradient =
-        found.gradient.tail(states) - across.transpose() * of_poses.solve(found.gradient.head(poses));
+        found.gradient.tail(states) -
+        across.transpose() * of_poses.solve(found.gradient.head(poses));
     const Eigen::MatrixXd information = known.information + said;
-    const Eigen::VectorXd target =
-        known.information * known.state + said * found.state - gradient;
+    const Eigen::VectorXd target = known.information * known.state + said * found.state - gradient;
     known = {information.ldlt().solve(target), information};
   }
   const Eigen::MatrixXd covariance = known.information.inverse();
@@ -233,7 +232,8 @@ TEST(LocalBundle, SaysHowPosesFollowTheStates) {
   const Eigen::MatrixXd by_state = -here.information.topLeftCorner(poses, poses)
                                         .ldlt()
                                         .solve(here.information.topRightCorner(poses, none.size()));
-  for (const int k : {kRotation + 2, static_cast<int>(kPosition), camera_state(1) + kRotation + 2}) {
+  for (const int k :
+       {kRotation + 2, static_cast<int>(kPosition), camera_state(1) + kRotation + 2}) {
     RigState moved = none;
     moved[k] = 0.002;
     const BundleSolution there = solve(moved);
@@ -253,8 +253,8 @@ TEST(LocalBundle, TellsWhatIsMismatchedFromWhatFits) {
     seen.tracks[t].seen.back().px += Vec2(rng.uniform(15, 40), rng.uniform(-40, -15));
     ++spoiled;
   }
-  const BundleSolution found = adjust_bundle({}, cameras, held(cameras), seen.frames, seen.tracks,
-                                             seen.by_wheels());
+  const BundleSolution found =
+      adjust_bundle({}, cameras, held(cameras), seen.frames, seen.tracks, seen.by_wheels());
   std::size_t believed = 0;
   std::size_t refused = 0;
   for (std::size_t t = 0; t < seen.tracks.size(); ++t) {
@@ -270,8 +270,8 @@ TEST(LocalBundle, GoesByTheWheelsWhereNothingIsSeen) {
   const SyntheticRoom room(10, 3, Rng(12));
   Seen seen = drive(room, cameras, kAhead, kNoise_px, {}, Rng(13));
   seen.tracks.clear();
-  const BundleSolution found = adjust_bundle({}, cameras, held(cameras), seen.frames, seen.tracks,
-                                             seen.by_wheels());
+  const BundleSolution found =
+      adjust_bundle({}, cameras, held(cameras), seen.frames, seen.tracks, seen.by_wheels());
   EXPECT_LT(error_of(found, seen.by_wheels()).cwiseAbs().maxCoeff(), 1e-9);
 }
 

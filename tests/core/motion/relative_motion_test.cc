@@ -111,7 +111,8 @@ TEST_P(RevisitedPlace, EachCameraFindsThePoseAlone) {
   const PlaceFeatures b = room.seen_from(cameras, T_map_a * T_a_b, 0.7, 0.3, Rng(6));
   const PlaceDepths depths_a = depths_at(room, cameras, T_map_a, a, Rng(7));
   const PlaceDepths depths_b = depths_at(room, cameras, T_map_a * T_a_b, b, Rng(8));
-  const std::vector<PlaceMatch> matches = match_places(kFeatures, a, b, facings(cameras)[opposite ? 1 : 0]);
+  const std::vector<PlaceMatch> matches =
+      match_places(kFeatures, a, b, facings(cameras)[opposite ? 1 : 0]);
   const MotionPrior near{T_a_b * Pose2{0.05, 0.05, 0.02}, diagonal(0.3, 0.2)};
   const auto alone =
       motion_by_each_camera(kMotion, {cameras, a, depths_a}, {cameras, b, depths_b}, matches, near);
@@ -129,7 +130,8 @@ TEST_P(RevisitedPlace, EachCameraFindsThePoseAlone) {
       front.push_back(match);
     }
   }
-  const auto again = motion_by_each_camera(kMotion, {cameras, a, depths_a}, {cameras, b, depths_b}, front, near);
+  const auto again =
+      motion_by_each_camera(kMotion, {cameras, a, depths_a}, {cameras, b, depths_b}, front, near);
   EXPECT_EQ(again[0]->T_a_b_seen, alone[0]->T_a_b_seen);
   EXPECT_FALSE(again[1]);
 }
@@ -145,8 +147,10 @@ TEST(RelativeMotion, GivesTheSameBitsAgain) {
   Rng one(8);
   Rng two(8);
   const auto matches = match_places(kFeatures, a, b, same_facing(cameras));
-  const auto first = motion_by_features(kMotion, {cameras, a, kNoDepths}, {cameras, b, kNoDepths}, matches, prior, &one);
-  const auto second = motion_by_features(kMotion, {cameras, a, kNoDepths}, {cameras, b, kNoDepths}, matches, prior, &two);
+  const auto first = motion_by_features(kMotion, {cameras, a, kNoDepths}, {cameras, b, kNoDepths},
+                                        matches, prior, &one);
+  const auto second = motion_by_features(kMotion, {cameras, a, kNoDepths}, {cameras, b, kNoDepths},
+                                         matches, prior, &two);
   ASSERT_TRUE(first && second);
   EXPECT_EQ(first->T_a_b, second->T_a_b);
   EXPECT_EQ(first->information_seen, second->information_seen);
@@ -160,7 +164,8 @@ TEST(RelativeMotion, RefusesWhatHasNothingInCommon) {
   const PlaceFeatures b = elsewhere.seen_from(cameras, {0, 0, 0}, 0.7, 0, Rng(12));
   const MotionPrior wheels{{0.25, 0, 0}, diagonal(0.002, 0.01)};
   const auto matches = match_places(kFeatures, a, b, same_facing(cameras));
-  EXPECT_FALSE(motion_by_features(kMotion, {cameras, a, kNoDepths}, {cameras, b, kNoDepths}, matches, wheels, nullptr));
+  EXPECT_FALSE(motion_by_features(kMotion, {cameras, a, kNoDepths}, {cameras, b, kNoDepths},
+                                  matches, wheels, nullptr));
 }
 
 TEST(Triangulate, ANeighbourThatNobodyKnowsWhereItIsTellsNoDepth) {
@@ -192,7 +197,8 @@ TEST(RelativeMotion, TakesAnyNumberOfCameras) {
     const PlaceFeatures a = room.seen_from(used, {}, 0.7, 0.1, Rng(6));
     const PlaceFeatures b = room.seen_from(used, T_a_b, 0.7, 0.1, Rng(7));
     const auto matches = match_places(FeatureOptions(), a, b, same_facing(used));
-    const auto motion = motion_by_features(kMotion, {used, a, kNoDepths}, {used, b, kNoDepths}, matches, prior, nullptr);
+    const auto motion = motion_by_features(kMotion, {used, a, kNoDepths}, {used, b, kNoDepths},
+                                           matches, prior, nullptr);
     ASSERT_TRUE(motion);
     ASSERT_EQ(motion->inliers_by_camera.size(), count);
     EXPECT_GT(motion->inliers_by_camera.back(), 0);

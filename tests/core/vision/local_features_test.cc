@@ -113,5 +113,30 @@ TEST(LocalFeatures, FindsNothingOnAPlainWall) {
   EXPECT_TRUE(match_features({}, some, none).empty());
 }
 
+// A camera that looks up shows a picture that turns when the body does.
+TEST(LocalFeatures, FindsAgainWhatHasTurnedAboutTheAxis) {
+  const FeatureOptions options{.levels = 1};
+  const cv::Mat before = patchwork(0, 1, Rng(1))(cv::Rect(40, 0, 240, 240)).clone();
+  const cv::Point2f middle(119.5F, 119.5F);
+  cv::Mat now;
+  const cv::Mat turn = cv::getRotationMatrix2D(middle, 50, 1);
+  cv::warpAffine(before, now, turn, before.size(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+  const auto right = [&](DescriptorPose pose) {
+    const LocalFeatures a = local_features(options, before, pose);
+    const LocalFeatures b = local_features(options, now, pose);
+    int count = 0;
+    for (const FeatureMatch& match : match_features(options, a, b)) {
+      const Eigen::Vector2d p = a.px[match.a].cast<double>();
+      const Eigen::Vector2d there(
+          turn.at<double>(0, 0) * p.x() + turn.at<double>(0, 1) * p.y() + turn.at<double>(0, 2),
+          turn.at<double>(1, 0) * p.x() + turn.at<double>(1, 1) * p.y() + turn.at<double>(1, 2));
+      count += (there - b.px[match.b].cast<double>()).norm() < 3 ? 1 : 0;
+    }
+    return count;
+  };
+  EXPECT_GT(right(DescriptorPose::kTurned), 40);
+  EXPECT_LT(right(DescriptorPose::kUpright), 10);
+}
+
 }  // namespace
 }  // namespace panoptes

@@ -2,7 +2,6 @@
 #include "core/vision/place_signature.h"
 
 #include <cstdint>
-
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -42,7 +41,8 @@ class PlaceSignatureOf : public ::testing::TestWithParam<SignatureMethod> {
 TEST_P(PlaceSignatureOf, IsTheSameTheOtherWayRoundWhenFrontAndBackChangePlaces) {
   const cv::Mat a = noise_picture(Rng(1), 0, 200);
   const cv::Mat b = noise_picture(Rng(2), 50, 255);
-  EXPECT_EQ(emd_grey(place_signature(options_, {a, b}), place_signature(options_, {b, a}), kOpposite), 0);
+  EXPECT_EQ(
+      emd_grey(place_signature(options_, {a, b}), place_signature(options_, {b, a}), kOpposite), 0);
 }
 
 TEST_P(PlaceSignatureOf, DistanceIsTheShiftOfGreyLevels) {
@@ -61,8 +61,8 @@ TEST_P(PlaceSignatureOf, WithoutItsMeanBrightnessCostsNothing) {
   const cv::Mat dark = noise_picture(Rng(3), 20, 120);
   const cv::Mat light = dark + 30;
   EXPECT_NEAR(
-      emd_grey(place_signature(options_, {dark, dark}), place_signature(options_, {light, light})), 0,
-      kRoundoff_grey);
+      emd_grey(place_signature(options_, {dark, dark}), place_signature(options_, {light, light})),
+      0, kRoundoff_grey);
 }
 
 TEST_P(PlaceSignatureOf, KeepsTheTriangleInequality) {

@@ -99,7 +99,8 @@ TEST(WordIndex, ExchangedCamerasFindThePlaceTurnedRound) {
     PlaceFeatures turned = seen_at(standpoints()[place], 0.2, Rng(3).fork(std::to_string(place)));
     std::swap(turned[0], turned[1]);
     index.add(turned);
-    const std::vector<std::vector<double>> shared = index.shared(index.size() - 1, places, kBothWays);
+    const std::vector<std::vector<double>> shared =
+        index.shared(index.size() - 1, places, kBothWays);
     EXPECT_NEAR(shared[place][1], 1, kRoundoff);
     EXPECT_EQ(best_of(shared).place, place);
     EXPECT_TRUE(best_of(shared).exchanged);
@@ -121,7 +122,8 @@ TEST(WordIndex, HasThePlaceAmongItsFirstInNoiseAndClutter) {
                        (opposite ? std::numbers::pi : 0) + rng.uniform(-0.1, 0.1)};
     index.add(
         seen_at(standpoints()[place] * beside, kClutter, rng.fork(std::to_string(index.size()))));
-    const std::vector<std::vector<double>> shared = index.shared(index.size() - 1, places, kBothWays);
+    const std::vector<std::vector<double>> shared =
+        index.shared(index.size() - 1, places, kBothWays);
     int better = 0;
     for (const std::vector<double>& share : shared) {
       better += share[0] > shared[place][opposite] ? 1 : 0;
