@@ -208,6 +208,7 @@ class Bundle {
       points_.emplace_back(m.x(), m.y(), kDepthMean_per_m);
     }
     systems_.resize(tracks.size());
+    depth_prior_.assign(tracks.size(), kDepthPrior);
   }
 
   BundleSolution solve() {
@@ -272,14 +273,10 @@ class Bundle {
                    body(seen.frame, track.camera), seen.frame == first, point, seen.px, all, out);
   }
 
-  double prior_residual(std::size_t t) const {
-    return (points_[t].z() - kDepthMean_per_m) / kDepthSigma_per_m;
-  }
-
   // Sum of squares in sigmas with the room's prior; infinite where it cannot be seen.
   double squares(std::size_t t) const {
-    const double prior = prior_residual(t);
-    double sum = prior * prior;
+    const double from_mean = points_[t].z() - kDepthMean_per_m;
+    double sum = depth_prior_[t] * from_mean * from_mean;
     Residual residual_here;
     for (const Track::Seen& seen : tracks_[t].seen) {
       if (!residual(tracks_[t], seen, points_[t], false, residual_here)) {
@@ -312,13 +309,16 @@ class Bundle {
           points_[t].z() /= 2;  // farther away
           continue;
         }
+        // what the pictures show needs no prior: of many near things even a wide one would stretch
+        // the room, and with it the wheels
+        const double shown = std::max(0.0, depth_information(H));
+        const double share = kDepthPrior / (kDepthPrior + shown);
+        depth_prior_[t] = kDepthPrior * share * share;
         // each picture has two coordinates, of which a bearing takes two, and a depth another as
-        // far as it is seen at all
-        const double seen = depth_information(H);
-        freedoms_[t] = 2 * static_cast<double>(tracks_[t].seen.size()) - 2 -
-                       (seen > 0 ? seen / (seen + kDepthPrior) : 0);
-        H(2, 2) += kDepthPrior;
-        g[2] += kDepthPrior * (points_[t].z() - kDepthMean_per_m);
+        // far as it is shown at all
+        freedoms_[t] = 2 * static_cast<double>(tracks_[t].seen.size()) - 2 - (1 - share);
+        H(2, 2) += depth_prior_[t];
+        g[2] += depth_prior_[t] * (points_[t].z() - kDepthMean_per_m);
         move(points_[t], -H.ldlt().solve(g));
       }
       freedoms_[t] = std::max(freedoms_[t], 1.0);
@@ -427,8 +427,8 @@ class Bundle {
         }
       }
     }
-    H_point(2, 2) += trusts_[t] * kDepthPrior;
-    g_point[2] += trusts_[t] * kDepthPrior * (points_[t].z() - kDepthMean_per_m);
+    H_point(2, 2) += trusts_[t] * depth_prior_[t];
+    g_point[2] += trusts_[t] * depth_prior_[t] * (points_[t].z() - kDepthMean_per_m);
     const Mat3 inverse = H_point.inverse();
     if (!inverse.allFinite()) {
       system.columns.clear();
@@ -569,7 +569,7 @@ class Bundle {
           H += here.by_point.transpose() * here.by_point / variance_px2_;
         }
       }
-      H(2, 2) += kDepthPrior;
+      H(2, 2) += depth_prior_[t];
       s.inlier.push_back(trusts_[t] > 0);
       s.inverse_depth_per_m.push_back(points_[t].z());
       s.inverse_depth_sigma_per_m.push_back(std::sqrt(H.inverse()(2, 2)));
@@ -591,6 +591,7 @@ class Bundle {
   std::vector<PictureBody> bodies_;
   std::vector<double> squares_;
   std::vector<double> freedoms_;
+  std::vector<double> depth_prior_;  // information
   std::vector<double> trusts_;
   std::vector<TrackSystem> systems_;
   NormalEquations sum_{0};
