@@ -18,9 +18,9 @@ namespace {
 
 /// Each may include those before it and itself.
 constexpr std::array<std::string_view, 5> kFloors = {"core", "hw", "sim", "apps", "tests"};
-constexpr std::array<std::string_view, 15> kRooms = {
-    "base",  "geometry", "config",  "camera", "vision", "odometry", "map", "graph",
-    "loops", "plan",     "explore", "calib",  "nav",    "io",       "eval"};
+constexpr std::array<std::string_view, 16> kRooms = {
+    "base",  "geometry", "config", "camera",  "vision", "motion", "odometry", "map",
+    "graph", "loops",    "plan",   "explore", "calib",  "nav",    "io",       "eval"};
 constexpr std::array<std::string_view, 4> kHwRooms = {"physical", "replay", "pioneer", "standin"};
 constexpr std::array<std::string_view, 17> kAppRooms = {
     "process", "command", "step",     "draw",    "relax",  "recognition",

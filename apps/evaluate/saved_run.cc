@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/mission/mission.h"
+#include "apps/report/platform_figures.h"
 #include "apps/report/run_files.h"
 #include "core/base/error.h"
 #include "core/eval/trajectory.h"
@@ -140,10 +141,11 @@ void take_closures(const CsvTable& table, FinishedRun& run) {
     closure.recent = keyframe("recent");
     closure.earlier = keyframe("earlier");
     const std::string& heading = table.rows[row][table.column("class")];
-    if (heading != "same" && heading != "opposite") {
-      throw table.fault(row, "class must be same or opposite, got '" + heading + "'");
+    const std::optional<Heading> known = heading_named(heading);
+    if (!known) {
+      throw table.fault(row, "class must be same, opposite or other, got '" + heading + "'");
     }
-    closure.heading = heading == "same" ? Heading::kSame : Heading::kOpposite;
+    closure.heading = *known;
     closure.T_earlier_recent = {number_or_none(table, row, table.column("x_m")),
                                 number_or_none(table, row, table.column("y_m")),
                                 deg_to_rad(number_or_none(table, row, table.column("theta_deg")))};
@@ -224,7 +226,7 @@ void write_loops(const SavedRun& saved, const RunFindings& findings) {
 }
 
 // What the run's figures are besides those that are found anew.
-std::string other_figures(const SavedRun& saved) {
+std::string other_figures(const SavedRun& saved, const Truth& truth) {
   constexpr std::array<const char*, 10> kOfTruth = {
       "T_scene_map",     "collisions", "collisions_while_stopped",
       "min_clearance_m", "stuck_s",    "trajectory",
@@ -234,6 +236,13 @@ std::string other_figures(const SavedRun& saved) {
   others["evaluated"] = own_end(others);
   for (const char* key : kOfTruth) {
     others.erase(key);
+  }
+  if (others.contains("wheels")) {
+    others["wheels"].erase("radius_ratio_error");
+    others["wheels"].erase("base_error");
+    if (truth.wheels) {
+      put_wheel_errors(others["wheels"], *truth.wheels);
+    }
   }
   return others.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -261,7 +270,7 @@ RunReport report_with(const SavedRun& saved, const RunTruth& truth) {
   RunReport report;
   Faults faults;
   report.pictures = draw_run(saved.folder, saved.run, findings, {}, faults);
-  RunVerdict verdict = judge_run(saved.run, findings, {}, other_figures(saved));
+  RunVerdict verdict = judge_run(saved.run, findings, {}, other_figures(saved, truth.truth));
   write_file(saved.folder / "metrics.json", verdict.metrics_json);
   report.exit_status = faults.none() ? verdict.exit_status : faults.status();
   report.summary = std::move(verdict.summary);

@@ -111,8 +111,8 @@ std::vector<std::string> check_replay(const std::string& folder, Rig& rig) {
   }
   if (!has_mission && !can_navigate(rig)) {
     open.warnings.push_back(folder +
-                            "/rig.yaml: has not all of the roles loop_front, loop_back and floor; "
-                            "panoptes explore cannot map with it");
+                            "/rig.yaml: has no camera with a role that begins with loop_, or none "
+                            "with the role floor; panoptes explore cannot map with it");
   }
   return open.warnings;
 }

@@ -34,8 +34,14 @@ std::string fault_of(const std::string& line, const Rig& rig) {
 
 // Of those that the navigator needs.
 std::vector<std::string> missing_roles(const Rig& rig) {
-  std::vector<std::string> missing{"loop_front", "loop_back", "floor"};
-  std::erase_if(missing, [&rig](const std::string& role) { return !rig.with_role(role).empty(); });
+  std::vector<std::string> missing;
+  if (std::none_of(rig.cameras.begin(), rig.cameras.end(),
+                   [](const auto& camera) { return camera.second.is_loop(); })) {
+    missing.emplace_back("loop_front");
+  }
+  if (rig.with_role("floor").empty()) {
+    missing.emplace_back("floor");
+  }
   return missing;
 }
 
@@ -58,14 +64,6 @@ void bind(Fields& f, SaidRig& o) {
 
 std::string folder_name(const std::string& folder) {
   return std::filesystem::canonical(folder).filename().string();
-}
-
-std::string quoted(const std::string& text) {
-  std::string all = "\"";
-  for (const char c : text) {
-    all += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
-  }
-  return all + "\"";
 }
 
 }  // namespace
@@ -165,7 +163,7 @@ void bind(Fields& f, ExploreMission& o) {
                 drives_on_any_robot(false));
   f.require(!maps || !rig.said || missing.empty(), "rig",
             "has no camera with the role " + joined(missing, " or ") + "; SLAM in '" + o.name +
-                "' needs loop_front, loop_back and floor");
+                "' needs a camera for loops, whose role begins with loop_, and one for the floor");
   if (o.needs != CameraRequirement::kNothing) {
     for (const auto& [name, camera] : o.rig.cameras) {
       f.require(!camera.is_loop() || std::min(camera.intrinsics.width_px,
@@ -204,7 +202,8 @@ ExploreMission load_mission(const std::string& file, const std::vector<std::stri
     if (first_not_utf8(file) != std::string::npos) {
       throw ConfigError(file + ": the name of a dataset must be UTF-8; rename it");
     }
-    std::vector<std::string> replayed{"platform={kind: recorded, dataset: " + quoted(file) + "}"};
+    std::vector<std::string> replayed{"platform={kind: recorded, dataset: " + in_quotes(file) +
+                                      "}"};
     replayed.insert(replayed.end(), overrides.begin(), overrides.end());
     const std::string mission = (std::filesystem::path(file) / "mission.yaml").string();
     if (std::filesystem::exists(mission)) {

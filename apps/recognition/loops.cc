@@ -124,7 +124,7 @@ Seen look_at(const std::vector<std::string>& files, const RecogniserOptions& opt
     }
     const TimedStage timed(clock, "view");
     seen.views.push_back(place_view(options, grey));
-    seen.mosaics.push_back(place_signature(mosaic, grey, grey));
+    seen.mosaics.push_back(place_signature(mosaic, {grey}));
   }
   if (!faults.empty()) {
     throw ConfigError(faults);

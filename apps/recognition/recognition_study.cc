@@ -114,6 +114,14 @@ void bind(Fields& f, RecognitionStudyOptions& o) {
 }
 
 std::string pictures_fault(const RecognitionStudyOptions& options, const Rig& rig, bool recorded) {
+  const bool only_corners =
+      options.pictures == std::vector<MosaicPictures>{MosaicPictures::kFourCorners};
+  if (!only_corners &&
+      (rig.with_role("loop_front").empty() || rig.with_role("loop_back").empty())) {
+    return "compares pictures ahead and back, and the rig has no camera with the role loop_front "
+           "or "
+           "none with loop_back; take another rig";
+  }
   if (!holds(options.pictures, MosaicPictures::kFourCorners)) {
     return {};
   }

@@ -40,8 +40,8 @@ bool is_among(const std::vector<std::string>& patterns, const std::string& path)
                      [&](const std::string& pattern) { return fits(path, pattern); });
 }
 
-// With what each stage of a step took.
-std::vector<std::string> with_stages(std::vector<std::string> names) {
+// With what each stage of a step took, and what there is of each number that is learned.
+std::vector<std::string> with_families(std::vector<std::string> names) {
   for (const std::string stage :
        {"observe", "step", "rectifying", "odometry", "slam", "mapping", "planning"}) {
     for (const std::string of : {"mean", "p50", "p99", "max"}) {
@@ -51,21 +51,29 @@ std::vector<std::string> with_stages(std::vector<std::string> names) {
       names.push_back("timing_cpu_ms." + stage + "." + of);
     }
   }
+  for (const std::string learned :
+       {"rig.*.yaw_correction_deg", "rig.*.pitch_correction_deg", "rig.*.roll_correction_deg",
+        "rig.*.x_correction_m", "rig.*.y_correction_m", "rig.*.clock_offset_s",
+        "rig.*.centre_bearing_correction_deg", "wheels.radius_ratio", "wheels.base"}) {
+    for (const std::string of : {"", "_sigma", "_error"}) {
+      names.push_back(learned + of);
+    }
+  }
   return names;
 }
 
 // The same with the cameras that there are.
 std::vector<std::string> with_cameras(const std::vector<std::string>& cameras) {
-  const std::string kAny = "cameras.*";
   std::vector<std::string> names;
   for (const std::string& name : figure_names()) {
-    const std::size_t any = name.find(kAny);
+    const bool of_cameras = name.starts_with("rig.") || name.find("cameras.*") != std::string::npos;
+    const std::size_t any = of_cameras ? name.find('*') : std::string::npos;
     if (any == std::string::npos) {
       names.push_back(name);
       continue;
     }
     for (const std::string& camera : cameras) {
-      names.push_back(name.substr(0, any) + "cameras." + camera + name.substr(any + kAny.size()));
+      names.push_back(name.substr(0, any) + camera + name.substr(any + 1));
     }
   }
   return names;
@@ -80,7 +88,7 @@ bool is_word(const std::string& figure) {
 }  // namespace
 
 const std::vector<std::string>& figure_names() {
-  static const std::vector<std::string> kNames = with_stages({
+  static const std::vector<std::string> kNames = with_families({
       "schema",
       "command",
       "version",
@@ -144,6 +152,7 @@ const std::vector<std::string>& figure_names() {
       "loops.false",
       "loops.same_heading",
       "loops.opposite_heading",
+      "loops.other_heading",
       "loops.revisits_same",
       "loops.revisits_opposite",
       "loops.recall_same",
@@ -181,6 +190,11 @@ const std::vector<std::string>& figure_names() {
       "cameras.*.covered",
       "cameras.*.lost_s",
       "devices.*.*",
+      "rig.*.centre_bearing_error_deg",
+      "rig.*.position_error_m",
+      "rig.*.error_chi2",
+      "rig.*.error_freedom",
+      "rig.*.error_inside_95",
   });
   return kNames;
 }

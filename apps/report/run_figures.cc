@@ -24,8 +24,6 @@ using Json = nlohmann::ordered_json;
 /// The double nearest to the whole nanoseconds, which prints short.
 double rounded_seconds(Duration d) { return static_cast<double>(d.count()) / 1e9; }
 
-const char* name_of(Heading heading) { return heading == Heading::kSame ? "same" : "opposite"; }
-
 /// A figure that could not be found is absent.
 template <class T>
 void put(Json& into, const char* key, const std::optional<T>& value) {
@@ -219,6 +217,30 @@ void put_platform(Json& metrics, const FinishedRun& run, const RunFindings& f) {
   }
 }
 
+/// What the run has learned of the robot, against what it believed.
+void put_learned(Json& metrics, const FinishedRun& run, const RunFindings& f) {
+  if (!run.result.rig) {
+    return;
+  }
+  const Truth* truth = f.known == nullptr ? nullptr : &f.known->truth;
+  if (run.info.rig) {
+    const Rig* true_rig = truth != nullptr && truth->rig ? &*truth->rig : nullptr;
+    Json rig = rig_json(learned_cameras(*run.result.rig, *run.info.rig, true_rig));
+    if (!rig.empty()) {
+      metrics["rig"] = std::move(rig);
+    }
+  }
+  if (run.info.body) {
+    Json wheels = wheels_json(learned_wheels(*run.result.rig, run.info.body->wheel_base_m));
+    if (truth != nullptr && truth->wheels) {
+      put_wheel_errors(wheels, *truth->wheels);
+    }
+    if (!wheels.empty()) {
+      metrics["wheels"] = std::move(wheels);
+    }
+  }
+}
+
 Json loops_json(const RunFindings& f) {
   const LoopFigures loops = loop_figures(f.closures, f.true_T_scene_body, f.path_m);
   Json l = {{"accepted", loops.accepted}};
@@ -229,6 +251,9 @@ Json loops_json(const RunFindings& f) {
   }
   l["same_heading"] = loops.same_heading;
   l["opposite_heading"] = loops.opposite_heading;
+  if (loops.other_heading > 0) {
+    l["other_heading"] = loops.other_heading;
+  }
   if (f.known == nullptr) {
     return l;
   }
@@ -342,6 +367,7 @@ Json figures(const FinishedRun& run, const RunFindings& f,
   put_drive(metrics, run, f);
   put_trajectory(metrics, f);
   put_platform(metrics, run, f);
+  put_learned(metrics, run, f);
   metrics["loops"] = loops_json(f);
   if (f.known != nullptr && !f.true_T_scene_body.empty()) {
     metrics["edges"] = edges_json(run, f);

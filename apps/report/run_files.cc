@@ -8,12 +8,14 @@
 
 #include "apps/draw/pictures.h"
 #include "apps/recognition/recognition_table.h"
+#include "core/config/fields.h"
 #include "core/eval/loops.h"
 #include "core/io/csv.h"
 #include "core/io/digits.h"
 #include "core/io/g2o.h"
 #include "core/io/map_server.h"
 #include "core/io/tum.h"
+#include "core/motion/rig_estimate.h"
 
 namespace panoptes {
 namespace {
@@ -23,8 +25,6 @@ namespace fs = std::filesystem;
 bool has_contacts(const FinishedRun& run, const RunFindings& f) {
   return f.known != nullptr && f.known->touches_known && !run.end.commands_diverged_at;
 }
-
-const char* name_of(Heading heading) { return heading == Heading::kSame ? "same" : "opposite"; }
 
 std::vector<Vec2> positions(const std::vector<Pose2>& poses) {
   std::vector<Vec2> all;
@@ -76,6 +76,14 @@ void write_trajectories(const fs::path& out_dir, const FinishedRun& run, const R
   write_tum(out_dir / "keyframes.tum", keyframes);
   write_tum(out_dir / "trajectory.tum", trajectory);
   write_tum(out_dir / "odometry.tum", odometry);
+}
+
+/// The rig as the run has come to know it, where one is believed and something was learned of it.
+void write_refined_rig(const fs::path& file, const FinishedRun& run) {
+  if (run.info.rig && run.result.rig) {
+    write_file(file, "# panoptes " + run.info.version + ", of " + name_of(run) + "\n" +
+                         write_settings(refined(*run.info.rig, *run.result.rig)));
+  }
 }
 
 void write_loops(const fs::path& file, const FinishedRun& run, const RunFindings& f) {
@@ -259,6 +267,7 @@ void write_run_files(const fs::path& out_dir, const FinishedRun& run, const RunF
   faults.attempt([&] { write_trajectories(out_dir, run, findings); });
   faults.attempt([&] { write_ground_truth(out_dir, findings); });
   faults.attempt([&] { write_contacts(out_dir, run, findings); });
+  faults.attempt([&] { write_refined_rig(out_dir / kRefinedRig, run); });
   faults.attempt([&] { write_g2o(out_dir / "graph.g2o", run.result.graph); });
   faults.attempt([&] { write_loops(out_dir / "loops.csv", run, findings); });
   faults.attempt([&] { write_exploration(out_dir, findings); });

@@ -15,6 +15,9 @@
 
 namespace panoptes {
 
+/// The rig as the run has come to know it, a rig file as any other.
+inline constexpr std::string_view kRefinedRig = "rig_refined.yaml";
+
 /// The files of a run directory but for mission.yaml, steps.csv, keyframes and metrics.json, small
 /// ones first. One that cannot be written keeps no other from being tried.
 void write_run_files(const std::filesystem::path& out_dir, const FinishedRun& run,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 
@@ -8,6 +9,7 @@
 #include "apps/command/out_file.h"
 #include "apps/mission/mission.h"
 #include "apps/run/mission_run.h"
+#include "apps/run/refined.h"
 #include "core/config/inputs.h"
 #include "core/io/file.h"
 
@@ -17,6 +19,7 @@ namespace {
 struct ExploreArguments {
   std::string mission;
   std::string inputs;
+  std::optional<std::string> refined;
   CommonArguments common;
 };
 
@@ -33,8 +36,10 @@ int explore(const ExploreArguments& args) {
     keep_inputs();
     note_input("/proc/self/exe");
   }
-  const auto mission = load_mission<ExploreMission>(args.mission, args.common.overrides(),
-                                                    CameraRequirement::kNavigator);
+  constexpr CameraRequirement kNeeds = CameraRequirement::kNavigator;
+  const auto mission = load_mission<ExploreMission>(
+      args.mission, with_refined(args.refined, args.mission, args.common.overrides(), kNeeds),
+      kNeeds);
   const std::filesystem::path out_dir = args.common.out_dir.value_or(default_out_dir(mission));
   if (!args.inputs.empty() && !is_inside(args.inputs, out_dir)) {  // which is not made yet
     check_out_file("--inputs", args.inputs);
@@ -59,9 +64,12 @@ void add_explore(CLI::App& app, Command& chosen) {
                   "keep what the run was made of: every file that was read, and the program, with "
                   "its SHA-256, as sha256sum -c reads it")
       ->type_name("FILE");
+  add_refined(*sub, args->refined);
   add_common(*sub, args->common);
   sub->footer(
-      "Example: panoptes explore scenes/missions/explore-office.yaml --seed 1 --out runs/office");
+      "Example: panoptes explore scenes/missions/explore-office.yaml --seed 1 --out runs/office\n"
+      "and then, with what it has learned of its cameras: panoptes explore "
+      "scenes/missions/explore-office.yaml --seed 2 --refined runs/office --out runs/again");
   sub->callback([args, &chosen] { chosen = [args] { return explore(*args); }; });
 }
 

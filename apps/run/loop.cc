@@ -65,7 +65,7 @@ RunResult run_result(const Slam* slam) {
   if (slam == nullptr) {
     return result;
   }
-  result.graph = slam->graph();
+  result.graph = pairwise(slam->graph());
   // a step that was cut short may have left a keyframe without its node
   const std::size_t count = std::min(slam->keyframes().size(), result.graph.T_map_node.size());
   for (std::size_t i = 0; i < count; ++i) {
@@ -74,6 +74,11 @@ RunResult run_result(const Slam* slam) {
         {keyframe.stamp, result.graph.T_map_node[i], keyframe.T_wheels_body});
   }
   result.map = slam->map(kCell_m);
+  if (!result.keyframes.empty()) {
+    const SharedGraph& graph = slam->graph();
+    result.rig = RigEstimate{slam->loop_cameras(), graph.state, state_covariance(graph),
+                             graph.prior_information.inverse()};
+  }
   return result;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include <CLI/CLI.hpp>
@@ -7,6 +8,7 @@
 #include "apps/command/command.h"
 #include "apps/mission/mission.h"
 #include "apps/run/mission_run.h"
+#include "apps/run/refined.h"
 #include "hw/replay/recording_robot.h"
 
 namespace panoptes {
@@ -16,6 +18,7 @@ struct RecordArguments {
   std::string mission;
   bool depth = false;
   bool labels = false;
+  std::optional<std::string> refined;
   CommonArguments common;
 };
 
@@ -29,7 +32,8 @@ int record(const RecordArguments& args) {
   if (args.labels) {
     overrides.emplace_back("platform.truth.labels=true");
   }
-  const auto mission = load_mission<ExploreMission>(args.mission, overrides);
+  const auto mission = load_mission<ExploreMission>(
+      args.mission, with_refined(args.refined, args.mission, overrides));
   const auto keep_all = [&mission](OpenRobot& open, const std::filesystem::path& folder) {
     auto robot = std::make_unique<hw::RecordingRobot>(
         std::move(open.robot), folder,
@@ -53,6 +57,7 @@ void add_record(CLI::App& app, Command& chosen) {
   sub->add_flag("--labels", args->labels,
                 "which thing (16 bit, its number in mav0/things.csv), and whether floor, every "
                 "pixel truly shows");
+  add_refined(*sub, args->refined);
   add_common(*sub, args->common);
   sub->footer(
       "Example: panoptes record scenes/missions/explore-office.yaml --duration 60 --out "

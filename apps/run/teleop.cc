@@ -2,6 +2,7 @@
 #include "apps/teleop/teleop.h"
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "apps/command/command.h"
 #include "apps/mission/mission.h"
 #include "apps/run/mission_run.h"
+#include "apps/run/refined.h"
 #include "core/base/error.h"
 
 namespace panoptes {
@@ -18,6 +20,7 @@ namespace {
 
 struct TeleopArguments {
   std::string mission;
+  std::optional<std::string> refined;
   CommonArguments common;
 };
 
@@ -26,7 +29,8 @@ struct TeleopArguments {
 int teleop(const TeleopArguments& args) {
   std::vector<std::string> overrides = args.common.overrides();
   overrides.emplace_back("drive=teleop");
-  const auto mission = load_mission<ExploreMission>(args.mission, overrides);
+  const auto mission = load_mission<ExploreMission>(
+      args.mission, with_refined(args.refined, args.mission, overrides));
   if (std::holds_alternative<hw::RecordedOptions>(mission.platform)) {
     throw ConfigError(args.mission +
                       ": platform: a recording cannot be driven; give a mission with another "
@@ -45,6 +49,7 @@ void add_teleop(CLI::App& app, Command& chosen) {
   auto args = std::make_shared<TeleopArguments>();
   CLI::App* sub = app.add_subcommand("teleop", "Drive by keyboard or gamepad, mapping along");
   sub->add_option("MISSION", args->mission, "the mission file")->required()->type_name("FILE");
+  add_refined(*sub, args->refined);
   add_common(*sub, args->common);
   sub->footer(std::string(kTeleopHelp) +
               "\nExample: panoptes teleop scenes/missions/explore-office.yaml --out runs/by-hand");

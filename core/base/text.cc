@@ -29,6 +29,14 @@ std::string joined(const std::vector<std::string>& words, std::string_view betwe
   return all;
 }
 
+std::string in_quotes(const std::string& text) {
+  std::string all = "\"";
+  for (const char c : text) {
+    all += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
+  }
+  return all + "\"";
+}
+
 bool natural_less(std::string_view a, std::string_view b) {
   std::size_t in_a = 0;
   std::size_t in_b = 0;

@@ -10,6 +10,9 @@ namespace panoptes {
 /// The words in their order with `between` between them.
 std::string joined(const std::vector<std::string>& words, std::string_view between = ", ");
 
+/// Between double quotes, as yaml and JSON read it back.
+std::string in_quotes(const std::string& text);
+
 /// The order in which a person counts: `2.jpg` before `10.jpg`.
 bool natural_less(std::string_view a, std::string_view b);
 

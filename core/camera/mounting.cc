@@ -18,6 +18,12 @@ void bind(Fields& f, MountingOffset& o) {
   f("z_m", o.shift_m.z(), shift);
 }
 
+Eigen::Quaterniond turned_by(const Vec3& turn_rad) {
+  const double angle_rad = turn_rad.norm();
+  return angle_rad > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, turn_rad / angle_rad))
+                       : Eigen::Quaterniond::Identity();
+}
+
 Pose3 displaced(const Pose3& T_body_camera, const MountingOffset& by) {
   Pose3 T = T_body_camera;
   if (!by.rotation_rad.isZero(0)) {

@@ -17,6 +17,9 @@ struct MountingOffset {
 /// {roll_deg, pitch_deg, yaw_deg, x_m, y_m, z_m}
 void bind(Fields& f, MountingOffset& o);
 
+/// Exp(turn_rad): about its direction by its length; the identity of none.
+Eigen::Quaterniond turned_by(const Vec3& turn_rad);
+
 /// The mounting that is off the given one by so much; the same bits where that is nothing.
 Pose3 displaced(const Pose3& T_body_camera, const MountingOffset& by);
 

@@ -86,6 +86,7 @@ Rectifier::Rectifier(const Rig& raw) : rig_(raw) {
       continue;
     }
     camera.intrinsics = panoptes::rectified(lens);
+    camera.sigma.centre_px *= camera.intrinsics.fx_px / lens.fx_px;  // of the pixels made here
     if (camera.floor) {
       move_marks(lens, camera.intrinsics, *camera.floor);
     }

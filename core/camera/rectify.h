@@ -21,9 +21,9 @@ class Rectifier {
  public:
   explicit Rectifier(const Rig& raw);
 
-  /// The rig that the pictures made here are of; floor marks lie where they are seen now. (One that
-  /// the pinhole does not see any more lies outside of its picture; one more than 89 degrees off
-  /// the axis is left out.)
+  /// The rig that the pictures made here are of; floor marks lie where they are seen now, and
+  /// sigmas are of its pixels. (A mark that the pinhole does not see any more lies outside of its
+  /// picture; one more than 89 degrees off the axis is left out.)
   const Rig& rig() const { return rig_; }
 
   /// Whether any camera's pictures have to be made anew.

@@ -109,6 +109,9 @@ struct CameraSigmas {
   double clock_s = 0.01;
 };
 
+/// Places are recognised by the pictures of a camera with this role: it begins with `loop_`.
+bool is_loop_role(std::string_view role);
+
 /// One camera as the robot believes it to be.
 struct RigCamera {
   std::vector<std::string> roles;  ///< loop_front, loop_back, floor, stereo_left, ...
@@ -120,7 +123,7 @@ struct RigCamera {
   CameraSigmas sigma;
 
   bool has_role(std::string_view role) const;
-  /// By any role that begins with `loop_`: places are recognised by its pictures.
+  /// By any of its roles.
   bool is_loop() const;
 };
 

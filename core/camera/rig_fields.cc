@@ -225,7 +225,7 @@ void bind(Fields& f, RigCamera& o) {
                  "is asked to";
   });
   for (const std::string& role : o.roles) {
-    f.require(o.rate_hz > 0 || (role != "floor" && !role.starts_with("loop_")), "rate_hz",
+    f.require(o.rate_hz > 0 || (role != "floor" && !is_loop_role(role)), "rate_hz",
               "must be > 0 of a camera with the role " + role +
                   ", whose pictures the navigator waits for");
   }

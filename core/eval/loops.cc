@@ -139,9 +139,10 @@ LoopFigures loop_figures(const std::vector<ClosureReport>& closures,
   std::vector<bool> recalled(stretches.size(), false);
 
   LoopFigures figures;
-  for (const Heading heading : {Heading::kSame, Heading::kOpposite}) {
-    const bool same = heading == Heading::kSame;
-    int& of_class = same ? figures.same_heading : figures.opposite_heading;
+  for (const Heading heading : {Heading::kSame, Heading::kOpposite, Heading::kOther}) {
+    int& of_class = heading == Heading::kSame       ? figures.same_heading
+                    : heading == Heading::kOpposite ? figures.opposite_heading
+                                                    : figures.other_heading;
     const ClosureReport* previous = nullptr;  // the last right one off every revisit
     for (const ClosureReport& closure : accepted) {
       if (closure.heading != heading) {
@@ -168,7 +169,7 @@ LoopFigures loop_figures(const std::vector<ClosureReport>& closures,
       }
     }
   }
-  figures.accepted = figures.same_heading + figures.opposite_heading;
+  figures.accepted = figures.same_heading + figures.opposite_heading + figures.other_heading;
   if (!known) {
     return figures;
   }

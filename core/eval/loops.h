@@ -30,6 +30,7 @@ struct LoopFigures {
   int accepted = 0;  ///< right ones at most once a revisit, wrong ones each
   int same_heading = 0;
   int opposite_heading = 0;
+  int other_heading = 0;  ///< where other cameras see the same; no revisit counts them
   struct {
     int correct = 0;
     int wrong = 0;

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/base/time.h"
 #include "core/graph/pose_graph.h"
 #include "core/map/occupancy.h"
+#include "core/motion/rig_estimate.h"
 
 namespace panoptes {
 
@@ -21,6 +23,7 @@ struct RunResult {
   std::vector<KeyframePose> keyframes;  ///< in order of time
   PoseGraph graph;                      ///< node i is keyframe i
   OccupancyMap map;                     ///< all of it, 1 cm cells
+  std::optional<RigEstimate> rig = {};  ///< empty where nobody learned of it
 };
 
 }  // namespace panoptes

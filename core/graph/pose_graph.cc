@@ -412,7 +412,7 @@ Mat3 relative_covariance(const PoseGraph& graph, int from, int to) {
   return 0.5 * (covariance + covariance.transpose());
 }
 
-std::vector<Mat3> path_covariances(const PoseGraph& graph, int from) {
+std::vector<Mat3> path_covariances(const PoseGraph& graph, int from, const SharedStates* states) {
   check(graph);
   const int nodes = static_cast<int>(graph.T_map_node.size());
   PANOPTES_CHECK(from >= 0 && from < nodes, "a node of the graph");
@@ -431,6 +431,8 @@ std::vector<Mat3> path_covariances(const PoseGraph& graph, int from) {
   }
   constexpr double kLever_m2 = 1;  // weighs headings against positions: an error seen a metre away
   std::vector<Mat3> covariances(nodes, unknown_covariance());
+  // how each node's pose moves with the states; empty while it does not
+  std::vector<Eigen::MatrixXd> by_state(nodes);
   std::vector<double> cost(nodes, std::numeric_limits<double>::infinity());
   std::vector<bool> settled(nodes, false);
   using Item = std::pair<double, int>;
@@ -461,18 +463,17 @@ std::vector<Mat3> path_covariances(const PoseGraph& graph, int from) {
       if (!covariance) {
         continue;
       }
-      Mat3 step = *covariance;
       Mat3 turn = Mat3::Identity();
       turn.topLeftCorner<2, 2>() = T_from_node[edge.from].rotation();
-      step = turn * step * turn.transpose();
       const Vec2 offset = T_from_node[next].position() - T_from_node[node].position();
       if (edge.from != node) {
         // walked backwards, an error of heading at the far end swings the path back
         Mat3 swing = Mat3::Identity();
         swing(0, 2) = -offset.y();
         swing(1, 2) = offset.x();
-        step = swing * step * swing.transpose();
+        turn = -swing * turn;
       }
+      const Mat3 step = turn * *covariance * turn.transpose();
       Mat3 carry = Mat3::Identity();
       carry(0, 2) = -offset.y();
       carry(1, 2) = offset.x();
@@ -480,8 +481,23 @@ std::vector<Mat3> path_covariances(const PoseGraph& graph, int from) {
       if (to_next < cost[next]) {
         cost[next] = to_next;
         covariances[next] = carry * covariances[node] * carry.transpose() + step;
+        if (states != nullptr) {
+          const Eigen::MatrixXd& by_edge = states->by_state[edges_of[at]];
+          by_state[next] = by_state[node].size() > 0 ? Eigen::MatrixXd(carry * by_state[node])
+                                                     : Eigen::MatrixXd();
+          if (by_edge.size() > 0) {
+            const Eigen::MatrixXd moved = turn * by_edge;
+            by_state[next] =
+                by_state[next].size() > 0 ? Eigen::MatrixXd(by_state[next] + moved) : moved;
+          }
+        }
         queue.emplace(to_next, next);
       }
+    }
+  }
+  for (int node = 0; node < nodes; ++node) {
+    if (by_state[node].size() > 0 && settled[node]) {
+      covariances[node] += by_state[node] * states->covariance * by_state[node].transpose();
     }
   }
   return covariances;

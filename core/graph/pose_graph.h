@@ -59,8 +59,17 @@ RelaxReport relax(PoseGraph& graph, RelaxStart start = RelaxStart::kLinear,
 /// at its poses; x, y, theta in the frame of `from`. Costs a factorisation.
 Mat3 relative_covariance(const PoseGraph& graph, int from, int to);
 
+/// States that the edges of a graph have in common: how each edge changes with them (x, y, theta a
+/// row; none where it does not), and how uncertain they are.
+struct SharedStates {
+  std::vector<Eigen::MatrixXd> by_state;
+  Eigen::MatrixXd covariance;
+};
+
 /// The same from `from` to every node, dead reckoned along the most certain path: never smaller
-/// than the marginal, and cheap.
-std::vector<Mat3> path_covariances(const PoseGraph& graph, int from);
+/// than the marginal, and cheap. What the edges of a path get wrong together by the states adds up
+/// as it is, not as its square.
+std::vector<Mat3> path_covariances(const PoseGraph& graph, int from,
+                                   const SharedStates* states = nullptr);
 
 }  // namespace panoptes

@@ -256,6 +256,7 @@ class Row {
     }
   }
 
+  std::string header() const { return joined(names_, ","); }
   std::size_t cameras() const { return cameras_; }
   std::string_view operator[](Column column) const { return fields_[index(column)]; }
   std::string_view before_crc() const {
@@ -327,6 +328,7 @@ KeptKeyframe parse_keyframe(const Row& row, int number, Piles& piles) {
   if (!signature.grid && row[kSignature] != kMosaic) {
     throw row.fault(kSignature, "is neither grid nor mosaic");
   }
+  signature.cumulative.resize(signature_shares(signature.grid, row.cameras()));
   const std::string_view shares = piles.signatures.take(kShare_bytes * signature.cumulative.size());
   for (std::size_t i = 0; i < signature.cumulative.size(); ++i) {
     const auto share = std::bit_cast<float>(get_32(shares, kShare_bytes * i));
@@ -338,7 +340,7 @@ KeptKeyframe parse_keyframe(const Row& row, int number, Piles& piles) {
   }
 
   std::string_view features;
-  std::uint32_t crc = crc32(shares, crc32(row.before_crc()));
+  std::uint32_t crc = crc32(shares, crc32(row.before_crc(), crc32(row.header())));
   for (std::size_t camera = 0; camera < row.cameras(); ++camera) {
     features = piles.features.take(kPoint_bytes * row.points(camera));
     crc = crc32(features, crc);
@@ -367,7 +369,8 @@ KeptKeyframe parse_keyframe(const Row& row, int number, Piles& piles) {
 
 KeyframeFiles keyframe_files(const KeptKeyframes& keyframes) {
   KeyframeFiles files;
-  files.table = joined(header_of(keyframes.looks), ",") + "\n";
+  const std::string header = joined(header_of(keyframes.looks), ",");
+  files.table = header + "\n";
   for (std::size_t k = 0; k < keyframes.all.size(); ++k) {
     const KeptKeyframe& keyframe = keyframes.all[k];
     PANOPTES_CHECK(keyframe.place.features.size() == keyframes.looks.size(),
@@ -392,7 +395,8 @@ KeyframeFiles keyframe_files(const KeptKeyframes& keyframes) {
       fields.push_back(field);
     }
     const std::string row = joined(fields, ",");
-    const std::uint32_t crc = crc32(map.png, crc32(features, crc32(signature, crc32(row))));
+    const std::uint32_t crc =
+        crc32(map.png, crc32(features, crc32(signature, crc32(row, crc32(header)))));
     files.table += joined({row, hexadecimal(crc)}, ",") + "\n";
     files.signatures += signature;
     files.features += features;
@@ -431,8 +435,7 @@ KeptKeyframes parse_keyframes(const std::string& folder, const KeyframeFiles& fi
       }
     }
     names = header_of(looks);
-    if (looks.size() < 2 || looks[0] != "front" || looks[1] != "back" ||
-        text != joined(names, ",")) {
+    if (looks.empty() || text != joined(names, ",")) {
       throw ConfigError(place + ": other columns than this version keeps; repeat the run with it");
     }
   }

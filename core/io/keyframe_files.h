@@ -31,10 +31,11 @@ struct KeyframeFiles {
   /// keyframes.csv: a row a keyframe: its pose in `map`, the signature's method, how many points
   /// each loop camera's picture has (front_features, back_features, ...), the cell's side, the
   /// lattice cell (column, row) in the frame of the keyframe of the PNG's lower left pixel, the
-  /// PNG's bytes, and the CRC-32 of the row before this column's comma and then of the keyframe's
-  /// signature, features and map.
+  /// PNG's bytes, and the CRC-32 of the first line, of the row before this column's comma and then
+  /// of the keyframe's signature, features and map.
   std::string table;
-  /// signatures.bin: a keyframe after the other, its 256 cumulative shares (see PlaceSignature) as
+  /// signatures.bin: a keyframe after the other, its cumulative shares (see PlaceSignature), 128 a
+  /// loop camera of a grid and 256 of a mosaic, as
   /// 32-bit floats.
   std::string signatures;
   /// features.bin: a keyframe after the other, the points of its pictures in the order of the

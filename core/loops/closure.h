@@ -2,14 +2,28 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "core/geometry/pose2.h"
 
 namespace panoptes {
 
-enum class Heading { kSame, kOpposite };
+/// How the robot stands at a place that it has come back to: as before, the other way round, or
+/// otherwise, so that other cameras see the same.
+enum class Heading { kSame, kOpposite, kOther };
+
+/// The same within 20 degrees, the opposite beyond 160.
+Heading heading_of(double turn_rad);
+
+/// "same", "opposite" or "other".
+std::string_view name_of(Heading heading);
+/// Empty for any other word.
+std::optional<Heading> heading_named(std::string_view name);
 
 /// One closure that was tried, accepted or rejected, with the numbers behind the verdict.
 struct ClosureReport {
@@ -22,14 +36,16 @@ struct ClosureReport {
   double diagonal_max_grey = 0;
   double gate_sigma = 0;  ///< how far the match is from where odometry predicts it
   int feature_inliers = 0;
-  double cameras_sigma =
-      0;  ///< how far apart front and back alone say the robot is; 0: one is silent
+  double cameras_sigma = 0;  ///< how far apart two cameras alone say the robot is, those that agree
+                             ///< least; 0: all but one are silent
   double flow_heading_rad = 0;  ///< relative heading by matched features
   double contour_cost_m = 0;    ///< mean distance of aligned contour points
   double contour_overlap = 0;   ///< share of contour points with a partner
   double chi2_growth = 0;
-  Pose2 T_earlier_recent;  ///< claimed relative pose
-  Mat3 information = Mat3::Zero();
+  Pose2 T_earlier_recent;           ///< claimed relative pose
+  Mat3 information = Mat3::Zero();  ///< of it, were the rig known
+  Eigen::VectorXd state;            ///< of the rig, with which it was found,
+  Eigen::MatrixXd by_state;  ///< and how it changes with that: x, y, theta a row; empty: not at all
   std::vector<Vec2> contour_earlier;  ///< in the frame of `earlier`
   std::vector<Vec2> contour_recent;   ///< in the frame of `recent`
   bool accepted = false;

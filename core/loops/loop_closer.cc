@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <numbers>
 #include <string>
@@ -16,6 +15,8 @@
 #include "core/base/check.h"
 #include "core/geometry/covariance.h"
 #include "core/map/contours.h"
+#include "core/motion/motion_by_rig.h"
+#include "core/motion/triangulation.h"
 
 namespace panoptes {
 namespace {
@@ -25,7 +26,7 @@ constexpr int kWords = 1000;  // of a vocabulary: each costs time with every pic
 constexpr int kLearned = 10;  // distances needed before their quantile means something
 constexpr int kSuppress = 4;  // keyframes to either side of a chosen candidate
 constexpr double kThreeSigma = 3;
-constexpr double kMountingShare = 3;  // of these, where front and back do not fit as mounted
+constexpr double kMountingShare = 3;  // of these, where two cameras do not fit as mounted
 
 // What the thesis's rule claims, which knows no covariance of its own: a hand's breadth, 3 degrees.
 constexpr double kHistogramSigma_m = 0.1;
@@ -34,9 +35,10 @@ constexpr double kUnknown_m = 10;  // as good as nothing in a room
 
 double square(double x) { return x * x; }
 
-constexpr std::array<Heading, 2> kHeadings{Heading::kSame, Heading::kOpposite};
-
-double class_heading(Heading heading) { return heading == Heading::kSame ? 0 : std::numbers::pi; }
+bool same_cameras(const Facing& facing) {
+  return std::all_of(facing.pairs.begin(), facing.pairs.end(),
+                     [](const CameraPair& pair) { return pair.a == pair.b; });
+}
 
 // Probability that a chi-square variable of three degrees of freedom stays below x.
 double chi_square_3(double x) {
@@ -75,6 +77,12 @@ double largest_sigma_m(const Mat3& covariance) {
   const double mean = xy.trace() / 2;
   const double swing = std::hypot((xy(0, 0) - xy(1, 1)) / 2, xy(0, 1));
   return std::sqrt(mean + swing);
+}
+
+// What part of a sigma comes from where the cameras are.
+std::string of_mounting(const Mat3& covariance) {
+  return fmt::format("mounting and lens known to {:.1f} cm and {:.1f} degrees",
+                     100 * largest_sigma_m(covariance), rad_to_deg(std::sqrt(covariance(2, 2))));
 }
 
 }  // namespace
@@ -122,11 +130,16 @@ void bind(Fields& f, LoopOptions& o) {
   f.renamed("min_way_m", "min_path_m");
 }
 
-GraphEdge closure_edge(const ClosureReport& closure) {
-  return {closure.earlier, closure.recent, closure.T_earlier_recent, closure.information, true};
+SharedEdge closure_edge(const ClosureReport& closure) {
+  return {{closure.earlier, closure.recent, closure.T_earlier_recent, closure.information, true},
+          closure.state,
+          closure.by_state};
 }
 
 double diagonal_max_grey(const DistanceMatrix& matrix, Heading heading) {
+  if (heading == Heading::kOther) {
+    return matrix[kHalf][kHalf];
+  }
   double largest = 0;
   for (int k = 0; k <= 2 * kHalf; ++k) {
     const int column = heading == Heading::kSame ? k : 2 * kHalf - k;
@@ -136,19 +149,20 @@ double diagonal_max_grey(const DistanceMatrix& matrix, Heading heading) {
 }
 
 LoopCloser::LoopCloser(const LoopOptions& options, const LoopCameras& cameras, Rng rng)
-    : options_(options), cameras_(cameras), rng_(rng) {
+    : options_(options), cameras_(cameras), facings_(facings(cameras)), rng_(rng) {
   if (options.shortlist == Shortlist::kWords) {
     words_.emplace(kWords, static_cast<int>(cameras.size()), rng.fork("words"));
   }
 }
 
-std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const PoseGraph& graph,
+std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const SharedGraph& graph,
                                              const ContourSource& contours) {
   PANOPTES_CHECK(graph.T_map_node.size() == places_.size() + 1,
                  "the newest keyframe is the graph's last node");
   PANOPTES_CHECK(place.features.size() == cameras_.size(), "a picture's features a camera");
   Remembered remembered;
   remembered.place = std::move(place);
+  remembered.place.taken.late_s.resize(cameras_.size(), 0);
   if (!places_.empty()) {
     const Pose2& before = graph.T_map_node[places_.size() - 1];
     remembered.path_m = places_.back().path_m +
@@ -170,16 +184,9 @@ std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const PoseGraph& g
     return {};
   }
   if (const auto* histogram = std::get_if<HistogramMethod>(&options_.method)) {
-    return close_by_histogram(*histogram, recent, contours);
+    return close_by_histogram(*histogram, recent, graph, contours);
   }
   return close_verified(std::get<VerifiedMethod>(options_.method), recent, graph, contours);
-}
-
-std::optional<PlanarMotion> LoopCloser::motion_to(const LoopPlace& place, int from,
-                                                  const MotionPrior& wheels) const {
-  PANOPTES_CHECK(from >= 0 && from <= newest(), "a keyframe remembered");
-  return visual_heading(options_.features, options_.motion, cameras_, places_[from].place.features,
-                        places_[from].depths, place.features, wheels);
 }
 
 bool LoopCloser::spaced(int recent, Heading heading) const {
@@ -201,56 +208,64 @@ double LoopCloser::nearby_threshold_grey(const VerifiedMethod& method) const {
   return nearby_emd_[static_cast<std::size_t>(rank)];
 }
 
-ClosureReport LoopCloser::report_of(int recent, int earlier, Heading heading) const {
+ClosureReport LoopCloser::report_of(int recent, int earlier, const Facing& facing) const {
   ClosureReport report;
   report.recent = recent;
   report.earlier = earlier;
-  report.heading = heading;
+  report.heading = heading_of(facing.turn_rad);
   for (int row = 0; row <= 2 * kHalf; ++row) {
     for (int column = 0; column <= 2 * kHalf; ++column) {
-      report.matrix[row][column] = static_cast<float>(emd_grey(
-          places_[recent - kHalf + row].place.signature,
-          places_[earlier - kHalf + column].place.signature, heading == Heading::kOpposite));
+      report.matrix[row][column] =
+          static_cast<float>(emd_grey(places_[earlier - kHalf + column].place.signature,
+                                      places_[recent - kHalf + row].place.signature, facing));
     }
   }
   report.emd_grey = report.matrix[kHalf][kHalf];
-  report.diagonal_max_grey = diagonal_max_grey(report.matrix, heading);
+  report.diagonal_max_grey = diagonal_max_grey(report.matrix, report.heading);
   return report;
 }
 
-const PlaceDepths& LoopCloser::depths(int keyframe, const PoseGraph& graph) {
+LoopCameras LoopCloser::cameras_at(int keyframe, const SharedGraph& graph) const {
+  return at_keyframe(cameras_, graph.state, places_[keyframe].place.taken);
+}
+
+const PlaceDepths& LoopCloser::depths(int keyframe, const SharedGraph& graph) {
   Remembered& here = places_[keyframe];
   constexpr int kNeighbours = 2;  // to each side: half a metre of baseline
   const int until = std::min(newest(), keyframe + kNeighbours);
   if (here.depths_until >= until) {
     return here.depths;
   }
+  const int from = std::max(0, keyframe - kNeighbours);
+  std::vector<LoopCameras> cameras;
+  for (int other = from; other <= until; ++other) {
+    cameras.push_back(cameras_at(other, graph));
+  }
   std::vector<Neighbour> neighbours;
-  for (int other = std::max(0, keyframe - kNeighbours); other <= until; ++other) {
+  for (int other = from; other <= until; ++other) {
     if (other != keyframe) {
-      neighbours.push_back({&places_[other].place.features,
+      neighbours.push_back({cameras[other - from], places_[other].place.features,
                             graph.T_map_node[keyframe].inverse() * graph.T_map_node[other]});
     }
   }
-  here.depths =
-      triangulate(options_.features, options_.motion, cameras_, here.place.features, neighbours);
+  here.depths = triangulate(options_.features, options_.motion, cameras[keyframe - from],
+                            here.place.features, neighbours);
   here.depths_until = until;
   return here.depths;
 }
 
 std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& method, int recent,
-                                                         const PoseGraph& graph) const {
-  std::vector<Heading> headings;
-  std::copy_if(kHeadings.begin(), kHeadings.end(), std::back_inserter(headings),
-               [&](Heading heading) { return spaced(recent, heading); });
-  if (headings.empty()) {
+                                                         const SharedGraph& graph) const {
+  if (std::none_of(facings_.begin(), facings_.end(), [&](const Facing& facing) {
+        return spaced(recent, heading_of(facing.turn_rad));
+      })) {
     return {};
   }
   const double threshold_grey = nearby_threshold_grey(method);
   const std::vector<Mat3> covariances = path_covariances(graph, recent);
   const Pose2 T_recent_map = graph.T_map_node[recent].inverse();
-  const std::vector<std::array<double, 2>> shared =
-      words_ ? words_->shared(recent, recent) : std::vector<std::array<double, 2>>();
+  const std::vector<std::vector<double>> shared =
+      words_ ? words_->shared(recent, recent, facings_) : std::vector<std::vector<double>>();
   std::vector<Candidate> candidates;
   for (int earlier = kHalf; earlier < recent - 2 * kHalf &&
                             places_[recent].path_m - places_[earlier].path_m >= options_.min_path_m;
@@ -263,18 +278,18 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
         !(beyond <= kThreeSigma * largest_sigma_m(covariance))) {
       continue;
     }
-    for (const Heading heading : headings) {
-      const double turned =
-          std::abs(wrap_angle(T_recent_earlier.theta_rad - class_heading(heading)));
-      if (!(turned - method.tolerance_rad <= kThreeSigma * std::sqrt(covariance(2, 2)))) {
+    for (std::size_t k = 0; k < facings_.size(); ++k) {
+      const Facing& facing = facings_[k];
+      const double turned = std::abs(wrap_angle(T_recent_earlier.theta_rad + facing.turn_rad));
+      if (!spaced(recent, heading_of(facing.turn_rad)) ||
+          !(turned - method.tolerance_rad <= kThreeSigma * std::sqrt(covariance(2, 2)))) {
         continue;
       }
       Candidate candidate;
       candidate.earlier = earlier;
-      candidate.heading = heading;
+      candidate.facing = &facing;
       candidate.emd_grey =
-          emd_grey(places_[recent].place.signature, places_[earlier].place.signature,
-                   heading == Heading::kOpposite);
+          emd_grey(places_[earlier].place.signature, places_[recent].place.signature, facing);
       if (!words_ && candidate.emd_grey > threshold_grey) {
         continue;
       }
@@ -286,7 +301,7 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
       const Pose2 T_earlier_recent = T_recent_earlier.inverse();
       Mat3 expected = inverted(T_recent_earlier, covariance);
       expected.diagonal() += floor;
-      const Pose2 centre{0, 0, class_heading(heading)};
+      const Pose2 centre{0, 0, facing.turn_rad};
       const Mat3 gain = expected * (expected + Mat3(tolerance.asDiagonal())).inverse();
       const Vec3 pulled = gain * difference(centre, T_earlier_recent);
       candidate.prior.T_a_b = {T_earlier_recent.x_m + pulled.x(), T_earlier_recent.y_m + pulled.y(),
@@ -295,8 +310,8 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
       candidate.prior.covariance = 0.5 * (together + together.transpose());
       const Vec3 off = difference(centre, T_earlier_recent);
       const Mat3 allowed = expected + Mat3(tolerance.asDiagonal());
-      const double unlike = words_ ? 1 - shared[earlier][static_cast<std::size_t>(heading)]
-                                   : candidate.emd_grey / std::max(threshold_grey, 1e-3);
+      const double unlike =
+          words_ ? 1 - shared[earlier][k] : candidate.emd_grey / std::max(threshold_grey, 1e-3);
       candidate.score = unlike + squared_sigmas(off, allowed);
       if (std::isfinite(candidate.score)) {
         candidates.push_back(candidate);
@@ -308,7 +323,7 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
   std::vector<Candidate> chosen;
   for (const Candidate& candidate : candidates) {
     const bool near = std::any_of(chosen.begin(), chosen.end(), [&](const Candidate& other) {
-      return other.heading == candidate.heading &&
+      return other.facing == candidate.facing &&
              std::abs(other.earlier - candidate.earlier) <= kSuppress;
     });
     if (!near) {
@@ -324,24 +339,28 @@ std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& m
 struct LoopCloser::CandidateCheck {
   const VerifiedMethod& method;
   const Candidate& candidate;
-  const PoseGraph& graph;
+  const SharedGraph& graph;
   const ContourSource& contours;
   ClosureReport& report;
   double limit = chi_square_3_quantile(method.gate_probability);
+  LoopCameras cameras_earlier = {};
+  LoopCameras cameras_recent = {};
   std::vector<PlaceMatch> matches = {};
   MotionOptions tolerant = {};     // what the motion was found with,
   double floor_share = 1;          // and by how much more than usual the model may be wrong
   PlanarMotion motion = {};        // recent seen from earlier
   Mat3 floor = Mat3::Zero();       // what no picture makes surer
-  Mat3 covariance = Mat3::Zero();  // of the motion by the pictures alone
+  Mat3 covariance = Mat3::Zero();  // of the motion by the pictures alone, were the rig known,
+  Eigen::MatrixXd rig_covariance = {};
+  Mat3 of_rig = Mat3::Zero();  // and by what is not known of it
 };
 
 std::vector<ClosureReport> LoopCloser::close_verified(const VerifiedMethod& method, int recent,
-                                                      const PoseGraph& graph,
+                                                      const SharedGraph& graph,
                                                       const ContourSource& contours) {
   std::vector<ClosureReport> reports;
   for (const Candidate& candidate : shortlist(method, recent, graph)) {
-    reports.push_back(report_of(recent, candidate.earlier, candidate.heading));
+    reports.push_back(report_of(recent, candidate.earlier, *candidate.facing));
     ClosureReport& report = reports.back();
     report.T_earlier_recent = candidate.prior.T_a_b;
     CandidateCheck check{method, candidate, graph, contours, report};
@@ -380,7 +399,7 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_diagonals(const CandidateCh
     }
     rows += near ? 1 : 0;
   }
-  if (!words_ && rows < check.method.rows_needed) {
+  if (!words_ && report.heading != Heading::kOther && rows < check.method.rows_needed) {
     return Refusal{fmt::format("diagonal: {} of 7 within {:.2f} grey levels, {} needed", rows,
                                threshold_grey, check.method.rows_needed)};
   }
@@ -393,15 +412,18 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_features(CandidateCheck& ch
   ClosureReport& report = check.report;
   const PlaceFeatures& features_earlier = places_[report.earlier].place.features;
   const PlaceFeatures& features_recent = places_[report.recent].place.features;
-  check.matches = match_places(options_.features, features_earlier, features_recent,
-                               report.heading == Heading::kOpposite);
+  check.matches =
+      match_places(options_.features, features_earlier, features_recent, *check.candidate.facing);
   const std::vector<PlaceMatch>& matches = check.matches;
   if (static_cast<int>(matches.size()) < method.min_inliers) {
     return Refusal{
         fmt::format("features: {} matches, {} needed", matches.size(), method.min_inliers)};
   }
-  const PlaceDepths& depths_earlier = depths(report.earlier, check.graph);
-  const PlaceDepths& depths_recent = depths(report.recent, check.graph);
+  check.cameras_earlier = cameras_at(report.earlier, check.graph);
+  check.cameras_recent = cameras_at(report.recent, check.graph);
+  const SeenPlace earlier{check.cameras_earlier, features_earlier,
+                          depths(report.earlier, check.graph)};
+  const SeenPlace now{check.cameras_recent, features_recent, depths(report.recent, check.graph)};
   Rng rng = rng_.fork(std::to_string(report.recent) + "-" + std::to_string(report.earlier));
   const auto too_few = [&](const std::optional<PlanarMotion>& motion) {
     return !motion || motion->inliers < method.min_inliers ||
@@ -409,14 +431,11 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_features(CandidateCheck& ch
   };
   check.tolerant = options_.motion;
   std::optional<PlanarMotion> motion =
-      motion_by_features(check.tolerant, cameras_, features_earlier, depths_earlier,
-                         features_recent, depths_recent, matches, check.candidate.prior, &rng);
-  if (too_few(motion) && report.heading == Heading::kOpposite) {
+      motion_by_features(check.tolerant, earlier, now, matches, check.candidate.prior, &rng);
+  if (too_few(motion) && !same_cameras(*check.candidate.facing)) {
     check.floor_share = kMountingShare;
     check.tolerant.noise_px = std::max(check.tolerant.noise_px, method.mounting_px);
-    motion =
-        motion_by_features(check.tolerant, cameras_, features_earlier, depths_earlier,
-                           features_recent, depths_recent, matches, check.candidate.prior, &rng);
+    motion = motion_by_features(check.tolerant, earlier, now, matches, check.candidate.prior, &rng);
   }
   if (motion) {
     report.feature_inliers = motion->inliers;
@@ -432,50 +451,88 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_features(CandidateCheck& ch
 }
 
 // The pictures alone tell where it is, and surely enough to be worth its risk.
-std::optional<LoopCloser::Refusal> LoopCloser::check_certainty(CandidateCheck& check) const {
+std::optional<LoopCloser::Refusal> LoopCloser::check_certainty(CandidateCheck& check) {
   const std::optional<Mat3> seen = inverse_of(check.motion.information_seen);
   if (!seen) {
     return Refusal{"features: the pose is not known in every direction"};
   }
+  ClosureReport& report = check.report;
+  const Remembered& earlier = places_[report.earlier];
+  const Remembered& now = places_[report.recent];
+  report.state = check.graph.state;
+  report.by_state = motion_by_rig(check.tolerant, cameras_, report.state,
+                                  {earlier.place.taken, earlier.place.features, earlier.depths},
+                                  {now.place.taken, now.place.features, now.depths},
+                                  check.motion.inlier_matches, check.motion.T_a_b_seen);
+  if (!report.by_state.allFinite()) {
+    return Refusal{"features: the pose is not known in every direction"};
+  }
+  check.rig_covariance = state_covariance(check.graph);
+  check.of_rig = report.by_state * check.rig_covariance * report.by_state.transpose();
   check.covariance = *seen;
-  const double sigma_m = largest_sigma_m(check.covariance);
+  const Mat3 both = check.covariance + check.of_rig;
+  const double sigma_m = largest_sigma_m(both);
   if (!(sigma_m <= check.method.max_sigma_m) ||
-      !(check.covariance(2, 2) <= square(check.method.max_sigma_rad))) {
-    return Refusal{fmt::format("features: pose known to {:.2f} m only", sigma_m)};
+      !(both(2, 2) <= square(check.method.max_sigma_rad))) {
+    return Refusal{fmt::format("features: pose known to {:.2f} m and {:.1f} degrees only, {}",
+                               sigma_m, rad_to_deg(std::sqrt(both(2, 2))),
+                               of_mounting(check.of_rig))};
   }
   const Vec3 floor = square(check.floor_share) * Vec3(square(check.method.min_sigma_m),
                                                       square(check.method.min_sigma_m),
                                                       square(check.method.min_sigma_rad));
   check.floor = floor.asDiagonal();
   check.covariance += check.floor;
-  check.report.T_earlier_recent = check.motion.T_a_b_seen;
-  check.report.information = check.covariance.inverse();
+  report.T_earlier_recent = check.motion.T_a_b_seen;
+  report.information = check.covariance.inverse();
   return std::nullopt;
 }
 
-// Front and back alone say the same. A camera before a plain wall says nothing, with infinite
+// Any two cameras alone say the same. One before a plain wall says nothing, with infinite
 // covariance.
 std::optional<LoopCloser::Refusal> LoopCloser::check_cameras(CandidateCheck& check) {
-  const int earlier = check.report.earlier;
-  const int recent = check.report.recent;
-  const auto alone = motion_by_each_camera(
-      check.tolerant, cameras_, places_[earlier].place.features, depths(earlier, check.graph),
-      places_[recent].place.features, depths(recent, check.graph), check.matches,
+  const Remembered& earlier = places_[check.report.earlier];
+  const Remembered& now = places_[check.report.recent];
+  const std::vector<std::optional<PlanarMotion>> alone = motion_by_each_camera(
+      check.tolerant, {check.cameras_earlier, earlier.place.features, earlier.depths},
+      {check.cameras_recent, now.place.features, now.depths}, check.matches,
       {check.motion.T_a_b, check.candidate.prior.covariance});
-  const auto says = [&](std::size_t camera) {
-    return alone[camera] ? inverse_of(alone[camera]->information_seen) : std::nullopt;
+  struct Voice {
+    std::size_t camera;
+    Mat3 covariance;
+    Eigen::MatrixXd by_state;
   };
-  const std::optional<Mat3> front = says(kLoopFront);
-  const std::optional<Mat3> back = says(kLoopBack);
-  if (!front || !back) {
-    return std::nullopt;
+  std::vector<Voice> voices;
+  for (std::size_t camera = 0; camera < alone.size(); ++camera) {
+    const std::optional<Mat3> says =
+        alone[camera] ? inverse_of(alone[camera]->information_seen) : std::nullopt;
+    if (says) {
+      voices.push_back({camera, *says,
+                        motion_by_rig(check.tolerant, cameras_, check.report.state,
+                                      {earlier.place.taken, earlier.place.features, earlier.depths},
+                                      {now.place.taken, now.place.features, now.depths},
+                                      alone[camera]->inlier_matches, alone[camera]->T_a_b_seen)});
+    }
   }
-  const Vec3 off = difference(alone[kLoopFront]->T_a_b_seen, alone[kLoopBack]->T_a_b_seen);
-  const Mat3 allowed = *front + *back + 2 * check.floor;
-  check.report.cameras_sigma = std::sqrt(squared_sigmas(off, allowed));
-  if (!(square(check.report.cameras_sigma) <= check.limit)) {
-    return Refusal{fmt::format("cameras: front and back are {:.1f} sigma apart, {:.1f} allowed",
-                               check.report.cameras_sigma, std::sqrt(check.limit))};
+  for (std::size_t i = 0; i < voices.size(); ++i) {
+    for (std::size_t j = i + 1; j < voices.size(); ++j) {
+      const Voice& one = voices[i];
+      const Voice& other = voices[j];
+      const Vec3 off = difference(alone[one.camera]->T_a_b_seen, alone[other.camera]->T_a_b_seen);
+      const Eigen::MatrixXd by_state = one.by_state - other.by_state;
+      if (!by_state.allFinite()) {
+        continue;  // near nothing is said by one of them
+      }
+      const Mat3 of_rig = by_state * check.rig_covariance * by_state.transpose();
+      const Mat3 allowed = one.covariance + other.covariance + 2 * check.floor + of_rig;
+      const double sigma = std::sqrt(squared_sigmas(off, allowed));
+      check.report.cameras_sigma = std::max(check.report.cameras_sigma, sigma);
+      if (!(square(sigma) <= check.limit)) {
+        return Refusal{fmt::format("cameras: {} and {} are {:.1f} sigma apart, {:.1f} allowed, {}",
+                                   cameras_[one.camera].name, cameras_[other.camera].name, sigma,
+                                   std::sqrt(check.limit), of_mounting(of_rig))};
+      }
+    }
   }
   return std::nullopt;
 }
@@ -486,11 +543,13 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_gate(const CandidateCheck& 
   const int recent = check.report.recent;
   const Pose2 expected = check.graph.T_map_node[earlier].inverse() * check.graph.T_map_node[recent];
   const Vec3 surprise = difference(check.motion.T_a_b_seen, expected);
-  const Mat3 allowed = relative_covariance(check.graph, earlier, recent) + check.covariance;
+  const Mat3 allowed =
+      relative_covariance(check.graph, earlier, recent, check.report.by_state) + check.covariance;
   check.report.gate_sigma = std::sqrt(squared_sigmas(surprise, allowed));
   if (!(square(check.report.gate_sigma) <= check.limit)) {
-    return Refusal{fmt::format("gate: {:.1f} sigma from where the graph expects it, {:.1f} allowed",
-                               check.report.gate_sigma, std::sqrt(check.limit))};
+    return Refusal{
+        fmt::format("gate: {:.1f} sigma from where the graph expects it, {:.1f} allowed, {}",
+                    check.report.gate_sigma, std::sqrt(check.limit), of_mounting(check.of_rig))};
   }
   return std::nullopt;
 }
@@ -503,7 +562,7 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_tolerance(const CandidateCh
         fmt::format("place: {:.2f} m apart, {:.2f} allowed", apart_m, check.method.tolerance_m)};
   }
   const double turned =
-      std::abs(wrap_angle(check.motion.T_a_b_seen.theta_rad - class_heading(check.report.heading)));
+      std::abs(wrap_angle(check.motion.T_a_b_seen.theta_rad - check.candidate.facing->turn_rad));
   if (!(turned <= check.method.tolerance_rad)) {
     return Refusal{fmt::format("place: turned by {:.1f} degrees, {:.1f} allowed",
                                rad_to_deg(turned), rad_to_deg(check.method.tolerance_rad))};
@@ -529,7 +588,7 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_contours(const CandidateChe
   report.contour_cost_m = match->mean_distance_m;
   report.contour_overlap = match->overlap;
   const Vec3 off = difference(match->T_fixed_moving, check.motion.T_a_b_seen);
-  Mat3 tolerated = check.covariance + match->covariance;
+  Mat3 tolerated = check.covariance + check.of_rig + match->covariance;
   tolerated.diagonal() += Vec3(square(check.method.contour_apart_m / kThreeSigma),
                                square(check.method.contour_apart_m / kThreeSigma),
                                square(check.method.contour_apart_rad / kThreeSigma));
@@ -544,10 +603,10 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_contours(const CandidateChe
 
 // The whole graph agrees after relaxing.
 std::optional<LoopCloser::Refusal> LoopCloser::check_graph(const CandidateCheck& check) const {
-  PoseGraph tried = check.graph;
+  SharedGraph tried = check.graph;
   const double before = chi2(tried);
   tried.edges.push_back(closure_edge(check.report));
-  const RelaxReport relaxed = relax(tried, RelaxStart::kCurrent);
+  const RelaxReport relaxed = relax(tried);
   check.report.chi2_growth = relaxed.chi2_end - before;
   const double limit = chi_square_3_quantile(check.method.chi2_probability);
   if (!relaxed.converged || !(check.report.chi2_growth <= limit)) {
@@ -558,20 +617,25 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_graph(const CandidateCheck&
 }
 
 std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod& method, int recent,
+                                                          const SharedGraph& graph,
                                                           const ContourSource& contours) {
   std::optional<ClosureReport> best;
+  const Facing* facing = nullptr;
   for (int earlier = kHalf; earlier < recent - 2 * kHalf &&
                             places_[recent].path_m - places_[earlier].path_m >= options_.min_path_m;
        ++earlier) {
-    for (const Heading heading : kHeadings) {
-      if (!spaced(recent, heading) || places_[earlier].place.featureless() ||
-          emd_grey(places_[recent].place.signature, places_[earlier].place.signature,
-                   heading == Heading::kOpposite) >= method.threshold_grey) {
+    for (const Facing& tried : facings_) {
+      const Heading heading = heading_of(tried.turn_rad);
+      if (heading == Heading::kOther || !spaced(recent, heading) ||
+          places_[earlier].place.featureless() ||
+          emd_grey(places_[earlier].place.signature, places_[recent].place.signature, tried) >=
+              method.threshold_grey) {
         continue;
       }
-      const ClosureReport report = report_of(recent, earlier, heading);
+      const ClosureReport report = report_of(recent, earlier, tried);
       if (!best || report.diagonal_max_grey < best->diagonal_max_grey) {
         best = report;
+        facing = &tried;
       }
     }
   }
@@ -587,14 +651,18 @@ std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod&
   // heading by the features' flow, position by contours where the robot goes the same way (6.3.3)
   const bool opposite = report.heading == Heading::kOpposite;
   MotionPrior anywhere;
-  anywhere.T_a_b = {0, 0, class_heading(report.heading)};
+  anywhere.T_a_b = {0, 0, facing->turn_rad};
   anywhere.covariance = Vec3(0.09, 0.09, square(0.2)).asDiagonal();
   const PlaceFeatures& features_earlier = places_[report.earlier].place.features;
   const PlaceFeatures& features_recent = places_[recent].place.features;
+  const LoopCameras cameras_earlier = cameras_at(report.earlier, graph);
+  const LoopCameras cameras_recent = cameras_at(recent, graph);
+  const PlaceDepths unknown;
   Rng rng = rng_.fork(std::to_string(recent) + "-" + std::to_string(report.earlier));
   const std::optional<PlanarMotion> motion = motion_by_features(
-      options_.motion, cameras_, features_earlier, {}, features_recent, {},
-      match_places(options_.features, features_earlier, features_recent, opposite), anywhere, &rng);
+      options_.motion, {cameras_earlier, features_earlier, unknown},
+      {cameras_recent, features_recent, unknown},
+      match_places(options_.features, features_earlier, features_recent, *facing), anywhere, &rng);
   report.T_earlier_recent = anywhere.T_a_b;
   if (motion) {
     report.feature_inliers = motion->inliers;

@@ -7,17 +7,19 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "core/base/rng.h"
 #include "core/config/fields.h"
-#include "core/graph/pose_graph.h"
+#include "core/graph/shared_graph.h"
 #include "core/loops/closure.h"
 #include "core/map/contours.h"
+#include "core/motion/relative_motion.h"
+#include "core/motion/rig_correction.h"
 #include "core/vision/local_features.h"
 #include "core/vision/place_signature.h"
-#include "core/vision/relative_motion.h"
 #include "core/vision/word_index.h"
 
 namespace panoptes {
@@ -49,11 +51,11 @@ struct VerifiedMethod {
   int verify_per_keyframe = 2;       ///< pairs whose features are matched: bounds the time
   int min_inliers = 30;
   double min_inlier_share = 0.4;  ///< of the matches
-  double mounting_px = 3;         ///< a place seen the other way round pairs front with back: their
-                                  ///< mounting may be wrong by this much, a degree, in a second try
-  double min_sigma_m = 0.01;      ///< lens, mounting and floor are not as ideal as the model: no
-  double min_sigma_rad = 0.003;   ///< closure is taken for surer,
-  double max_sigma_m = 0.15;      ///< and one less sure is not worth its risk
+  double mounting_px = 3;  ///< two cameras that show the same may be mounted wrong by this much, a
+                           ///< degree, in a second try
+  double min_sigma_m = 0.01;     ///< lens, mounting and floor are not as ideal as the model: no
+  double min_sigma_rad = 0.003;  ///< closure is taken for surer,
+  double max_sigma_m = 0.15;     ///< and one less sure is not worth its risk
   double max_sigma_rad = 0.026;
   ContourOptions contours;
   double contour_overlap = 0.5;    ///< below it contours share too little to contradict anything,
@@ -76,7 +78,9 @@ struct LoopOptions {
   double min_path_m = 5;  ///< driven since an earlier place before coming back counts
   double spacing_m = 1;  ///< driven between two accepted closures of one heading: one is enough for
                          ///< a revisit
-  FeatureOptions features;
+  /// Of one level: those of coarser ones are found less precisely, and a place is met again from
+  /// where things look as large as before.
+  FeatureOptions features = {.levels = 1};
   MotionOptions motion;
 };
 void bind(Fields& f, LoopOptions& o);
@@ -86,7 +90,8 @@ void bind(Fields& f, LoopOptions& o);
 struct LoopPlace {
   PlaceSignature signature;
   PlaceFeatures features;
-  bool partial = false;  ///< front or back was lost: the signature is half a one
+  PictureTimes taken = {};  ///< empty: all at once
+  bool partial = false;     ///< a camera was lost: the signature is not whole
 
   /// Such a place is never closed, however alike another looks, and teaches nothing.
   bool featureless() const {
@@ -99,10 +104,11 @@ struct LoopPlace {
 using ContourSource = std::function<std::vector<Vec2>(int keyframe)>;
 
 /// The edge an accepted closure stands for.
-GraphEdge closure_edge(const ClosureReport& closure);
+SharedEdge closure_edge(const ClosureReport& closure);
 
 /// The matrix of signature distances around a pair, [recent][earlier], and the largest on the
-/// diagonal along which a robot going the same or the opposite way would meet the same places.
+/// diagonal along which a robot going the same or the opposite way would meet the same places; of
+/// one that crosses its path, the pair's own.
 using DistanceMatrix = std::array<std::array<float, 7>, 7>;
 double diagonal_max_grey(const DistanceMatrix& matrix, Heading heading);
 
@@ -114,15 +120,8 @@ class LoopCloser {
   /// Takes the newest keyframe, which is the graph's last node, and tries the one three before it,
   /// so that each pair has seven keyframes on either side. Reports every pair that came as far as
   /// the diagonals; the caller adds `closure_edge` of the accepted ones and relaxes.
-  std::vector<ClosureReport> close(LoopPlace place, const PoseGraph& graph,
+  std::vector<ClosureReport> close(LoopPlace place, const SharedGraph& graph,
                                    const ContourSource& contours);
-
-  /// Motion from keyframe `from` to the newest, by wheels and pictures together: `place` is not yet
-  /// remembered. Empty when the pictures say nothing.
-  std::optional<PlanarMotion> motion_to(const LoopPlace& place, int from,
-                                        const MotionPrior& wheels) const;
-
-  const LoopCameras& cameras() const { return cameras_; }
 
   const LoopPlace& place(int keyframe) const {
     return places_.at(static_cast<std::size_t>(keyframe)).place;
@@ -137,23 +136,26 @@ class LoopCloser {
   };
   struct Candidate {
     int earlier = 0;
-    Heading heading = Heading::kSame;
+    const Facing* facing = nullptr;
     double emd_grey = 0;
     double score = 0;
     MotionPrior prior;  ///< recent seen from earlier
   };
 
   int newest() const { return static_cast<int>(places_.size()) - 1; }
-  ClosureReport report_of(int recent, int earlier, Heading heading) const;
+  ClosureReport report_of(int recent, int earlier, const Facing& facing) const;
   double nearby_threshold_grey(const VerifiedMethod& method) const;
   bool spaced(int recent, Heading heading) const;
   void accept(ClosureReport& report);
-  const PlaceDepths& depths(int keyframe, const PoseGraph& graph);
+  LoopCameras cameras_at(int keyframe, const SharedGraph& graph) const;
+  const PlaceDepths& depths(int keyframe, const SharedGraph& graph);
   std::vector<Candidate> shortlist(const VerifiedMethod& method, int recent,
-                                   const PoseGraph& graph) const;
+                                   const SharedGraph& graph) const;
   std::vector<ClosureReport> close_verified(const VerifiedMethod& method, int recent,
-                                            const PoseGraph& graph, const ContourSource& contours);
+                                            const SharedGraph& graph,
+                                            const ContourSource& contours);
   std::vector<ClosureReport> close_by_histogram(const HistogramMethod& method, int recent,
+                                                const SharedGraph& graph,
                                                 const ContourSource& contours);
 
   /// Why a pair is no closure.
@@ -164,7 +166,7 @@ class LoopCloser {
   std::optional<Refusal> verify(CandidateCheck& check);
   std::optional<Refusal> check_diagonals(const CandidateCheck& check) const;
   std::optional<Refusal> check_features(CandidateCheck& check);
-  std::optional<Refusal> check_certainty(CandidateCheck& check) const;
+  std::optional<Refusal> check_certainty(CandidateCheck& check);
   std::optional<Refusal> check_cameras(CandidateCheck& check);
   std::optional<Refusal> check_gate(const CandidateCheck& check) const;
   std::optional<Refusal> check_tolerance(const CandidateCheck& check) const;
@@ -172,13 +174,14 @@ class LoopCloser {
   std::optional<Refusal> check_graph(const CandidateCheck& check) const;
 
   LoopOptions options_;
-  LoopCameras cameras_;
+  LoopCameras cameras_;  ///< as the rig file has them
+  std::vector<Facing> facings_;
   Rng rng_;
   std::vector<Remembered> places_;
   std::optional<WordIndex> words_;  ///< where they make the shortlist
   std::vector<float> nearby_emd_;   ///< between keyframes two apart, sorted
-  std::array<double, 2> accepted_path_m_{
-      -1e9, -1e9};  ///< driven up to the last accepted closure of each heading
+  std::array<double, 3> accepted_path_m_{
+      -1e9, -1e9, -1e9};  ///< driven up to the last accepted closure of each heading
 };
 
 }  // namespace panoptes

@@ -16,6 +16,22 @@ bool is_lost(const CameraReports& cameras, const std::string& name) {
   return found != cameras.end() && found->second.state != CameraState::kGood;
 }
 
+RigState prior_sigmas(const LoopCameras& cameras, const WheelPrior& wheels) {
+  RigState sigmas(rig_states(cameras.size()));
+  for (int camera = 0; camera < static_cast<int>(cameras.size()); ++camera) {
+    const CameraSigmas& told = cameras[camera].sigma;
+    auto s = sigmas.segment<kCameraStates>(camera_state(camera));
+    s.segment<3>(kRotation) = told.rotation_rad;
+    s.segment<2>(kPosition) = told.position_m.head<2>();
+    s[kFocal] = told.focal_ratio;
+    s.segment<2>(kCentre).setConstant(told.centre_px);
+    s[kClock] = told.clock_s;
+  }
+  sigmas.tail<kWheelStates>() << wheels.scale_share, wheels.difference_share, wheels.base_share;
+  constexpr double kExact = 1e-6;  // rad, m, share, px or s: what a file takes for exact is held
+  return sigmas.cwiseMax(kExact);
+}
+
 }  // namespace
 
 void bind(Fields& f, KeyframeOptions& o) {
@@ -24,11 +40,19 @@ void bind(Fields& f, KeyframeOptions& o) {
   f("dissimilarity", o.dissimilarity, at_least(1));
 }
 
+void bind(Fields& f, WheelPrior& o) {
+  f("scale_share", o.scale_share, positive);
+  f("difference_share", o.difference_share, positive);
+  f("base_share", o.base_share, positive);
+}
+
 void bind(Fields& f, LocaliserOptions& o) {
   f("keyframe", o.keyframe);
   f("signature", o.signature);
   f.choice("odometry", o.odometry);
   f("wheels", o.wheels);
+  f("bundle", o.bundle);
+  f("wheel_prior", o.wheel_prior);
   f("visual_heading", o.visual_heading);
   f("loops", o.loops);
 }
@@ -37,7 +61,14 @@ Localiser::Localiser(const LocaliserOptions& options, const OdometrySource& odom
                      const Rig& rig, Rng rng)
     : options_(options),
       odometry_(odometry),
-      closer_(options.loops, loop_cameras(rig), rng.fork("loops")) {}
+      believed_(loop_cameras(rig)),
+      keyframe_odometry_(options.bundle, options.loops.features, believed_),
+      closer_(options.loops, believed_, rng.fork("loops")) {
+  graph_.state = RigState::Zero(rig_states(believed_.size()));
+  graph_.prior_information =
+      prior_sigmas(believed_, options.wheel_prior).cwiseAbs2().cwiseInverse().asDiagonal();
+  state_information_ = graph_.prior_information;
+}
 
 // Empty while a camera that is not lost has no picture in the set.
 std::optional<Localiser::Views> Localiser::views_of(const Observation& seen,
@@ -53,12 +84,41 @@ std::optional<Localiser::Views> Localiser::views_of(const Observation& seen,
   return views;
 }
 
-// Of a camera that is lost the other's picture takes the place.
+// Of a camera that is lost another's picture takes the place.
 PlaceSignature Localiser::signature_of(const Views& views) const {
-  const Picture* front = views[kLoopFront] != nullptr ? views[kLoopFront] : views[kLoopBack];
-  const Picture* back = views[kLoopBack] != nullptr ? views[kLoopBack] : views[kLoopFront];
-  return front == nullptr ? last_signature_
-                          : place_signature(options_.signature, front->bgr, back->bgr);
+  const auto good =
+      std::find_if(views.begin(), views.end(), [](const Picture* view) { return view != nullptr; });
+  if (good == views.end()) {
+    return last_signature_;
+  }
+  std::vector<cv::Mat> pictures;
+  for (const Picture* view : views) {
+    pictures.push_back((view != nullptr ? view : *good)->bgr);
+  }
+  return place_signature(options_.signature, pictures);
+}
+
+PlaceFeatures Localiser::features_of(const Views& views) const {
+  PlaceFeatures features;
+  for (std::size_t camera = 0; camera < views.size(); ++camera) {
+    features.push_back(views[camera] == nullptr
+                           ? LocalFeatures()
+                           : local_features(options_.loops.features, views[camera]->bgr,
+                                            believed_[camera].looks_steeply()
+                                                ? DescriptorPose::kTurned
+                                                : DescriptorPose::kUpright));
+  }
+  return features;
+}
+
+PictureTimes Localiser::times_of(const Views& views, Time taken, const Twist2& twist_body) const {
+  PictureTimes times{twist_body, {}};
+  for (std::size_t camera = 0; camera < views.size(); ++camera) {
+    times.late_s.push_back(views[camera] == nullptr ? 0
+                                                    : to_seconds(views[camera]->stamp - taken) -
+                                                          believed_[camera].clock_offset_s);
+  }
+  return times;
 }
 
 bool Localiser::keyframe_due(const Pose2& T_last_body, const LoopPlace& now) const {
@@ -74,20 +134,28 @@ bool Localiser::keyframe_due(const Pose2& T_last_body, const LoopPlace& now) con
              o.dissimilarity * static_cast<double>(steps_grey_[steps_grey_.size() / 2]);
 }
 
-Pose2 Localiser::link_to_last(const LoopPlace& place, Time taken, const Pose2& T_last_body) {
-  const int last = static_cast<int>(keyframes_.size()) - 1;
-  const MotionPrior prior{T_last_body,
-                          odometry_.covariance(keyframes_.back().stamp, taken, T_last_body)};
-  GraphEdge edge{last, last + 1, T_last_body, prior.covariance.inverse(), false};
-  if (options_.visual_heading) {
-    const auto seen = closer_.motion_to(place, last, prior);
-    if (const auto information = seen ? inverse_of(seen->covariance) : std::nullopt) {
-      edge.T_from_to = seen->T_a_b;
-      edge.information = *information;
-    }
+// Adds what wheels and pictures say of the motion since the last keyframe, and tells it.
+Pose2 Localiser::link_to_last(Time taken, const LoopPlace& place, const Pose2& T_last_body) {
+  BundleFrame frame;
+  frame.taken = place.taken;
+  if (!keyframes_.empty()) {
+    frame.T_before_here = T_last_body;
+    frame.covariance = odometry_.covariance(keyframes_.back().stamp, taken, T_last_body);
+    frame.by_wheels = odometry_.by_wheels(T_last_body);
   }
-  graph_.edges.push_back(edge);
-  return edge.T_from_to;
+  const PlaceFeatures none(believed_.size());
+  frames_.push_back(frame);
+  KeyframeOdometry::Motion motion = keyframe_odometry_.add(
+      frame, options_.visual_heading && !place.features.empty() ? place.features : none,
+      {graph_.state, state_information_});
+  // the open bundle's edges are made anew with each keyframe
+  std::erase_if(graph_.edges, [](const SharedEdge& shared) { return !shared.edge.closure; });
+  graph_.edges.insert(graph_.edges.end(), motion.open.begin(), motion.open.end());
+  graph_.edges.insert(graph_.edges.end(), headings_.begin(), headings_.end());
+  if (motion.closed) {
+    graph_.joints.push_back(*std::move(motion.closed));
+  }
+  return motion.T_last_here;
 }
 
 void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlace& place,
@@ -95,10 +163,11 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
   const int made = static_cast<int>(keyframes_.size());
   const Pose2 T_now_then = T_body_then(seen, taken);
   Keyframe keyframe{taken, seen.odometry.T_odom_body * T_now_then, Pose2{}};
+  const std::size_t joints = graph_.joints.size();
+  const Pose2 T_last_then = link_to_last(taken, place, out.T_last_body * T_now_then);
   if (made == 0) {
     graph_.T_map_node.push_back(Pose2{});
   } else {
-    const Pose2 T_last_then = link_to_last(place, taken, out.T_last_body * T_now_then);
     keyframe.T_odom_body = keyframes_.back().T_odom_body * T_last_then;
     graph_.T_map_node.push_back(graph_.T_map_node.back() * T_last_then);
     if (!place.featureless()) {
@@ -107,22 +176,59 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
                          step_grey);
     }
   }
+  if (graph_.joints.size() > joints) {
+    relax(graph_);
+    state_information_ = state_covariance(graph_).inverse();
+    out.relaxed = true;
+  }
   last_signature_ = place.signature;
   keyframes_.push_back(keyframe);
   out.keyframe_made = made;
   out.T_last_body = T_now_then.inverse();
 }
 
+// A body that turns on the spot looks the same way again after a whole turn.
+void Localiser::look_back(const LoopPlace& place) {
+  constexpr int kMemory = 80;  // keyframes: two turns
+  constexpr int kAway = 8;
+  constexpr double kNear_m = 0.05;
+  const int here = static_cast<int>(graph_.T_map_node.size()) - 1;
+  int best = -1;
+  double best_turn = options_.keyframe.turn_rad;
+  for (int k = std::max(0, here - kMemory); k <= here - kAway; ++k) {
+    const Pose2 T = graph_.T_map_node[k].inverse() * graph_.T_map_node[here];
+    if (T.position().norm() <= kNear_m && std::abs(T.theta_rad) < best_turn) {
+      best = k;
+      best_turn = std::abs(T.theta_rad);
+    }
+  }
+  if (best < 0 || place.featureless() || closer_.place(best).featureless()) {
+    return;
+  }
+  Mat3 covariance = relative_covariance(graph_, best, here);
+  const PlaceFeatures& then = closer_.place(best).features;
+  std::optional<SharedEdge> edge =
+      heading_edge(options_.bundle.bundle, options_.loops.features, believed_, graph_.state,
+                   {best, &frames_[best], &then}, {here, &frames_[here], &place.features},
+                   graph_.T_map_node[best].inverse() * graph_.T_map_node[here], covariance);
+  if (edge) {
+    headings_.push_back(*edge);
+    graph_.edges.push_back(*std::move(edge));
+  }
+}
+
 void Localiser::close_loops(LoopPlace place, const ContourSource& contours, Located& out) {
   out.closures = closer_.close(std::move(place), graph_, contours);
+  bool closed = false;
   for (const ClosureReport& closure : out.closures) {
     if (closure.accepted) {
       graph_.edges.push_back(closure_edge(closure));
-      out.relaxed = true;
+      closed = true;
     }
   }
-  if (out.relaxed) {
-    relax(graph_, RelaxStart::kCurrent);
+  if (closed) {
+    out.relaxed = true;
+    relax(graph_);
   }
 }
 
@@ -136,22 +242,21 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
       out.T_last_body = keyframes_.back().T_wheels_body.inverse() * seen.odometry.T_odom_body;
     }
     if (const std::optional<Views> views = views_of(seen, cameras)) {
-      place.partial = (*views)[kLoopFront] == nullptr || (*views)[kLoopBack] == nullptr;
+      place.partial = std::find(views->begin(), views->end(), nullptr) != views->end();
       place.signature = signature_of(*views);
       if (keyframes_.empty() || keyframe_due(out.T_last_body, place)) {
-        for (const Picture* view : *views) {
-          place.features.push_back(view == nullptr
-                                       ? LocalFeatures()
-                                       : local_features(options_.loops.features, view->bgr));
-        }
+        place.features = features_of(*views);
         const auto first = std::find_if(views->begin(), views->end(),
                                         [](const Picture* view) { return view != nullptr; });
-        add_keyframe(seen, first == views->end() ? seen.stamp : (*first)->stamp, place, out);
+        const Time taken = first == views->end() ? seen.stamp : (*first)->stamp;
+        place.taken = times_of(*views, taken, seen.odometry.twist_body);
+        add_keyframe(seen, taken, place, out);
       }
     }
   }
   const StageScope scope(listener, "slam");
   if (out.keyframe_made) {
+    look_back(place);
     close_loops(std::move(place), contours, out);
   }
   if (!keyframes_.empty()) {

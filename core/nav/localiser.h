@@ -10,8 +10,10 @@
 #include "core/camera/observation.h"
 #include "core/camera/rig.h"
 #include "core/config/fields.h"
-#include "core/graph/pose_graph.h"
+#include "core/graph/shared_graph.h"
 #include "core/loops/loop_closer.h"
+#include "core/nav/heading_edge.h"
+#include "core/nav/keyframe_odometry.h"
 #include "core/nav/stage.h"
 #include "core/odometry/make_odometry.h"
 #include "core/vision/camera_health.h"
@@ -25,8 +27,19 @@ struct KeyframeOptions {
 };
 void bind(Fields& f, KeyframeOptions& o);
 
+/// How wrong the wheels may be, one sigma, before the robot has moved; the rig file says it of
+/// cameras.
+struct WheelPrior {
+  double scale_share = 0.005;
+  double difference_share = 0.005;
+  double base_share = 0.02;
+};
+void bind(Fields& f, WheelPrior& o);
+
 struct LocaliserOptions {
   KeyframeOptions keyframe;
+  BundleOdometryOptions bundle;
+  WheelPrior wheel_prior;
   SignatureOptions signature;
   OdometryOptions odometry;
   WheelNoise wheels;
@@ -37,7 +50,7 @@ void bind(Fields& f, LocaliserOptions& o);
 
 /// A place the robot remembers.
 struct Keyframe {
-  Time stamp;           ///< of its front picture
+  Time stamp;           ///< of its first loop camera's picture
   Pose2 T_wheels_body;  ///< by the odometry alone
   Pose2 T_odom_body;    ///< by the odometry and the pictures' headings; never moved again
 };
@@ -70,8 +83,8 @@ class Localiser {
                const StageListener& listener = {}, const CameraReports& cameras = {});
 
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
-  const PoseGraph& graph() const { return graph_; }
-  const LoopCameras& cameras() const { return closer_.cameras(); }
+  const SharedGraph& graph() const { return graph_; }
+  const LoopCameras& cameras() const { return believed_; }
   const LoopPlace& place(int keyframe) const { return closer_.place(keyframe); }
 
  private:
@@ -82,14 +95,22 @@ class Localiser {
   PlaceSignature signature_of(const Views& views) const;
   bool keyframe_due(const Pose2& T_last_body, const LoopPlace& now) const;
   void add_keyframe(const Observation& seen, Time taken, const LoopPlace& place, Located& out);
-  Pose2 link_to_last(const LoopPlace& place, Time taken, const Pose2& T_last_body);
+  PlaceFeatures features_of(const Views& views) const;
+  PictureTimes times_of(const Views& views, Time taken, const Twist2& twist_body) const;
+  Pose2 link_to_last(Time taken, const LoopPlace& place, const Pose2& T_last_body);
+  void look_back(const LoopPlace& place);
   void close_loops(LoopPlace place, const ContourSource& contours, Located& out);
 
   LocaliserOptions options_;
   const OdometrySource& odometry_;
+  LoopCameras believed_;
+  KeyframeOdometry keyframe_odometry_;
   LoopCloser closer_;
   std::vector<Keyframe> keyframes_;
-  PoseGraph graph_;
+  std::vector<BundleFrame> frames_;   // of each keyframe
+  std::vector<SharedEdge> headings_;  // between keyframes that look the same way
+  SharedGraph graph_;
+  Eigen::MatrixXd state_information_;  // of its states, as far as bundles have shown them
   PlaceSignature last_signature_;
   std::vector<float> steps_grey_;  // signature distances between consecutive keyframes, sorted
 };

@@ -84,7 +84,7 @@ void Navigator::choose_goal(const SlamStep& at) {
 }
 
 void Navigator::choose_revisit_goal(const SlamStep& at) {
-  const PoseGraph& graph = slam_.graph();
+  const SharedGraph& graph = slam_.graph();
   if (revisit_.empty() && revisits_ < options_.revisits_last) {
     const std::vector<Mat3> covariances = path_covariances(graph, at.keyframe);
     std::vector<VisitedPose> places;

@@ -46,7 +46,7 @@ class Slam {
   const std::string& start_fault() const { return start_fault_; }
 
   const std::vector<Keyframe>& keyframes() const { return localiser_.keyframes(); }
-  const PoseGraph& graph() const { return localiser_.graph(); }
+  const SharedGraph& graph() const { return localiser_.graph(); }
 
   const LoopCameras& loop_cameras() const { return localiser_.cameras(); }
   /// What a keyframe looked like, and the floor around each as it was seen from there.

@@ -7,6 +7,7 @@
 #include "core/base/time.h"
 #include "core/camera/observation.h"
 #include "core/geometry/pose2.h"
+#include "core/motion/rig_correction.h"
 
 namespace panoptes {
 
@@ -23,9 +24,15 @@ class OdometrySource {
   /// Why `at` told nothing, in words: "the wheels tell no number".
   virtual std::string fault() const = 0;
 
-  /// How sure the motion `T_from_to` between two instants is that it told of; x, y, theta in the
-  /// frame of its start.
+  /// How sure the motion `T_from_to` between two instants is that it told of, without what it gets
+  /// wrong every time; x, y, theta in the frame of its start.
   virtual Mat3 covariance(Time from, Time to, const Pose2& T_from_to) const = 0;
+
+  /// And how it changes with what it gets wrong every time: the states of wheels. Nothing for a
+  /// source without wheels.
+  virtual WheelJacobian by_wheels(const Pose2& /*T_from_to*/) const {
+    return WheelJacobian::Zero();
+  }
 
  protected:
   OdometrySource() = default;

@@ -58,7 +58,26 @@ std::optional<Odometry> WheelOdometry::at(const Observation& seen) {
 }
 
 Mat3 WheelOdometry::covariance(Time /*from*/, Time /*to*/, const Pose2& T_from_to) const {
-  return wheel_covariance(noise_, wheel_base_m_, T_from_to);
+  WheelNoise each_time = noise_;
+  each_time.diameter_share = 0;
+  each_time.base_share = 0;
+  return wheel_covariance(each_time, wheel_base_m_, T_from_to);
+}
+
+// Of a motion taken for one arc: a chord turns by half of what its arc does.
+WheelJacobian WheelOdometry::by_wheels(const Pose2& T_from_to) const {
+  const double forwards =
+      std::cos(std::atan2(T_from_to.y_m, T_from_to.x_m) - T_from_to.theta_rad / 2);
+  const double distance_m = std::copysign(T_from_to.position().norm(), forwards);
+  Eigen::RowVector3d turn;
+  turn[kWheelScale] = T_from_to.theta_rad;
+  turn[kWheelDifference] = distance_m / wheel_base_m_;
+  turn[kWheelBase] = -T_from_to.theta_rad;
+  WheelJacobian J;
+  J.row(2) = turn;
+  J.topRows<2>() = Vec2(-T_from_to.y_m, T_from_to.x_m) * (0.5 * turn);
+  J.col(kWheelScale).head<2>() += T_from_to.position();
+  return J;
 }
 
 }  // namespace panoptes

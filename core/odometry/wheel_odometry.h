@@ -31,6 +31,7 @@ class WheelOdometry final : public OdometrySource {
   std::optional<Odometry> at(const Observation& seen) override;
   std::string fault() const override { return "the wheels tell no number"; }
   Mat3 covariance(Time from, Time to, const Pose2& T_from_to) const override;
+  WheelJacobian by_wheels(const Pose2& T_from_to) const override;
 
  private:
   WheelNoise noise_;

@@ -19,6 +19,7 @@ namespace {
 
 constexpr float kPyramidStep = 1.2F;
 constexpr int kBorder_px = 10;      // nearer to the edge the descriptor sees mostly reflection
+constexpr int kPatch_px = 15;       // radius over which a corner's direction is judged
 constexpr int kApart_px = 3;        // a corner found again on another level is the same corner
 constexpr float kElsewhere_px = 5;  // a second-best match this near is the same thing seen twice
 constexpr int kWords = 4;           // of 64 bits
@@ -43,22 +44,64 @@ bool stronger(const Corner& a, const Corner& b) {
   return a.keypoint.pt.x < b.keypoint.pt.x;
 }
 
-std::vector<Corner> find_corners(const FeatureOptions& options, const cv::Mat& grey) {
-  std::vector<Corner> corners;
-  const int cells_across = (grey.cols + options.cell_px - 1) / options.cell_px;
-  cv::Mat level_picture = grey;
-  float scale = 1;
-  for (int level = 0; level < options.levels; ++level, scale *= kPyramidStep) {
-    if (level > 0) {
-      cv::Mat smaller;
-      cv::resize(grey, smaller,
-                 cv::Size(cvRound(static_cast<float>(grey.cols) / scale),
-                          cvRound(static_cast<float>(grey.rows) / scale)),
-                 0, 0, cv::INTER_AREA);
-      level_picture = smaller;
+float scale_of(int level) { return std::pow(kPyramidStep, static_cast<float>(level)); }
+
+cv::Size size_of(int level, cv::Size whole) {
+  const float scale = scale_of(level);
+  return {cvRound(static_cast<float>(whole.width) / scale),
+          cvRound(static_cast<float>(whole.height) / scale)};
+}
+
+/// Where the picture shows what a level of its pyramid has at a pixel: the pixels of both meet at
+/// the picture's edges, not in the middle of the first one, as ORB counts.
+Eigen::Vector2f px_of(const cv::KeyPoint& keypoint, cv::Size whole) {
+  const float scale = scale_of(keypoint.octave);
+  const cv::Size level = size_of(keypoint.octave, whole);
+  const auto at = [](float level_px, int size, int level_size) {
+    return (level_px + 0.5F) * static_cast<float>(size) / static_cast<float>(level_size) - 0.5F;
+  };
+  return {at(keypoint.pt.x / scale, whole.width, level.width),
+          at(keypoint.pt.y / scale, whole.height, level.height)};
+}
+
+std::vector<cv::Mat> pyramid_of(const cv::Mat& grey, int levels) {
+  std::vector<cv::Mat> pyramid{grey};
+  for (int level = 1; level < levels; ++level) {
+    pyramid.emplace_back();
+    cv::resize(grey, pyramid.back(), size_of(level, grey.size()), 0, 0, cv::INTER_AREA);
+  }
+  return pyramid;
+}
+
+// Degrees from the picture's x axis, as ORB takes them.
+float centroid_direction_deg(const cv::Mat& level, const cv::Point2f& level_px) {
+  const int column = cvRound(level_px.x);
+  const int row = cvRound(level_px.y);
+  const int radius =
+      std::min({kPatch_px, column, row, level.cols - 1 - column, level.rows - 1 - row});
+  int along_x = 0;
+  int along_y = 0;
+  for (int v = -radius; v <= radius; ++v) {
+    const std::uint8_t* pixels = level.ptr<std::uint8_t>(row + v) + column;
+    for (int u = -radius; u <= radius; ++u) {
+      if (u * u + v * v <= radius * radius) {
+        along_x += u * pixels[u];
+        along_y += v * pixels[u];
+      }
     }
+  }
+  return cv::fastAtan2(static_cast<float>(along_y), static_cast<float>(along_x));
+}
+
+std::vector<Corner> find_corners(const FeatureOptions& options,
+                                 const std::vector<cv::Mat>& pyramid) {
+  std::vector<Corner> corners;
+  const cv::Mat& grey = pyramid[0];
+  const int cells_across = (grey.cols + options.cell_px - 1) / options.cell_px;
+  for (int level = 0; level < options.levels; ++level) {
+    const float scale = scale_of(level);
     std::vector<cv::KeyPoint> found;
-    cv::FAST(level_picture, found, options.fast_threshold_grey, true);
+    cv::FAST(pyramid[level], found, options.fast_threshold_grey, true);
     for (cv::KeyPoint& keypoint : found) {
       keypoint.pt *= scale;
       keypoint.octave = level;
@@ -163,9 +206,18 @@ void bind(Fields& f, FeatureOptions& o) {
   f("ratio", o.ratio, between(0.1, 1.0));
 }
 
-LocalFeatures local_features(const FeatureOptions& options, const cv::Mat& picture) {
+LocalFeatures local_features(const FeatureOptions& options, const cv::Mat& picture,
+                             DescriptorPose pose) {
   const cv::Mat grey = grey_of(picture);
-  std::vector<cv::KeyPoint> keypoints = spread(options, find_corners(options, grey), grey.size());
+  const std::vector<cv::Mat> pyramid = pyramid_of(grey, options.levels);
+  std::vector<cv::KeyPoint> keypoints =
+      spread(options, find_corners(options, pyramid), grey.size());
+  for (cv::KeyPoint& keypoint : keypoints) {
+    if (pose == DescriptorPose::kTurned) {
+      keypoint.angle =
+          centroid_direction_deg(pyramid[keypoint.octave], keypoint.pt / scale_of(keypoint.octave));
+    }
+  }
   LocalFeatures features;
   if (keypoints.empty()) {
     return features;
@@ -175,7 +227,7 @@ LocalFeatures local_features(const FeatureOptions& options, const cv::Mat& pictu
   orb->compute(grey, keypoints, features.descriptors);
   features.px.reserve(keypoints.size());
   for (const cv::KeyPoint& keypoint : keypoints) {
-    features.px.emplace_back(keypoint.pt.x, keypoint.pt.y);
+    features.px.push_back(px_of(keypoint, grey.size()));
   }
   PANOPTES_CHECK(features.descriptors.rows == static_cast<int>(features.px.size()),
                  "a descriptor for each point");

@@ -28,9 +28,18 @@ struct LocalFeatures {
   cv::Mat descriptors;  ///< CV_8U, 32 columns, a row a point
 };
 
-/// FAST corners spread evenly over the picture, each with ORB's 256 binary tests, upright: a robot
-/// on a floor does not roll, and a descriptor that keeps the vertical tells more places apart.
-LocalFeatures local_features(const FeatureOptions& options, const cv::Mat& picture);
+using PlaceFeatures = std::vector<LocalFeatures>;  ///< one for each loop camera
+
+/// How a descriptor stands in the picture.
+enum class DescriptorPose {
+  kUpright,  ///< a robot on a floor does not roll, and what keeps the vertical tells more apart
+  kTurned    ///< along the way from the corner to its patch's centroid (Rosin 1999): of pictures
+             ///< that turn about their axis
+};
+
+/// FAST corners spread evenly over the picture, each with ORB's 256 binary tests.
+LocalFeatures local_features(const FeatureOptions& options, const cv::Mat& picture,
+                             DescriptorPose pose = DescriptorPose::kUpright);
 
 /// Hamming distances of each row of `a` from all rows of `b`, of up to 256 bits: `a.rows` times
 /// `b.rows`.

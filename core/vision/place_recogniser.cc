@@ -50,7 +50,7 @@ PlaceView place_view(const RecogniserOptions& options, const cv::Mat& picture) {
   cv::Mat equalised;
   cv::equalizeHist(grey, equalised);
   PlaceView view;
-  view.signature = place_signature(options.signature, equalised, equalised);
+  view.signature = place_signature(options.signature, {equalised});
   view.features = local_features(options.features, grey);
   view.middle_px =
       0.5F * Eigen::Vector2f(static_cast<float>(grey.cols - 1), static_cast<float>(grey.rows - 1));

@@ -2,7 +2,9 @@
 #include "core/vision/place_signature.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 #include "core/base/check.h"
@@ -16,9 +18,8 @@ constexpr double kMiddle_grey = 128;  // where the mean is moved to
 constexpr int kColumns = 4;           // of a grid's cells in a picture,
 constexpr int kRows = 2;
 constexpr int kCells = kColumns * kRows;
-// and their bins: as many numbers as a mosaic has levels, and one distance for both, since a bin is
-// as many levels wide as there are cells to take the mean of
-constexpr int kBins = kLevels / (2 * kCells);
+constexpr int kBins = 16;
+constexpr int kShares = kCells * kBins;  // of a picture
 
 using Counts = std::array<std::int64_t, kLevels>;
 
@@ -71,51 +72,57 @@ void bind(Fields& f, SignatureOptions& o) {
   f("subtract_mean", o.subtract_mean);
 }
 
-PlaceSignature place_signature(const SignatureOptions& options, const cv::Mat& front,
-                               const cv::Mat& back) {
-  const std::array<cv::Mat, 2> pictures{grey_of(front), grey_of(back)};
+std::size_t signature_shares(bool grid, std::size_t pictures) {
+  return grid ? kShares * pictures : kLevels;
+}
+
+PlaceSignature place_signature(const SignatureOptions& options,
+                               const std::vector<cv::Mat>& pictures) {
+  PANOPTES_CHECK(!pictures.empty(), "a picture");
   PlaceSignature signature;
   signature.grid = options.method == SignatureMethod::kGrid;
-  std::array<Counts, 2 * kCells> of_cell{};
+  std::vector<Counts> of_cell;
   Counts of_all{};
-  for (int cell = 0; cell < 2 * kCells; ++cell) {
-    const cv::Mat& picture = pictures[static_cast<std::size_t>(cell / kCells)];
-    PANOPTES_CHECK(picture.cols >= kColumns && picture.rows >= kRows, "a picture has cells");
-    count_greys(cell_of(picture, cell % kCells), of_cell[cell]);
-    for (int grey = 0; grey < kLevels; ++grey) {
-      of_all[grey] += of_cell[cell][grey];
+  for (const cv::Mat& picture : pictures) {
+    const cv::Mat grey = grey_of(picture);
+    PANOPTES_CHECK(grey.cols >= kColumns && grey.rows >= kRows, "a picture has cells");
+    for (int cell = 0; cell < kCells; ++cell) {
+      of_cell.emplace_back();
+      count_greys(cell_of(grey, cell), of_cell.back());
+      for (int level = 0; level < kLevels; ++level) {
+        of_all[level] += of_cell.back()[level];
+      }
     }
   }
   std::int64_t total = 0;
   std::int64_t sum = 0;
-  for (int grey = 0; grey < kLevels; ++grey) {
-    total += of_all[grey];
-    sum += grey * of_all[grey];
+  for (int level = 0; level < kLevels; ++level) {
+    total += of_all[level];
+    sum += level * of_all[level];
   }
   const double shift = options.subtract_mean
                            ? kMiddle_grey - static_cast<double>(sum) / static_cast<double>(total)
                            : 0;
   if (!signature.grid) {
+    signature.cumulative.resize(signature_shares(false, pictures.size()));
     accumulate(of_all, shift, kLevels, signature.cumulative.data());
     return signature;
   }
-  for (int cell = 0; cell < 2 * kCells; ++cell) {
+  signature.cumulative.resize(signature_shares(true, pictures.size()));
+  for (std::size_t cell = 0; cell < of_cell.size(); ++cell) {
     accumulate(of_cell[cell], shift, kBins, signature.cumulative.data() + cell * kBins);
   }
   return signature;
 }
 
-double emd_grey(const PlaceSignature& a, const PlaceSignature& b, bool opposite) {
-  const int exchange = opposite && a.grid ? kLevels / 2 : 0;  // back's for front's
-  // eight sums side by side, so that the order is fixed and yet runs in vector registers
+namespace {
+
+// Eight sums side by side, so that the order is fixed and yet runs in vector registers.
+float l1(const float* a, const float* b, int count) {
   std::array<float, 8> sums{};
-  for (int half = 0; half < kLevels; half += kLevels / 2) {
-    const float* of_a = a.cumulative.data() + half;
-    const float* of_b = b.cumulative.data() + (half ^ exchange);
-    for (int i = 0; i < kLevels / 2; i += 8) {
-      for (int lane = 0; lane < 8; ++lane) {
-        sums[lane] += std::abs(of_a[i + lane] - of_b[i + lane]);
-      }
+  for (int i = 0; i < count; i += 8) {
+    for (int lane = 0; lane < 8; ++lane) {
+      sums[lane] += std::abs(a[i + lane] - b[i + lane]);
     }
   }
   float total = 0;
@@ -123,6 +130,46 @@ double emd_grey(const PlaceSignature& a, const PlaceSignature& b, bool opposite)
     total += sum;
   }
   return total;
+}
+
+float l1_of_pooled_cells(const float* a, const float* b) {
+  float total = 0;
+  for (int bin = 0; bin < kBins; ++bin) {
+    float apart = 0;
+    for (int cell = 0; cell < kCells; ++cell) {
+      apart += a[cell * kBins + bin] - b[cell * kBins + bin];
+    }
+    total += std::abs(apart);
+  }
+  return total;
+}
+
+// A bin is this many levels wide, and each cell counts as much as any other.
+double in_levels(float l1_of_shares, std::size_t pictures) {
+  constexpr double kBin_grey = static_cast<double>(kLevels) / kBins;
+  return l1_of_shares * kBin_grey / (static_cast<double>(kCells) * static_cast<double>(pictures));
+}
+
+}  // namespace
+
+double emd_grey(const PlaceSignature& a, const PlaceSignature& b) {
+  PANOPTES_CHECK(a.cumulative.size() == b.cumulative.size(), "pictures of the same cameras");
+  const float apart =
+      l1(a.cumulative.data(), b.cumulative.data(), static_cast<int>(a.cumulative.size()));
+  return a.grid ? in_levels(apart, a.cumulative.size() / kShares) : apart;
+}
+
+double emd_grey(const PlaceSignature& a, const PlaceSignature& b, const Facing& facing) {
+  if (!a.grid) {
+    return emd_grey(a, b);
+  }
+  float apart = 0;
+  for (const CameraPair& pair : facing.pairs) {
+    const float* of_a = a.cumulative.data() + static_cast<std::ptrdiff_t>(pair.a) * kShares;
+    const float* of_b = b.cumulative.data() + static_cast<std::ptrdiff_t>(pair.b) * kShares;
+    apart += pair.turned ? l1_of_pooled_cells(of_a, of_b) : l1(of_a, of_b, kShares);
+  }
+  return in_levels(apart, facing.pairs.size());
 }
 
 }  // namespace panoptes

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
+#include <cstddef>
+#include <vector>
 
 #include <opencv2/core/mat.hpp>
 
+#include "core/camera/loop_cameras.h"
 #include "core/config/fields.h"
 
 namespace panoptes {
@@ -21,21 +23,27 @@ struct SignatureOptions {
 };
 void bind(Fields& f, SignatureOptions& o);
 
-/// A coarse descriptor of a place: cumulative grey histograms of its front and back picture.
+/// A coarse descriptor of a place: cumulative grey histograms of its pictures.
 struct PlaceSignature {
-  /// The share of pixels up to each grey level of the front|back mosaic; or, of a grid, up to the
-  /// end of each bin in each cell: the front's four columns by two rows first, row by row.
-  std::array<float, 256> cumulative{};
+  /// The share of pixels up to each grey level of all pictures together; or, of a grid, picture by
+  /// picture, up to the end of each bin in each cell: four columns by two rows, row by row.
+  std::vector<float> cumulative;
   bool grid = false;
 };
 
-/// From two 8-bit pictures, BGR or grey.
-PlaceSignature place_signature(const SignatureOptions& options, const cv::Mat& front,
-                               const cv::Mat& back);
+/// How many shares a signature of so many pictures has.
+std::size_t signature_shares(bool grid, std::size_t pictures);
+
+/// From 8-bit pictures, BGR or grey, in the order of the loop cameras.
+PlaceSignature place_signature(const SignatureOptions& options,
+                               const std::vector<cv::Mat>& pictures);
 
 /// Earth mover's distance in grey levels, the mean over the cells of a grid: in one dimension the
-/// L1 distance of the cumulatives. `opposite`: as if the robot had stood at `b` the other way
-/// round, front and back exchanged, which makes no difference to a mosaic.
-double emd_grey(const PlaceSignature& a, const PlaceSignature& b, bool opposite = false);
+/// L1 distance of the cumulatives. Each picture is compared with itself.
+double emd_grey(const PlaceSignature& a, const PlaceSignature& b);
+
+/// The same between pictures that show the same in this facing, `b` being now; of one that has
+/// turned about its axis all cells together. A mosaic is the same in every facing.
+double emd_grey(const PlaceSignature& a, const PlaceSignature& b, const Facing& facing);
 
 }  // namespace panoptes

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -61,7 +60,7 @@ void move_to_majority(const cv::Mat& examples, const std::vector<std::uint16_t>&
 WordIndex::WordIndex(int words, int cameras, Rng rng)
     : count_(words), cameras_(cameras), rng_(rng) {
   PANOPTES_CHECK(words >= 1 && words <= 1 << 16, "words have numbers of 16 bits");
-  PANOPTES_CHECK(cameras >= 2, "front and back");
+  PANOPTES_CHECK(cameras >= 1, "a camera");
 }
 
 void WordIndex::add(const PlaceFeatures& features) {
@@ -124,9 +123,18 @@ void WordIndex::enter(int picture) {
   }
 }
 
-std::vector<std::array<double, 2>> WordIndex::shared(int place, int until) const {
+std::vector<std::vector<double>> WordIndex::shared(int place, int until,
+                                                   const std::vector<Facing>& facings) const {
   PANOPTES_CHECK(place >= 0 && place < size() && until <= size(), "places that are remembered");
-  std::vector<std::array<double, 2>> shares(std::max(0, until), {0, 0});
+  std::vector<std::vector<double>> shares(std::max(0, until),
+                                          std::vector<double>(facings.size(), 0));
+  // by facing and camera of the earlier place: the cameras of `place` that show the same
+  std::vector<std::vector<int>> partners(facings.size() * cameras_);
+  for (std::size_t facing = 0; facing < facings.size(); ++facing) {
+    for (const CameraPair& pair : facings[facing].pairs) {
+      partners[facing * cameras_ + pair.a].push_back(pair.b);
+    }
+  }
   // of each word, camera by camera
   std::vector<int> counts(static_cast<std::size_t>(count_) * cameras_, 0);
   for (int camera = 0; camera < cameras_; ++camera) {
@@ -149,16 +157,19 @@ std::vector<std::array<double, 2>> WordIndex::shared(int place, int until) const
       if (entry.picture >= cameras_ * until) {
         break;
       }
-      std::array<double, 2>& share = shares[entry.picture / cameras_];
+      std::vector<double>& share = shares[entry.picture / cameras_];
       const int camera = entry.picture % cameras_;
-      share[0] += rare * std::min(entry.count, count[camera]);
-      if (const std::optional<int> opposite = opposite_of(camera)) {
-        share[1] += rare * std::min(entry.count, count[*opposite]);
+      for (std::size_t facing = 0; facing < facings.size(); ++facing) {
+        for (const int partner : partners[facing * cameras_ + camera]) {
+          share[facing] += rare * std::min(entry.count, count[partner]);
+        }
       }
     }
   }
-  for (std::array<double, 2>& share : shares) {
-    share = {share[0] / std::max(all, 1e-300), share[1] / std::max(all, 1e-300)};
+  for (std::vector<double>& share : shares) {
+    for (double& of_facing : share) {
+      of_facing /= std::max(all, 1e-300);
+    }
   }
   return shares;
 }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
 
 #include "core/base/rng.h"
-#include "core/vision/relative_motion.h"
+#include "core/camera/loop_cameras.h"
+#include "core/vision/local_features.h"
 
 namespace panoptes {
 
@@ -28,10 +28,11 @@ class WordIndex {
 
   int size() const { return static_cast<int>(descriptors_.size()) / cameras_; }
 
-  /// For each place before `until`, how much of what `place` shows it shows as well, 0 to 1: the
-  /// words both have, a rare one counting more, camera by camera [0] and each with the
-  /// opposite one, as if the robot had stood there the other way round [1].
-  std::vector<std::array<double, 2>> shared(int place, int until) const;
+  /// For each place before `until` and each facing, how much of what `place` shows it shows as
+  /// well, 0 to 1: the words both have, a rare one counting more, of the cameras that the facing
+  /// pairs.
+  std::vector<std::vector<double>> shared(int place, int until,
+                                          const std::vector<Facing>& facings) const;
 
  private:
   struct Entry {

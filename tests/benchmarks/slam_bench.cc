@@ -17,9 +17,9 @@
 #include "core/graph/robust_relax.h"
 #include "core/graph/tree_descent.h"
 #include "core/loops/loop_closer.h"
+#include "core/motion/relative_motion.h"
 #include "core/vision/local_features.h"
 #include "core/vision/place_signature.h"
-#include "core/vision/relative_motion.h"
 #include "core/vision/word_index.h"
 #include "tests/core/vision/synthetic_places.h"
 
@@ -60,7 +60,7 @@ void match_two_places(benchmark::State& state) {
   const PlaceFeatures a = room.seen_from(cameras, {0, 0, 0}, 0.7, 0.2, Rng(2));
   const PlaceFeatures b = room.seen_from(cameras, {0.2, 0.1, 0.1}, 0.7, 0.2, Rng(3));
   for (auto _ : state) {
-    benchmark::DoNotOptimize(match_places({}, a, b, false));
+    benchmark::DoNotOptimize(match_places({}, a, b, same_facing(cameras)));
   }
   state.counters["points"] = static_cast<double>(a[0].px.size() + a[1].px.size());
 }
@@ -72,23 +72,26 @@ void motion_with_search(benchmark::State& state) {
   const PlaceFeatures a = room.seen_from(cameras, {0, 0, 0}, 0.7, 0.3, Rng(2));
   const PlaceFeatures b =
       room.seen_from(cameras, {0.2, 0.1, std::numbers::pi - 0.1}, 0.7, 0.3, Rng(3));
-  const auto matches = match_places({}, a, b, true);
+  const auto matches = match_places({}, a, b, facings(cameras)[1]);
   const MotionPrior prior{{0, 0, std::numbers::pi}, Vec3(0.09, 0.09, 0.04).asDiagonal()};
+  const PlaceDepths unknown;
   for (auto _ : state) {
     Rng search(4);
-    benchmark::DoNotOptimize(
-        motion_by_features({}, cameras, a, {}, b, {}, matches, prior, &search));
+    benchmark::DoNotOptimize(motion_by_features({}, {cameras, a, unknown}, {cameras, b, unknown},
+                                                matches, prior, &search));
   }
   state.counters["matches"] = static_cast<double>(matches.size());
 }
 BENCHMARK(motion_with_search)->Unit(benchmark::kMillisecond);
 
 void signature_shortlist(benchmark::State& state) {
+  const Facing opposite = facings(testing::front_and_back())[1];
   std::vector<PlaceSignature> places;
   Rng rng(1);
   for (int i = 0; i < state.range(0); ++i) {
     PlaceSignature place;
     place.grid = true;
+    place.cumulative.resize(signature_shares(true, 2));
     for (float& share : place.cumulative) {
       share = static_cast<float>(rng.uniform());
     }
@@ -98,7 +101,8 @@ void signature_shortlist(benchmark::State& state) {
     double nearest = 1e9;
     for (const PlaceSignature& place : places) {
       if (&place != &places[0]) {
-        nearest = std::min({nearest, emd_grey(place, places[0]), emd_grey(place, places[0], true)});
+        nearest =
+            std::min({nearest, emd_grey(place, places[0]), emd_grey(place, places[0], opposite)});
       }
     }
     benchmark::DoNotOptimize(nearest);
@@ -113,13 +117,14 @@ struct SecondLap {
   LoopCameras cameras = testing::front_and_back();
   testing::SyntheticRoom room{880, 4, Rng(1)};  // 400 points a picture: as many as are kept
   LoopCloser closer{{}, cameras, Rng(2)};
-  PoseGraph graph;
+  SharedGraph graph;
   Pose2 T_map_true;
   int keyframes = 0;
 
   static PlaceSignature signature_at(const Pose2& T_map_body) {
     PlaceSignature signature;
     signature.grid = true;
+    signature.cumulative.resize(signature_shares(true, 2));
     for (int i = 0; i < 256; ++i) {
       const double middle = 8 + std::sin(2 * T_map_body.x_m + i / 16) + std::cos(T_map_body.y_m);
       signature.cumulative[i] = static_cast<float>(1 / (1 + std::exp((middle - i % 16) / 2)));
@@ -128,7 +133,7 @@ struct SecondLap {
   }
 
   LoopPlace place(bool seen) const {
-    LoopPlace place{signature_at(T_map_true), {}};
+    LoopPlace place{signature_at(T_map_true), {}, {}};
     if (seen) {
       place.features =
           room.seen_from(cameras, T_map_true, 0.7, 0.2, Rng(keyframes).fork("features"));
@@ -145,7 +150,7 @@ struct SecondLap {
     if (keyframes > 0) {
       T_map_true = T_map_true * step;
       const Mat3 information = Vec3(1 / 9e-6, 1 / 9e-6, 1 / 1e-6).asDiagonal();
-      graph.edges.push_back({keyframes - 1, keyframes, step, information, false});
+      graph.edges.push_back({{keyframes - 1, keyframes, step, information, false}, {}, {}});
       graph.T_map_node.push_back(graph.T_map_node.back() * step);
     } else {
       graph.T_map_node.push_back(T_map_true);
@@ -162,13 +167,16 @@ struct SecondLap {
       }
     }
     if (closed) {
-      relax(graph, RelaxStart::kCurrent);
+      relax(graph);
     }
     return closed;
   }
 
   // `before` keyframes on the way to and fro beside the room, then a lap of 64.
   SecondLap(int before, bool opposite) {
+    graph.state = RigState::Zero(rig_states(cameras.size()));
+    const RigState sigma = RigState::Constant(graph.state.size(), 0.003);
+    graph.prior_information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
     T_map_true = {-1.25 - 25 * 0.25, -1.25, 0};
     const auto go = [&](const Pose2& step, bool seen) {
       drive(step);
@@ -198,7 +206,7 @@ struct SecondLap {
       drive(turns ? Pose2{0, 0, corner * std::numbers::pi / 12} : Pose2{0.25, 0, 0});
       next = place(true);
       const LoopCloser before_it = closer;
-      const PoseGraph graph_before_it = graph;
+      const SharedGraph graph_before_it = graph;
       if (take(next)) {
         closer = before_it;
         graph = graph_before_it;
@@ -373,7 +381,7 @@ void words_shortlist(benchmark::State& state) {
   state.counters["kB_a_place"] =
       static_cast<double>(mallinfo2().uordblks - before - descriptors) / 1000 / places;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(index.shared(places / 2, places));
+    benchmark::DoNotOptimize(index.shared(places / 2, places, facings(testing::front_and_back())));
   }
 }
 BENCHMARK(words_shortlist)->Arg(1000)->Arg(10000)->Iterations(20)->Unit(benchmark::kMillisecond);

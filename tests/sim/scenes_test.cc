@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -69,6 +70,23 @@ TEST(Scenes, TheRigThatLooksAsideHasACameraOnEitherSide) {
   EXPECT_NEAR((right.rotation * Vec3::UnitZ()).y(), -1, 1e-12);
   EXPECT_EQ(left.translation.y(), -right.translation.y());
   EXPECT_FALSE(rig.with_role("floor").empty());
+}
+
+TEST(Scenes, RigsOfOneCameraAndOfFourAreOutsideOfTheBody) {
+  const Body body = read_settings<Body>(kScenes + "robots/pioneer3dx.yaml");
+  for (const auto& [file, cameras] :
+       {std::pair("front-alone", 1), std::pair("fisheye-up", 1), std::pair("four-corners", 4)}) {
+    const Rig rig = read_settings<Rig>(kScenes + "rigs/" + file + ".yaml");
+    EXPECT_FALSE(rig.with_role("floor").empty()) << file;
+    int loop = 0;
+    for (const auto& [name, camera] : rig.cameras) {
+      loop += camera.is_loop() ? 1 : 0;
+      const Vec3& eye_body = camera.T_body_camera.translation;
+      EXPECT_LE(eye_body.z(), body.height_m) << file << " " << name;
+      EXPECT_GE(eye_body.z(), body.hull_height_m) << file << " " << name;
+    }
+    EXPECT_EQ(loop, cameras) << file;
+  }
 }
 
 }  // namespace

@@ -93,9 +93,11 @@ TEST_F(BadInput, SettingsOfNothing) {
 TEST_F(BadInput, RigsThatWillNotDo) {
   expect_refused(2,
                  kRig +
-                     ":7:1: rig: has no camera with the role loop_back; SLAM in "
-                     "'explore-office' needs loop_front, loop_back and floor",
-                 {"--set", "rig.cameras.back.roles=[]"}, kOffice);
+                     ":7:1: rig: has no camera with the role loop_front; SLAM in "
+                     "'explore-office' needs a camera for loops, whose role begins with loop_, and "
+                     "one for the floor",
+                 {"--set", "rig.cameras.front.roles=[]", "--set", "rig.cameras.back.roles=[]"},
+                 kOffice);
   expect_refused(2,
                  "--set platform.trigger.groups: platform.trigger.groups.slow.cameras: the rig has "
                  "no camera bakc; did you mean back?",

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/camera/rig.h"
 #include "core/io/csv.h"
 #include "core/io/file.h"
 #include "core/io/tum.h"
@@ -60,6 +61,58 @@ std::vector<std::string> xml_elements(const std::string& text) {
 }
 
 class Commands : public SystemTest {};
+
+TEST_F(Commands, ExploreStartsFromWhatARunHasLearnedOfItsRig) {
+  const std::vector<std::string> wrong{
+      "--seed",     "1",
+      "--duration", "12",
+      "--set",      "require=[]",
+      "--set",      "platform.mounting_error={sigma_deg: 1, sigma_m: 0.01}"};
+  ASSERT_EQ(explore(kOffice, "first", wrong).status, 0);
+  const auto yaw_error_deg = [&](const std::string& run) {
+    return std::abs(
+        metrics(run)["platform_truth"]["cameras"]["back"]["yaw_error_deg"].get<double>());
+  };
+  std::vector<std::string> again = wrong;
+  again.insert(again.end(), {"--refined", "first"});
+  const Said said = explore(kOffice, "second", again);
+  ASSERT_EQ(said.status, 0) << said.err;
+  EXPECT_LT(yaw_error_deg("second"), yaw_error_deg("first"));
+  // what is true is as before
+  const fs::path work = folder_ / "work";
+  const auto true_x_m = [&](const std::string& run, const fs::path& believed) {
+    const auto rig = read_settings<Rig>(believed.string());
+    return rig.cameras.at("back").T_body_camera.translation.x() +
+           metrics(run)["platform_truth"]["cameras"]["back"]["x_error_m"].get<double>();
+  };
+  constexpr double kRoundoff_m = 1e-12;
+  EXPECT_NEAR(true_x_m("second", work / "first" / "rig_refined.yaml"),
+              true_x_m("first", kScenes + "rigs/front-back-floor.yaml"), kRoundoff_m);
+  // and it can be run again without the first run
+  fs::remove_all(work / "first");
+  ASSERT_EQ(explore((work / "second" / "mission.yaml").string(), "third", {}).status, 0);
+  EXPECT_EQ(comparable(work / "second"), comparable(work / "third"));
+}
+
+TEST_F(Commands, RefusesRefinedRigsThatAreNotTheMissions) {
+  const auto refused = [&](const std::string& run) {
+    const Said said = explore(kOffice, "out", {"--refined", run});
+    EXPECT_EQ(said.status, 2);
+    return said.err;
+  };
+  EXPECT_THAT(refused("nowhere"), HasSubstr("nowhere: --refined: no such folder; name the "
+                                            "directory that a run has left"));
+  fs::create_directories(folder_ / "work" / "run");
+  EXPECT_THAT(refused("run"), HasSubstr("run/rig_refined.yaml: --refined: no such file; name a "
+                                        "run that has mapped"));
+  write("run/rig_refined.yaml", read_file(kScenes + "rigs/left-right-floor.yaml"));
+  EXPECT_THAT(refused("run"), HasSubstr("run/rig_refined.yaml: --refined: is of the cameras "));
+  EXPECT_THAT(refused("run"), HasSubstr("; name a run with the mission's cameras"));
+  const Said both = explore(kOffice, "out", {"--refined", "run", "--set", "rig=other.yaml"});
+  EXPECT_EQ(both.status, 2);
+  EXPECT_THAT(both.err, HasSubstr("--refined run: must not be given beside --set rig=other.yaml"));
+  EXPECT_FALSE(fs::exists(folder_ / "work" / "out"));
+}
 
 TEST_F(Commands, TrialsRunResumeAndReport) {
   const std::vector<std::string> words{
@@ -233,8 +286,8 @@ TEST_F(Commands, RigsThatNoNavigatorCouldUseAreLookedThroughAndRecorded) {
   EXPECT_EQ(explored.status, 2);
   EXPECT_EQ(
       explored.err,
-      "rig.yaml:1:1: rig: has no camera with the role loop_front or loop_back or floor; SLAM in "
-      "'m' needs loop_front, loop_back and floor\n");
+      "rig.yaml:1:1: rig: has no camera with the role loop_front or floor; SLAM in 'm' needs a "
+      "camera for loops, whose role begins with loop_, and one for the floor\n");
 }
 
 TEST_F(Commands, RenderAsksForAPlaceInWords) {

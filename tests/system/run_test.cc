@@ -99,6 +99,7 @@ TEST_F(Runs, EndWithTheirMapWhenTheUserAsks) {
     EXPECT_THAT(said.out, StartsWith("interrupted after "));
     EXPECT_EQ(metrics(out)["outcome"], "interrupted");
     EXPECT_GE(metrics(out)["frames"], 1);
+    EXPECT_TRUE(fs::exists(folder_ / "work" / out / "rig_refined.yaml"));
     EXPECT_GT(read_map_server(folder_ / "work" / out / "map.yaml").area_m2(Cell::kFree), 0);
   }
 }

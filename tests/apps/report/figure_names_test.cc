@@ -16,8 +16,9 @@ TEST(FigureNames, TakeWhatRunsMayHave) {
         "loops.pose_error.opposite.median_m < 0.01", "timing_ms.slam.p99 < 20",
         "devices.base.resyncs == 0", "cameras.front.frozen == 0",
         "platform_truth.cameras.floor.centre_error_px.1 < 2",
-        "platform_truth.wheels.base_error_percent < 1",
-        "places.grey.emd.front_back.recall > 0.2"}) {
+        "platform_truth.wheels.base_error_percent < 1", "rig.front.yaw_correction_deg_error < 0.1",
+        "rig.floor.clock_offset_s_sigma < 0.01", "rig.front.error_inside_95 == 1",
+        "wheels.base_sigma < 0.01", "places.grey.emd.front_back.recall > 0.2"}) {
     EXPECT_EQ(fault(line), "") << line;
   }
 }
@@ -42,6 +43,7 @@ TEST(FigureNames, RefuseCamerasThatTheRigHasNot) {
       fault("cameras.flor.frozen == 0"),
       "requirement 'cameras.flor.frozen == 0': no run has a figure 'cameras.flor.frozen'; did "
       "you mean cameras.floor.frozen?");
+  EXPECT_NE(fault("rig.flor.position_error_m < 1"), "");
 }
 
 TEST(FigureNames, RefuseOutcomesThatNoRunHas) {

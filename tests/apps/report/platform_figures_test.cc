@@ -69,5 +69,26 @@ TEST(PlatformFigures, OfWheelsAreRelative) {
   EXPECT_NEAR(errors["base_error_percent"], -1, kRoundoff);
 }
 
+TEST(PlatformFigures, OfLearnedWheelsHaveTheErrorsOfTheLastTruth) {
+  LearnedWheels learned;
+  learned.base_m = LearnedValue{0.331, 0.001, std::nullopt};
+  auto wheels = wheels_json(learned);
+  EXPECT_EQ(wheels["base_sigma"], 0.001);
+  put_wheel_errors(wheels, {0.1, 0.1, 0.330});
+  put_wheel_errors(wheels, {0.1, 0.1, 0.329});
+  EXPECT_NEAR(wheels["base_error"], 0.002, kRoundoff);
+  EXPECT_FALSE(wheels.contains("radius_ratio_error"));
+}
+
+TEST(PlatformFigures, OfACameraOfWhichNothingWasLearnedAreNone) {
+  LearnedCamera front;
+  front.yaw_rad = LearnedValue{deg_to_rad(1), deg_to_rad(0.1), std::nullopt};
+  const auto rig = rig_json({{"front", front}, {"back", LearnedCamera()}});
+  EXPECT_EQ(rig.size(), 1U);
+  EXPECT_EQ(rig["front"].size(), 2U);
+  EXPECT_NEAR(rig["front"]["yaw_correction_deg"], 1, kRoundoff);
+  EXPECT_NEAR(rig["front"]["yaw_correction_deg_sigma"], 0.1, kRoundoff);
+}
+
 }  // namespace
 }  // namespace panoptes

@@ -169,7 +169,9 @@ class RecorderTest : public ScratchTest {
       }
       clock.end_frame();
     }
-    return recorder.write_report(truth, run_.result, end);
+    RunResult result = run_.result;
+    result.rig = learned_;
+    return recorder.write_report(truth, result, end);
   }
   json metrics(const std::filesystem::path& out_dir) {
     const json all = json::parse(read_file(out_dir / "metrics.json"));
@@ -184,6 +186,7 @@ class RecorderTest : public ScratchTest {
 
   static const MadeUpRun run_;
   std::optional<Rig> believed_;
+  std::optional<RigEstimate> learned_;
 };
 const MadeUpRun RecorderTest::run_;
 
@@ -287,6 +290,50 @@ TEST_F(RecorderTest, TellsHowTruthAndBeliefDiffer) {
   EXPECT_EQ(m["requirements"][0]["pass"], true);
   record(folder_ / "without", run_.truth);
   EXPECT_FALSE(metrics(folder_ / "without").contains("platform_truth"));
+}
+
+TEST_F(RecorderTest, TellsWhatTheRunHasLearnedOfItsRig) {
+  believed_ = Rig();
+  for (const auto& [name, yaw_rad] : {std::pair{"front", 0.0}, {"back", 3.1}}) {
+    RigCamera& camera = believed_->cameras[name];
+    camera.roles = {std::string("loop_") + name};
+    camera.intrinsics = pinhole(320, 240, deg_to_rad(80));
+    camera.T_body_camera = mounted_camera({0.2, 0, 0.5}, yaw_rad, 0);
+  }
+  learned_.emplace();
+  learned_->believed = loop_cameras(*believed_);
+  const int states = rig_states(2);
+  learned_->state = RigState::Zero(states);
+  learned_->state[kRotation + 2] = deg_to_rad(1);
+  learned_->prior_covariance = 1e-4 * Eigen::MatrixXd::Identity(states, states);
+  learned_->covariance = learned_->prior_covariance;
+  learned_->covariance(kRotation + 2, kRotation + 2) = 1e-8;
+  const int base = wheel_state(2) + kWheelBase;
+  learned_->covariance(base, base) = 1e-8;
+  Truth truth = run_.truth;
+  truth.rig = believed_;
+  truth.wheels = {Body().wheel_radius_m, Body().wheel_radius_m, 0.99 * Body().wheel_base_m};
+  record(folder_ / "run", truth, {"rig.front.yaw_correction_deg_sigma < 0.01"});
+  const json m = metrics(folder_ / "run");
+  const json& front = m["rig"]["front"];
+  EXPECT_NEAR(front["yaw_correction_deg"].get<double>(), 1, kRoundoff);
+  EXPECT_NEAR(front["yaw_correction_deg_error"].get<double>(), 1, kRoundoff);
+  EXPECT_EQ(front["error_freedom"], 1);
+  EXPECT_EQ(front["error_inside_95"], 0);
+  for (const char* key : {"pitch_correction_deg", "x_correction_m", "z_correction_m",
+                          "clock_offset_s", "position_error_m"}) {
+    EXPECT_FALSE(front.contains(key)) << key;
+  }
+  EXPECT_FALSE(m["rig"].contains("back"));  // of which nothing was learned
+  EXPECT_NEAR(m["wheels"]["base_error"].get<double>(), 0.01 * Body().wheel_base_m, kRoundoff);
+  EXPECT_FALSE(m["wheels"].contains("radius_ratio"));
+  EXPECT_EQ(m["requirements"][0]["pass"], true);
+  const Rig refined_rig = read_settings<Rig>((folder_ / "run" / "rig_refined.yaml").string());
+  EXPECT_EQ(write_settings(refined_rig), write_settings(refined(*believed_, *learned_)));
+  record(folder_ / "without", std::nullopt);
+  const json without = metrics(folder_ / "without");
+  EXPECT_FALSE(without["rig"]["front"].contains("yaw_correction_deg_error"));
+  EXPECT_FALSE(without["rig"]["front"].contains("error_chi2"));
 }
 
 TEST_F(RecorderTest, InventsNothingWithoutTruth) {

@@ -30,5 +30,10 @@ TEST(Text, NaturalOrderIsThatOfNumbers) {
   }
 }
 
+TEST(Text, BetweenQuotesKeepsQuotesAndBackslashes) {
+  EXPECT_EQ(in_quotes("a b"), "\"a b\"");
+  EXPECT_EQ(in_quotes("a\"\\"), "\"a\\\"\\\\\"");
+}
+
 }  // namespace
 }  // namespace panoptes

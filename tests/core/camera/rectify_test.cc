@@ -56,6 +56,14 @@ TEST(Rectifier, GivesWhatAPinholeWouldHaveSeen) {
   }
 }
 
+TEST(Rectifier, TellsSigmasInItsOwnPixels) {
+  const Intrinsics lens = lens_of_view(320, 240, deg_to_rad(90), Equidistant{});
+  const Rectifier rectifier(rig_of(lens));
+  const RigCamera& straight = rectifier.rig().cameras.at("a");
+  EXPECT_NEAR(straight.sigma.centre_px / straight.intrinsics.fx_px,
+              rig_of(lens).cameras.at("a").sigma.centre_px / lens.fx_px, 1e-12);
+}
+
 TEST(Rectifier, LeavesPicturesOfPinholesAlone) {
   Rig rig = rig_of(pinhole(320, 240, deg_to_rad(80)));
   rig.cameras["a"].floor.emplace().marks = {{{1, 0}, {10.5, 20}}};

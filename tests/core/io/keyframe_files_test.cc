@@ -34,8 +34,9 @@ KeptKeyframe keyframe(int number, int back_points = 1000) {
   KeptKeyframe made;
   made.stamp = time_at(number);
   made.T_map_keyframe = {1.5, -2, deg_to_rad(90)};
-  made.place.signature.cumulative[7] = 0.25F;
   made.place.signature.grid = true;
+  made.place.signature.cumulative.resize(signature_shares(true, 2));
+  made.place.signature.cumulative[7] = 0.25F;
   made.place.features = {points(3), points(back_points)};
   GridCrop grid;
   grid.cell_m = 0.01;
@@ -135,6 +136,9 @@ TEST_F(KeyframeFolder, KeepsAsManyPicturesAsThereAreLoopCameras) {
   three.looks.push_back("left");
   three.all[0].place.features.push_back(points(5));
   three.all[1].place.features.emplace_back();
+  for (KeptKeyframe& keyframe : three.all) {
+    keyframe.place.signature.cumulative.resize(signature_shares(true, 3));
+  }
   write_keyframes(folder_, three);
   const KeptKeyframes read = read_keyframes(folder_);
   EXPECT_THAT(read.looks, testing::ElementsAre("front", "back", "left"));

@@ -15,6 +15,7 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
+#include "core/motion/local_bundle.h"
 #include "core/odometry/wheel_odometry.h"
 #include "tests/core/vision/synthetic_places.h"
 
@@ -30,6 +31,7 @@ constexpr double kBase_m = 0.33;
 // The grey of a place changes smoothly with where one stands, and looks alike in many places.
 PlaceSignature signature_at(const Pose2& T_map_body) {
   PlaceSignature signature;
+  signature.cumulative.resize(signature_shares(false, 2));
   const double middle = 128 + 12 * std::sin(2 * T_map_body.x_m) + 9 * std::cos(3 * T_map_body.y_m);
   for (int grey = 0; grey < 256; ++grey) {
     signature.cumulative[grey] = static_cast<float>(1 / (1 + std::exp((middle - grey) / 20)));
@@ -38,7 +40,7 @@ PlaceSignature signature_at(const Pose2& T_map_body) {
 }
 
 struct Drive {
-  PoseGraph graph;
+  SharedGraph graph;
   std::vector<Pose2> truth;
   std::vector<ClosureReport> reports;
 };
@@ -52,6 +54,31 @@ struct Otherwise {
   std::function<std::vector<Vec2>(int keyframe, const Pose2& T_map_body)> contour = {};
 };
 
+// The motion from one keyframe to the next, by wheels and pictures.
+GraphEdge step_edge(const LoopCameras& cameras, int now, const PlaceFeatures& before,
+                    const PlaceFeatures& here, const Pose2& T_wheels, const Mat3& covariance) {
+  std::vector<Track> tracks;
+  for (std::size_t camera = 0; camera < cameras.size(); ++camera) {
+    for (const FeatureMatch& match : match_features({}, before[camera], here[camera])) {
+      tracks.push_back({static_cast<int>(camera),
+                        {{0, match.a, before[camera].px[match.a].cast<double>()},
+                         {1, match.b, here[camera].px[match.b].cast<double>()}}});
+    }
+  }
+  std::vector<BundleFrame> frames(2);
+  for (BundleFrame& frame : frames) {
+    frame.taken.late_s.assign(cameras.size(), 0);
+  }
+  frames[1].T_before_here = T_wheels;
+  frames[1].covariance = covariance;
+  const RigState exact = RigState::Zero(rig_states(cameras.size()));
+  const BundleSolution found =
+      adjust_bundle({}, cameras, {exact, {}}, frames, tracks, {Pose2{}, T_wheels});
+  const Mat3 information = found.information.topLeftCorner<3, 3>();
+  return {now - 1, now, found.T_first_frame[1], 0.5 * (information + information.transpose()),
+          false};
+}
+
 // Round and round a square of 2.5 m in a room of 8 m, every second time the same or the opposite
 // way.
 Drive around(int rounds, const LoopOptions& options, bool opposite, const SyntheticRoom& first_room,
@@ -60,6 +87,11 @@ Drive around(int rounds, const LoopOptions& options, bool opposite, const Synthe
   const WheelNoise noise;
   LoopCloser closer(options, cameras, rng.fork("closer"));
   Drive drive;
+  drive.graph.state = RigState::Zero(rig_states(cameras.size()));
+  constexpr double kExact = 1e12;
+  drive.graph.prior_information =
+      kExact * Eigen::MatrixXd::Identity(drive.graph.state.size(), drive.graph.state.size());
+  PlaceFeatures before;
   std::vector<Pose2> steps;
   for (int side = 0; side < 4 * rounds; ++side) {
     const bool back = opposite && side / 4 % 2 == 1;
@@ -95,17 +127,16 @@ Drive around(int rounds, const LoopOptions& options, bool opposite, const Synthe
       const Pose2 T_wheels =
           drive.graph.T_map_node[now - 1].inverse() * drive.graph.T_map_node[now];
       const Mat3 covariance = wheel_covariance(noise, kBase_m, T_wheels);
-      GraphEdge edge{now - 1, now, T_wheels, covariance.inverse(), false};
-      if (const auto motion = closer.motion_to(place, now - 1, {T_wheels, covariance})) {
-        edge.T_from_to = motion->T_a_b;
-        edge.information = motion->covariance.inverse();
-        drive.graph.T_map_node[now] = drive.graph.T_map_node[now - 1] * motion->T_a_b;
+      const GraphEdge edge = step_edge(cameras, now, before, place.features, T_wheels, covariance);
+      drive.graph.T_map_node[now] = drive.graph.T_map_node[now - 1] * edge.T_from_to;
+      drive.graph.edges.push_back({edge, {}, {}});
+      for (const GraphEdge& other : otherwise.besides) {
+        if (other.to == now) {
+          drive.graph.edges.push_back({other, {}, {}});
+        }
       }
-      drive.graph.edges.push_back(edge);
-      std::copy_if(otherwise.besides.begin(), otherwise.besides.end(),
-                   std::back_inserter(drive.graph.edges),
-                   [now](const GraphEdge& other) { return other.to == now; });
     }
+    before = place.features;
     const auto contour = [&](int keyframe) {
       return otherwise.contour(keyframe, drive.truth[static_cast<std::size_t>(keyframe)]);
     };
@@ -114,7 +145,7 @@ Drive around(int rounds, const LoopOptions& options, bool opposite, const Synthe
                       otherwise.contour ? ContourSource(contour) : ContourSource())) {
       if (report.accepted) {
         drive.graph.edges.push_back(closure_edge(report));
-        relax(drive.graph, RelaxStart::kCurrent);
+        relax(drive.graph);
       }
       drive.reports.push_back(report);
     }

@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
@@ -82,14 +83,42 @@ TEST(WheelOdometry, TellsWhatThePlatformSaysAndNothingThatIsNoNumber) {
   }
 }
 
-TEST(WheelOdometry, IsAsSureAsItsWheelsAre) {
+// What the wheels get wrong every time is no noise of each motion: it is told apart.
+TEST(WheelOdometry, IsAsSureAsItsWheelsAreFromOneMotionToTheNext) {
   Body body;
   body.wheel_base_m = kBase_m;
-  const WheelNoise noise;
+  WheelNoise noise;
   const WheelOdometry wheels(noise, body);
   const Pose2 T_from_to{0.25, 0.01, 0.1};
+  noise.diameter_share = noise.base_share = 0;
   EXPECT_EQ(wheels.covariance(time_at(1), time_at(2), T_from_to),
             wheel_covariance(noise, kBase_m, T_from_to));
+}
+
+TEST(WheelOdometry, SaysWhatWheelsOfAnotherSizeTell) {
+  Body body;
+  body.wheel_base_m = kBase_m;
+  const WheelOdometry wheels({}, body);
+  constexpr double kWrong = 0.001;
+  for (const auto& [left_m, right_m] : {std::pair(0.25, 0.25), std::pair(0.2, 0.26),
+                                        std::pair(-0.25, -0.2), std::pair(-0.05, 0.05)}) {
+    const auto told = [left = left_m, right = right_m](double scale, double difference,
+                                                       double base) {
+      const double l = left * (1 + scale - difference / 2);
+      const double r = right * (1 + scale + difference / 2);
+      return exp_twist({(l + r) / 2, (r - l) / (kBase_m * (1 + base))}, 1);
+    };
+    const Pose2 believed = told(0, 0, 0);
+    const WheelJacobian J = wheels.by_wheels(believed);
+    for (int k = 0; k < kWheelStates; ++k) {
+      const Pose2 true_motion =
+          told(k == kWheelScale ? kWrong : 0, k == kWheelDifference ? kWrong : 0,
+               k == kWheelBase ? kWrong : 0);
+      const Vec3 off(true_motion.x_m - believed.x_m, true_motion.y_m - believed.y_m,
+                     true_motion.theta_rad - believed.theta_rad);
+      EXPECT_LT((off / kWrong - J.col(k)).norm(), 0.03) << k << " " << left_m;
+    }
+  }
 }
 
 }  // namespace

@@ -57,6 +57,32 @@ TEST(LocalFeatures, MatchesAPictureWithItselfEntirely) {
   }
 }
 
+// A picture that is turned round shows everything where it was, seen from its middle. Pixels of the
+// pyramid's levels that were counted from the corner would lie up to 0.4 px too far to one side.
+TEST(LocalFeatures, LieWhereThePictureShowsThemOnEveryLevel) {
+  const FeatureOptions options;
+  const cv::Mat picture = patchwork(0, 2, Rng(1));
+  cv::Mat turned;
+  cv::rotate(picture, turned, cv::ROTATE_180);
+  const LocalFeatures a = local_features(options, picture);
+  const LocalFeatures b = local_features(options, turned);
+  Eigen::Vector2f sum(0, 0);
+  int found = 0;
+  for (const Eigen::Vector2f& px : a.px) {
+    constexpr float kSame_px = 2;
+    for (const Eigen::Vector2f& other : b.px) {
+      const Eigen::Vector2f apart = Eigen::Vector2f(319, 239) - other - px;
+      if (apart.norm() < kSame_px) {
+        sum += apart;
+        ++found;
+      }
+    }
+  }
+  ASSERT_GE(found, 100);
+  constexpr float kMean_px = 0.05F;  // a tenth of a sigma of 0.5 px each
+  EXPECT_LT(sum.norm() / static_cast<float>(found), kMean_px);
+}
+
 TEST(LocalFeatures, SpreadsOverThePicture) {
   FeatureOptions options;
   // half the picture is ten times weaker in contrast
@@ -85,6 +111,31 @@ TEST(LocalFeatures, FindsNothingOnAPlainWall) {
   const LocalFeatures some = local_features({}, patchwork(0, 2, Rng(1)));
   EXPECT_TRUE(match_features({}, none, some).empty());
   EXPECT_TRUE(match_features({}, some, none).empty());
+}
+
+// A camera that looks up shows a picture that turns when the body does.
+TEST(LocalFeatures, FindsAgainWhatHasTurnedAboutTheAxis) {
+  const FeatureOptions options{.levels = 1};
+  const cv::Mat before = patchwork(0, 1, Rng(1))(cv::Rect(40, 0, 240, 240)).clone();
+  const cv::Point2f middle(119.5F, 119.5F);
+  cv::Mat now;
+  const cv::Mat turn = cv::getRotationMatrix2D(middle, 50, 1);
+  cv::warpAffine(before, now, turn, before.size(), cv::INTER_CUBIC, cv::BORDER_REPLICATE);
+  const auto right = [&](DescriptorPose pose) {
+    const LocalFeatures a = local_features(options, before, pose);
+    const LocalFeatures b = local_features(options, now, pose);
+    int count = 0;
+    for (const FeatureMatch& match : match_features(options, a, b)) {
+      const Eigen::Vector2d p = a.px[match.a].cast<double>();
+      const Eigen::Vector2d there(
+          turn.at<double>(0, 0) * p.x() + turn.at<double>(0, 1) * p.y() + turn.at<double>(0, 2),
+          turn.at<double>(1, 0) * p.x() + turn.at<double>(1, 1) * p.y() + turn.at<double>(1, 2));
+      count += (there - b.px[match.b].cast<double>()).norm() < 3 ? 1 : 0;
+    }
+    return count;
+  };
+  EXPECT_GT(right(DescriptorPose::kTurned), 40);
+  EXPECT_LT(right(DescriptorPose::kUpright), 10);
 }
 
 }  // namespace

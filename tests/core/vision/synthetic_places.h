@@ -9,7 +9,7 @@
 
 #include "core/base/rng.h"
 #include "core/geometry/pose3.h"
-#include "core/vision/relative_motion.h"
+#include "core/motion/relative_motion.h"
 
 namespace panoptes::testing {
 

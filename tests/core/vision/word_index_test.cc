@@ -2,7 +2,6 @@
 #include "core/vision/word_index.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <numbers>
 #include <string>
@@ -17,6 +16,7 @@ namespace panoptes {
 namespace {
 
 constexpr int kWords = 250;
+const std::vector<Facing> kBothWays = facings(testing::front_and_back());
 constexpr double kRoundoff = 1e-12;
 
 const std::vector<Pose2>& standpoints() {
@@ -64,7 +64,7 @@ struct Best {
   bool exchanged = false;
 };
 
-Best best_of(const std::vector<std::array<double, 2>>& shared) {
+Best best_of(const std::vector<std::vector<double>>& shared) {
   Best best;
   for (int place = 0; place < static_cast<int>(shared.size()); ++place) {
     for (const bool exchanged : {false, true}) {
@@ -79,7 +79,7 @@ Best best_of(const std::vector<std::array<double, 2>>& shared) {
 TEST(WordIndex, APlaceSharesEverythingWithItselfAndLessWithAllOthers) {
   const WordIndex index = index_of_all();
   for (int place = 0; place < index.size(); ++place) {
-    const std::vector<std::array<double, 2>> shared = index.shared(place, index.size());
+    const std::vector<std::vector<double>> shared = index.shared(place, index.size(), kBothWays);
     EXPECT_NEAR(shared[place][0], 1, kRoundoff);
     for (int other = 0; other < index.size(); ++other) {
       for (const bool exchanged : {false, true}) {
@@ -99,7 +99,8 @@ TEST(WordIndex, ExchangedCamerasFindThePlaceTurnedRound) {
     PlaceFeatures turned = seen_at(standpoints()[place], 0.2, Rng(3).fork(std::to_string(place)));
     std::swap(turned[0], turned[1]);
     index.add(turned);
-    const std::vector<std::array<double, 2>> shared = index.shared(index.size() - 1, places);
+    const std::vector<std::vector<double>> shared =
+        index.shared(index.size() - 1, places, kBothWays);
     EXPECT_NEAR(shared[place][1], 1, kRoundoff);
     EXPECT_EQ(best_of(shared).place, place);
     EXPECT_TRUE(best_of(shared).exchanged);
@@ -121,11 +122,12 @@ TEST(WordIndex, HasThePlaceAmongItsFirstInNoiseAndClutter) {
                        (opposite ? std::numbers::pi : 0) + rng.uniform(-0.1, 0.1)};
     index.add(
         seen_at(standpoints()[place] * beside, kClutter, rng.fork(std::to_string(index.size()))));
-    const std::vector<std::array<double, 2>> shared = index.shared(index.size() - 1, places);
+    const std::vector<std::vector<double>> shared =
+        index.shared(index.size() - 1, places, kBothWays);
     int better = 0;
-    for (const auto& [straight, exchanged] : shared) {
-      better += straight > shared[place][opposite] ? 1 : 0;
-      better += exchanged > shared[place][opposite] ? 1 : 0;
+    for (const std::vector<double>& share : shared) {
+      better += share[0] > shared[place][opposite] ? 1 : 0;
+      better += share[1] > shared[place][opposite] ? 1 : 0;
     }
     found += shared[place][opposite] > 0 && better < kFirst ? 1 : 0;
   }
@@ -136,29 +138,29 @@ TEST(WordIndex, SaysNothingBeforeItHasLearned) {
   WordIndex index(kWords, 2, Rng(2));
   index.add(seen_at({}, 0, Rng(3)));
   index.add(seen_at({}, 0, Rng(3)));
-  EXPECT_EQ(index.shared(1, 2), (std::vector<std::array<double, 2>>(2, {0, 0})));
+  EXPECT_EQ(index.shared(1, 2, kBothWays), (std::vector<std::vector<double>>(2, {0, 0})));
 }
 
 TEST(WordIndex, PlacesWithoutFeaturesShareNothing) {
   WordIndex index = index_of_all();
   index.add(PlaceFeatures(2));
   const int blind = index.size() - 1;
-  for (const std::array<double, 2>& share : index.shared(blind, index.size())) {
-    EXPECT_EQ(share, (std::array<double, 2>{0, 0}));
+  for (const std::vector<double>& share : index.shared(blind, index.size(), kBothWays)) {
+    EXPECT_EQ(share, (std::vector<double>{0, 0}));
   }
-  EXPECT_EQ(index.shared(0, index.size())[blind], (std::array<double, 2>{0, 0}));
-  EXPECT_TRUE(index.shared(0, 0).empty());
+  EXPECT_EQ(index.shared(0, index.size(), kBothWays)[blind], (std::vector<double>{0, 0}));
+  EXPECT_TRUE(index.shared(0, 0, kBothWays).empty());
 }
 
 TEST(WordIndex, GivesTheSameBitsAgainAndLooksOnlyBackward) {
   const WordIndex once = index_of_all();
   const WordIndex again = index_of_all();
   const int last = once.size() - 1;
-  std::vector<std::array<double, 2>> all = once.shared(last, last);
-  EXPECT_EQ(all, again.shared(last, last));
+  std::vector<std::vector<double>> all = once.shared(last, last, kBothWays);
+  EXPECT_EQ(all, again.shared(last, last, kBothWays));
   EXPECT_GT(all[best_of(all).place][best_of(all).exchanged], 0);
   all.resize(10);
-  EXPECT_EQ(all, once.shared(last, 10));
+  EXPECT_EQ(all, once.shared(last, 10, kBothWays));
 }
 
 }  // namespace

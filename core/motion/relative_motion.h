@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/rng.h"
-#include "core/camera/rig.h"
+#include "core/camera/loop_cameras.h"
 #include "core/config/fields.h"
 #include "core/geometry/pose2.h"
 #include "core/geometry/pose3.h"
@@ -15,31 +15,13 @@
 
 namespace panoptes {
 
-/// A camera that recognises places, as the robot believes it to be.
-struct LoopCamera {
-  std::string name;   ///< in the rig
-  std::string looks;  ///< where its role says: front, back, left
-  Intrinsics intrinsics;
-  Pose3 T_body_camera;
-};
-using LoopCameras = std::vector<LoopCamera>;       ///< front, back, then any others
-using PlaceFeatures = std::vector<LocalFeatures>;  ///< one for each loop camera
-
-constexpr std::size_t kLoopFront = 0;
-constexpr std::size_t kLoopBack = 1;
-
-/// The cameras whose roles begin with loop_: loop_front, loop_back, then all others in the order of
-/// their roles. ConfigError when there is none for the first two.
-LoopCameras loop_cameras(const Rig& rig);
-
-/// The camera that shows what `camera` shows when the robot stands the other way round; empty where
-/// there is none.
-std::optional<int> opposite_of(int camera);
-
 /// Inverse distance along a camera's axis of what a pixel shows, 1/m, and how sure that is.
 struct InverseDepth {
   double mean_per_m = 0.4;
   double sigma_per_m = 0.5;  ///< the defaults say "somewhere between half a metre and infinity"
+
+  /// Surer than the default.
+  bool is_measured() const { return sigma_per_m < 0.25; }
 };
 /// One for each feature of each loop camera; none for a camera where nothing is known.
 using PlaceDepths = std::vector<std::vector<InverseDepth>>;
@@ -52,10 +34,17 @@ struct PlaceMatch {
   int feature_b = 0;
 };
 
-/// Matches each camera with itself, or, for a place seen the other way round (`opposite`), with the
-/// one that looks there then: front with back and back with front.
+/// Matches the cameras that show the same in this facing; `a` was there before, `b` is now.
 std::vector<PlaceMatch> match_places(const FeatureOptions& options, const PlaceFeatures& a,
-                                     const PlaceFeatures& b, bool opposite);
+                                     const PlaceFeatures& b, const Facing& facing);
+
+/// A place as its cameras saw it: these as they stood in the keyframe's body, features and, where
+/// they are known, depths of each.
+struct SeenPlace {
+  const LoopCameras& cameras;
+  const PlaceFeatures& features;
+  const PlaceDepths& depths;
+};
 
 struct MotionOptions {
   double noise_px =
@@ -81,7 +70,8 @@ struct PlanarMotion {
   int matches = 0;
   int inliers = 0;
   std::vector<int> inliers_by_camera;  ///< by the camera of `a`
-  double rms_px = 0;                   ///< of the inliers, across their epipolar lines
+  std::vector<PlaceMatch> inlier_matches;
+  double rms_px = 0;  ///< of the inliers, across their epipolar lines
 };
 
 /// The motion on the floor between two places from matched features: each match is compared where
@@ -90,38 +80,20 @@ struct PlanarMotion {
 /// prior, or, when `search` is set, from the best of many sampled hypotheses within three sigma of
 /// it. Empty with too few consistent matches. Depths (of either place, or empty) make the
 /// translation observable.
-std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
-                                               const LoopCameras& cameras, const PlaceFeatures& a,
-                                               const PlaceDepths& depths_a, const PlaceFeatures& b,
-                                               const PlaceDepths& depths_b,
+std::optional<PlanarMotion> motion_by_features(const MotionOptions& options, const SeenPlace& a,
+                                               const SeenPlace& b,
                                                const std::vector<PlaceMatch>& matches,
                                                const MotionPrior& prior, Rng* search);
 
 /// What each camera of `a` says alone of a motion found by all: from its own matches, beginning at
 /// `T_a_b` with the prior's certainty. Empty where a camera has too few.
 std::vector<std::optional<PlanarMotion>> motion_by_each_camera(
-    const MotionOptions& options, const LoopCameras& cameras, const PlaceFeatures& a,
-    const PlaceDepths& depths_a, const PlaceFeatures& b, const PlaceDepths& depths_b,
+    const MotionOptions& options, const SeenPlace& a, const SeenPlace& b,
     const std::vector<PlaceMatch>& matches, const MotionPrior& prior);
 
-/// The motion between consecutive keyframes: wheels for the translation, pictures for the heading.
-/// Matches and calls the above; falls back to empty when the pictures say nothing.
-std::optional<PlanarMotion> visual_heading(const FeatureOptions& feature_options,
-                                           const MotionOptions& options, const LoopCameras& cameras,
-                                           const PlaceFeatures& previous,
-                                           const PlaceDepths& previous_depths,
-                                           const PlaceFeatures& now, const MotionPrior& wheels);
-
-/// A place seen from where `here` was or will be.
-struct Neighbour {
-  const PlaceFeatures* features = nullptr;
-  Pose2 T_here_there;
-};
-
-/// Depth of each of a place's features, from its matches in neighbouring places at known relative
-/// poses; a feature without a consistent partner keeps the default.
-PlaceDepths triangulate(const FeatureOptions& feature_options, const MotionOptions& options,
-                        const LoopCameras& cameras, const PlaceFeatures& here,
-                        const std::vector<Neighbour>& neighbours);
+/// How far from `T_a_b` these matches alone would put the motion, to first order: x, y, theta in
+/// the frame of `a`. Not a number where they do not show it.
+Vec3 step_by_features(const MotionOptions& options, const SeenPlace& a, const SeenPlace& b,
+                      const std::vector<PlaceMatch>& matches, const Pose2& T_a_b);
 
 }  // namespace panoptes

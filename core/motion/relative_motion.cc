@@ -1,40 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/vision/relative_motion.h"
+#include "core/motion/relative_motion.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <set>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "core/base/check.h"
-#include "core/base/error.h"
-
 namespace panoptes {
 namespace {
 
-const std::string kLoopRole = "loop_";
-constexpr int kSmallest = 6;  // matches below which nothing is tried
-constexpr int kScored = 100;  // matches that judge a sampled hypothesis: more cost only time
-constexpr double kPoseNoise_px = 0.5;  // of a neighbour's pose: 0.15 degrees on a 190 px lens
+constexpr int kSmallest = 6;         // matches below which nothing is tried
+constexpr int kScored = 100;         // matches that judge a sampled hypothesis: more cost only time
 constexpr double kRoom_per_m = 0.3;  // how far a room's mean inverse depth may be from the default
-// What neighbouring keyframes get wrong together (depths from one baseline, lens, mounting) and no
-// number of features averages away.
-constexpr double kTogether_m = 0.001;
-constexpr double kTogether_rad = 0.0009;  // 0.05 degrees, a sixth of a pixel
 constexpr double kForgetPrior =
     1e-4;  // share of the prior kept where the pictures shall speak alone
 
 // A match, ready to be compared in one of the two pictures: `source` knows its depth better.
 struct MatchObservation {
   bool source_is_a = true;
-  Vec3 origin;                       // camera of the source, in the source's body frame
-  Vec3 direction;                    // what its pixel sees, z = 1 in its camera, in its body frame
-  InverseDepth depth;                // along it
-  double guessed = 1;                // share of it that is the default and not measured
+  Vec3 origin;         // camera of the source, in the source's body frame
+  Vec3 direction;      // what its pixel sees, z = 1 in its camera, in its body frame
+  InverseDepth depth;  // along it
+  double guessed = 1;  // share of it that is the default and not measured
+  bool depth_measured = false;
   Mat3 R_camera_target;              // body of the target place to its camera
   Vec3 origin_target;                // that camera, in its body frame
   const Intrinsics* lens = nullptr;  // of the target
@@ -52,34 +43,40 @@ const InverseDepth& depth_of(const PlaceDepths& depths, int camera, int feature)
   return depths.empty() || depths[camera].empty() ? kUnknownDepth : depths[camera][feature];
 }
 
-std::vector<MatchObservation> observations_of(const LoopCameras& cameras, const PlaceFeatures& a,
-                                              const PlaceDepths& depths_a, const PlaceFeatures& b,
-                                              const PlaceDepths& depths_b,
-                                              const std::vector<PlaceMatch>& matches) {
+std::vector<Mat3> rotations(const LoopCameras& cameras) {
   std::vector<Mat3> R_body_camera;
   for (const LoopCamera& camera : cameras) {
     R_body_camera.push_back(camera.T_body_camera.rotation.toRotationMatrix());
   }
+  return R_body_camera;
+}
+
+std::vector<MatchObservation> observations_of(const SeenPlace& a, const SeenPlace& b,
+                                              const std::vector<PlaceMatch>& matches) {
+  const std::vector<Mat3> R_a = rotations(a.cameras);
+  const std::vector<Mat3> R_b = rotations(b.cameras);
   std::vector<MatchObservation> observations;
   observations.reserve(matches.size());
   for (const PlaceMatch& match : matches) {
-    const InverseDepth& depth_a = depth_of(depths_a, match.camera_a, match.feature_a);
-    const InverseDepth& depth_b = depth_of(depths_b, match.camera_b, match.feature_b);
+    const InverseDepth& depth_a = depth_of(a.depths, match.camera_a, match.feature_a);
+    const InverseDepth& depth_b = depth_of(b.depths, match.camera_b, match.feature_b);
     MatchObservation observation;
     observation.source_is_a = depth_a.sigma_per_m <= depth_b.sigma_per_m;
-    const int source = observation.source_is_a ? match.camera_a : match.camera_b;
-    const int target = observation.source_is_a ? match.camera_b : match.camera_a;
-    const Eigen::Vector2f& px_a = a[match.camera_a].px[match.feature_a];
-    const Eigen::Vector2f& px_b = b[match.camera_b].px[match.feature_b];
-    observation.origin = cameras[source].T_body_camera.translation;
+    const bool from_a = observation.source_is_a;
+    const LoopCamera& source = from_a ? a.cameras[match.camera_a] : b.cameras[match.camera_b];
+    const LoopCamera& target = from_a ? b.cameras[match.camera_b] : a.cameras[match.camera_a];
+    const Eigen::Vector2f& px_a = a.features[match.camera_a].px[match.feature_a];
+    const Eigen::Vector2f& px_b = b.features[match.camera_b].px[match.feature_b];
+    observation.origin = source.T_body_camera.translation;
     observation.direction =
-        ray_body(cameras[source], R_body_camera[source], observation.source_is_a ? px_a : px_b);
-    observation.depth = observation.source_is_a ? depth_a : depth_b;
+        ray_body(source, from_a ? R_a[match.camera_a] : R_b[match.camera_b], from_a ? px_a : px_b);
+    observation.depth = from_a ? depth_a : depth_b;
     observation.guessed = std::pow(observation.depth.sigma_per_m / kUnknownDepth.sigma_per_m, 2);
-    observation.R_camera_target = R_body_camera[target].transpose();
-    observation.origin_target = cameras[target].T_body_camera.translation;
-    observation.lens = &cameras[target].intrinsics;
-    observation.px = (observation.source_is_a ? px_b : px_a).cast<double>();
+    observation.depth_measured = observation.depth.is_measured();
+    observation.R_camera_target = (from_a ? R_b[match.camera_b] : R_a[match.camera_a]).transpose();
+    observation.origin_target = target.T_body_camera.translation;
+    observation.lens = &target.intrinsics;
+    observation.px = (from_a ? px_b : px_a).cast<double>();
     observation.camera_a = match.camera_a;
     observations.push_back(observation);
   }
@@ -100,7 +97,9 @@ struct Motion {
   }
 };
 
-// Residual in pixels with its inverse covariance, and how it changes with x, y, theta.
+// Residual in pixels with its inverse covariance, and how it changes with x, y, theta. A depth that
+// nothing has measured says nothing of x and y: where two places are near each other any such depth
+// explains what is seen, and many of them would outvote what is known.
 struct Residual {
   Vec2 r;
   Mat2 weight;
@@ -219,6 +218,9 @@ bool linearise(const MatchObservation& observation, const Motion& motion, double
     out.jacobian.col(1) = moved_px(lens, image.q, R * (rho * Vec3::UnitY()));
     out.jacobian.col(2) = moved_px(lens, image.q, R * Vec3(-turned.y(), turned.x(), 0));
   }
+  if (!observation.depth_measured) {
+    out.jacobian.leftCols<2>().setZero();
+  }
   return true;
 }
 
@@ -336,61 +338,25 @@ void bind(Fields& f, MotionOptions& o) {
   f("hypotheses", o.hypotheses, between(1, 100000));
 }
 
-LoopCameras loop_cameras(const Rig& rig) {
-  std::vector<std::string> roles{kLoopRole + "front", kLoopRole + "back"};
-  std::set<std::string> others;
-  for (const auto& [name, camera] : rig.cameras) {
-    std::copy_if(camera.roles.begin(), camera.roles.end(), std::inserter(others, others.end()),
-                 [&](const std::string& role) {
-                   return role.starts_with(kLoopRole) && role != roles[kLoopFront] &&
-                          role != roles[kLoopBack];
-                 });
-  }
-  roles.insert(roles.end(), others.begin(), others.end());
-  LoopCameras cameras;
-  for (const std::string& role : roles) {
-    const std::string name = rig.with_role(role);
-    if (name.empty()) {
-      throw ConfigError("rig.cameras: no camera has the role " + role +
-                        ", which closing loops needs");
-    }
-    const RigCamera& camera = rig.cameras.at(name);
-    cameras.push_back(
-        {name, role.substr(kLoopRole.size()), camera.intrinsics, camera.T_body_camera});
-  }
-  return cameras;
-}
-
-std::optional<int> opposite_of(int camera) {
-  return camera <= static_cast<int>(kLoopBack) ? std::optional(1 - camera) : std::nullopt;
-}
-
 std::vector<PlaceMatch> match_places(const FeatureOptions& options, const PlaceFeatures& a,
-                                     const PlaceFeatures& b, bool opposite) {
+                                     const PlaceFeatures& b, const Facing& facing) {
   std::vector<PlaceMatch> matches;
-  for (int camera_a = 0; camera_a < static_cast<int>(a.size()); ++camera_a) {
-    const std::optional<int> camera_b = opposite ? opposite_of(camera_a) : camera_a;
-    if (!camera_b) {
-      continue;
-    }
-    for (const FeatureMatch& match : match_features(options, a[camera_a], b[*camera_b])) {
-      matches.push_back({camera_a, *camera_b, match.a, match.b});
+  for (const CameraPair& pair : facing.pairs) {
+    for (const FeatureMatch& match : match_features(options, a[pair.a], b[pair.b])) {
+      matches.push_back({pair.a, pair.b, match.a, match.b});
     }
   }
   return matches;
 }
 
-std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
-                                               const LoopCameras& cameras, const PlaceFeatures& a,
-                                               const PlaceDepths& depths_a, const PlaceFeatures& b,
-                                               const PlaceDepths& depths_b,
+std::optional<PlanarMotion> motion_by_features(const MotionOptions& options, const SeenPlace& a,
+                                               const SeenPlace& b,
                                                const std::vector<PlaceMatch>& matches,
                                                const MotionPrior& prior, Rng* search) {
   if (static_cast<int>(matches.size()) < kSmallest) {
     return std::nullopt;
   }
-  const std::vector<MatchObservation> observations =
-      observations_of(cameras, a, depths_a, b, depths_b, matches);
+  const std::vector<MatchObservation> observations = observations_of(a, b, matches);
   const double variance_px2 = 2 * options.noise_px * options.noise_px;  // both pictures are noisy
   const StatePrior state_prior(prior);
   State state{prior.T_a_b};
@@ -409,7 +375,7 @@ std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
     const Motion now(state.T_a_b);
     Residual residual;
     double sum_px2 = 0;
-    motion.inliers_by_camera.assign(cameras.size(), 0);
+    motion.inliers_by_camera.assign(a.cameras.size(), 0);
     for (int i = 0; i < static_cast<int>(observations.size()); ++i) {
       if (linearise(observations[i], now, state.nearer_per_m, variance_px2, residual) &&
           residual.r.dot(residual.weight * residual.r) <=
@@ -444,118 +410,32 @@ std::optional<PlanarMotion> motion_by_features(const MotionOptions& options,
   motion.direction_rad = std::atan2(motion.T_a_b.y_m, motion.T_a_b.x_m);
   motion.matches = static_cast<int>(matches.size());
   motion.inliers = static_cast<int>(inliers.size());
+  for (const int i : inliers) {
+    motion.inlier_matches.push_back(matches[i]);
+  }
   return motion;
 }
 
 std::vector<std::optional<PlanarMotion>> motion_by_each_camera(
-    const MotionOptions& options, const LoopCameras& cameras, const PlaceFeatures& a,
-    const PlaceDepths& depths_a, const PlaceFeatures& b, const PlaceDepths& depths_b,
+    const MotionOptions& options, const SeenPlace& a, const SeenPlace& b,
     const std::vector<PlaceMatch>& matches, const MotionPrior& prior) {
   std::vector<std::optional<PlanarMotion>> alone;
-  for (int camera = 0; camera < static_cast<int>(cameras.size()); ++camera) {
+  for (int camera = 0; camera < static_cast<int>(a.cameras.size()); ++camera) {
     std::vector<PlaceMatch> own;
     std::copy_if(matches.begin(), matches.end(), std::back_inserter(own),
                  [&](const PlaceMatch& match) { return match.camera_a == camera; });
-    alone.push_back(
-        motion_by_features(options, cameras, a, depths_a, b, depths_b, own, prior, nullptr));
+    alone.push_back(motion_by_features(options, a, b, own, prior, nullptr));
   }
   return alone;
 }
 
-std::optional<PlanarMotion> visual_heading(const FeatureOptions& feature_options,
-                                           const MotionOptions& options, const LoopCameras& cameras,
-                                           const PlaceFeatures& previous,
-                                           const PlaceDepths& previous_depths,
-                                           const PlaceFeatures& now, const MotionPrior& wheels) {
-  std::optional<PlanarMotion> motion =
-      motion_by_features(options, cameras, previous, previous_depths, now, {},
-                         match_places(feature_options, previous, now, false), wheels, nullptr);
-  if (motion) {
-    motion->covariance.diagonal() +=
-        Vec3(kTogether_m * kTogether_m, kTogether_m * kTogether_m, kTogether_rad * kTogether_rad);
-    motion->sigma_theta_rad = std::sqrt(motion->covariance(2, 2));
-  }
-  return motion;
-}
-
-PlaceDepths triangulate(const FeatureOptions& feature_options, const MotionOptions& options,
-                        const LoopCameras& cameras, const PlaceFeatures& here,
-                        const std::vector<Neighbour>& neighbours) {
-  // where a pixel of `here` falls in a neighbour's picture: (at + rho * along) / z, and where it
-  // was
-  struct Partner {
-    Vec3 at;
-    Vec3 along;
-    Vec2 px;
-  };
-  PlaceDepths depths(cameras.size());
-  const double variance_px2 =
-      2 * options.noise_px * options.noise_px + kPoseNoise_px * kPoseNoise_px;
-  const double limit = options.inlier_sigma * options.inlier_sigma;
-  for (std::size_t camera = 0; camera < cameras.size(); ++camera) {
-    const LoopCamera& eye = cameras[camera];
-    const Mat3 R_body_camera = eye.T_body_camera.rotation.toRotationMatrix();
-    const Vec3& origin = eye.T_body_camera.translation;
-    std::vector<std::vector<Partner>> partners(here[camera].px.size());
-    for (const Neighbour& neighbour : neighbours) {
-      PANOPTES_CHECK(neighbour.features != nullptr, "a neighbour has features");
-      const Motion motion(neighbour.T_here_there);
-      const Vec3 along = R_body_camera.transpose() * (motion.turn_back(origin - motion.t) - origin);
-      for (const FeatureMatch& match :
-           match_features(feature_options, here[camera], (*neighbour.features)[camera])) {
-        const Vec3 direction = ray_body(eye, R_body_camera, here[camera].px[match.a]);
-        partners[match.a].push_back({R_body_camera.transpose() * motion.turn_back(direction), along,
-                                     (*neighbour.features)[camera].px[match.b].cast<double>()});
-      }
-    }
-    const Intrinsics& lens = eye.intrinsics;
-    depths[camera].assign(partners.size(), kUnknownDepth);
-    for (std::size_t feature = 0; feature < partners.size(); ++feature) {
-      std::vector<Partner>& seen = partners[feature];
-      while (!seen.empty()) {
-        const double prior = 1 / (kUnknownDepth.sigma_per_m * kUnknownDepth.sigma_per_m);
-        double rho = kUnknownDepth.mean_per_m;
-        double information = prior;
-        std::size_t worst = 0;
-        double worst_m2 = 0;
-        constexpr int kIterations = 5;
-        for (int iteration = 0; iteration < kIterations; ++iteration) {
-          information = prior;
-          double gradient = prior * (rho - kUnknownDepth.mean_per_m);
-          worst_m2 = 0;
-          for (std::size_t k = 0; k < seen.size(); ++k) {
-            const Vec3 q = seen[k].at + rho * seen[k].along;
-            if (!(q.z() >= 0.05)) {
-              worst = k;
-              worst_m2 = std::numeric_limits<double>::infinity();
-              continue;
-            }
-            const Vec2 r(lens.cx_px + lens.fx_px * q.x() / q.z() - seen[k].px.x(),
-                         lens.cy_px + lens.fy_px * q.y() / q.z() - seen[k].px.y());
-            const Vec2 j(
-                lens.fx_px * (seen[k].along.x() - q.x() / q.z() * seen[k].along.z()) / q.z(),
-                lens.fy_px * (seen[k].along.y() - q.y() / q.z() * seen[k].along.z()) / q.z());
-            information += j.squaredNorm() / variance_px2;
-            gradient += j.dot(r) / variance_px2;
-            const double m2 = r.squaredNorm() / variance_px2;
-            if (m2 > worst_m2) {
-              worst = k;
-              worst_m2 = m2;
-            }
-          }
-          if (iteration + 1 < kIterations) {
-            rho = std::clamp(rho - gradient / information, 0.0, 10.0);
-          }
-        }
-        if (worst_m2 <= limit) {
-          depths[camera][feature] = {rho, 1 / std::sqrt(information)};
-          break;
-        }
-        seen.erase(seen.begin() + static_cast<std::ptrdiff_t>(worst));
-      }
-    }
-  }
-  return depths;
+Vec3 step_by_features(const MotionOptions& options, const SeenPlace& a, const SeenPlace& b,
+                      const std::vector<PlaceMatch>& matches, const Pose2& T_a_b) {
+  const double variance_px2 = 2 * options.noise_px * options.noise_px;
+  const Normal normal = sum_up(observations_of(a, b, matches), nullptr, {T_a_b}, variance_px2, 0);
+  Mat4 H = normal.information;
+  H(3, 3) += 1 / (kRoom_per_m * kRoom_per_m);
+  return -H.ldlt().solve(normal.gradient).head<3>();
 }
 
 }  // namespace panoptes

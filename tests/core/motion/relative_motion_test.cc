@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/vision/relative_motion.h"
+#include "core/motion/relative_motion.h"
 
 #include <cmath>
 #include <string>
@@ -7,7 +7,8 @@
 
 #include <gmock/gmock.h>
 
-#include "core/base/error.h"
+#include "core/motion/motion_by_rig.h"
+#include "core/motion/triangulation.h"
 #include "tests/core/vision/synthetic_places.h"
 
 namespace panoptes {
@@ -18,6 +19,7 @@ using testing::SyntheticRoom;
 
 const FeatureOptions kFeatures;
 const MotionOptions kMotion;
+const PlaceDepths kNoDepths;
 constexpr double kPi = std::numbers::pi;
 
 Mat3 diagonal(double sigma_m, double sigma_rad) {
@@ -34,37 +36,6 @@ Errors error_of(const Pose2& estimate, const Pose2& truth) {
           std::abs(wrap_angle(estimate.theta_rad - truth.theta_rad))};
 }
 
-TEST(RelativeMotion, HeadingBetweenKeyframesIsFarBetterThanTheWheels) {
-  const LoopCameras cameras = front_and_back();
-  const SyntheticRoom room(2500, 4, Rng(1));
-  Rng rng(2);
-  double sum2 = 0;
-  double normalised2 = 0;
-  constexpr int kTrials = 40;
-  for (int trial = 0; trial < kTrials; ++trial) {
-    const Pose2 T_map_a{rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(-kPi, kPi)};
-    const Pose2 T_a_b{0.25, rng.normal(0, 0.01), rng.normal(0, 0.05)};
-    const PlaceFeatures a =
-        room.seen_from(cameras, T_map_a, 0.7, 0.15, rng.fork("a" + std::to_string(trial)));
-    const PlaceFeatures b =
-        room.seen_from(cameras, T_map_a * T_a_b, 0.7, 0.15, rng.fork("b" + std::to_string(trial)));
-    // 0.6 degrees: what two wheels of 5 mm/sqrt(m) leave after 25 cm
-    const MotionPrior wheels{{T_a_b.x_m + rng.normal(0, 0.002), T_a_b.y_m + rng.normal(0, 0.002),
-                              T_a_b.theta_rad + rng.normal(0, 0.0105)},
-                             diagonal(0.002, 0.0105)};
-    const auto motion = visual_heading(kFeatures, kMotion, cameras, a, {}, b, wheels);
-    ASSERT_TRUE(motion);
-    const double error = error_of(motion->T_a_b, T_a_b).rad;
-    sum2 += error * error;
-    normalised2 += error * error / (motion->sigma_theta_rad * motion->sigma_theta_rad);
-  }
-  EXPECT_LT(rad_to_deg(std::sqrt(sum2 / kTrials)), 0.15);
-  // the promised sigma is true to a factor: chi-square of 40 draws lies within [0.5, 1.7] nearly
-  // always
-  EXPECT_GT(normalised2 / kTrials, 0.2);
-  EXPECT_LT(normalised2 / kTrials, 2.0);
-}
-
 // A keyframe's depths from two neighbours on either side, a quarter of a metre apart.
 PlaceDepths depths_at(const SyntheticRoom& room, const LoopCameras& cameras,
                       const Pose2& T_map_here, const PlaceFeatures& here, Rng rng) {
@@ -78,7 +49,8 @@ PlaceDepths depths_at(const SyntheticRoom& room, const LoopCameras& cameras,
   }
   for (std::size_t i = 0; i < there.size(); ++i) {
     neighbours.push_back(
-        {&there[i],
+        {cameras,
+         there[i],
          {position_m[i] + rng.normal(0, 0.002), rng.normal(0, 0.002), rng.normal(0, 0.002)}});
   }
   return triangulate(kFeatures, kMotion, cameras, here, neighbours);
@@ -105,10 +77,11 @@ TEST_P(RevisitedPlace, PoseIsFoundWithItsTranslation) {
     const PlaceFeatures b = room.seen_from(cameras, T_map_b, 0.7, 0.3, draw.fork("b"));
     const MotionPrior prior{{0, 0, opposite ? kPi : 0}, diagonal(0.3, 0.2)};
     Rng search = draw.fork("search");
+    const PlaceDepths depths_a = depths_at(room, cameras, T_map_a, a, draw.fork("depths a"));
+    const PlaceDepths depths_b = depths_at(room, cameras, T_map_b, b, draw.fork("depths b"));
     const auto motion = motion_by_features(
-        kMotion, cameras, a, depths_at(room, cameras, T_map_a, a, draw.fork("depths a")), b,
-        depths_at(room, cameras, T_map_b, b, draw.fork("depths b")),
-        match_places(kFeatures, a, b, opposite), prior, &search);
+        kMotion, {cameras, a, depths_a}, {cameras, b, depths_b},
+        match_places(kFeatures, a, b, facings(cameras)[opposite ? 1 : 0]), prior, &search);
     ASSERT_TRUE(motion);
     EXPECT_GT(motion->inliers, 0.4 * motion->matches);
     EXPECT_GT(motion->inliers_by_camera[0], 0);
@@ -138,10 +111,11 @@ TEST_P(RevisitedPlace, EachCameraFindsThePoseAlone) {
   const PlaceFeatures b = room.seen_from(cameras, T_map_a * T_a_b, 0.7, 0.3, Rng(6));
   const PlaceDepths depths_a = depths_at(room, cameras, T_map_a, a, Rng(7));
   const PlaceDepths depths_b = depths_at(room, cameras, T_map_a * T_a_b, b, Rng(8));
-  const std::vector<PlaceMatch> matches = match_places(kFeatures, a, b, opposite);
+  const std::vector<PlaceMatch> matches =
+      match_places(kFeatures, a, b, facings(cameras)[opposite ? 1 : 0]);
   const MotionPrior near{T_a_b * Pose2{0.05, 0.05, 0.02}, diagonal(0.3, 0.2)};
   const auto alone =
-      motion_by_each_camera(kMotion, cameras, a, depths_a, b, depths_b, matches, near);
+      motion_by_each_camera(kMotion, {cameras, a, depths_a}, {cameras, b, depths_b}, matches, near);
   for (int camera = 0; camera < 2; ++camera) {
     ASSERT_TRUE(alone[camera]);
     EXPECT_EQ(alone[camera]->inliers_by_camera[1 - camera], 0);
@@ -156,7 +130,8 @@ TEST_P(RevisitedPlace, EachCameraFindsThePoseAlone) {
       front.push_back(match);
     }
   }
-  const auto again = motion_by_each_camera(kMotion, cameras, a, depths_a, b, depths_b, front, near);
+  const auto again =
+      motion_by_each_camera(kMotion, {cameras, a, depths_a}, {cameras, b, depths_b}, front, near);
   EXPECT_EQ(again[0]->T_a_b_seen, alone[0]->T_a_b_seen);
   EXPECT_FALSE(again[1]);
 }
@@ -171,9 +146,11 @@ TEST(RelativeMotion, GivesTheSameBitsAgain) {
   const MotionPrior prior{{0, 0, 0}, diagonal(0.3, 0.2)};
   Rng one(8);
   Rng two(8);
-  const auto matches = match_places(kFeatures, a, b, false);
-  const auto first = motion_by_features(kMotion, cameras, a, {}, b, {}, matches, prior, &one);
-  const auto second = motion_by_features(kMotion, cameras, a, {}, b, {}, matches, prior, &two);
+  const auto matches = match_places(kFeatures, a, b, same_facing(cameras));
+  const auto first = motion_by_features(kMotion, {cameras, a, kNoDepths}, {cameras, b, kNoDepths},
+                                        matches, prior, &one);
+  const auto second = motion_by_features(kMotion, {cameras, a, kNoDepths}, {cameras, b, kNoDepths},
+                                         matches, prior, &two);
   ASSERT_TRUE(first && second);
   EXPECT_EQ(first->T_a_b, second->T_a_b);
   EXPECT_EQ(first->information_seen, second->information_seen);
@@ -185,9 +162,10 @@ TEST(RelativeMotion, RefusesWhatHasNothingInCommon) {
   const SyntheticRoom elsewhere(2500, 4, Rng(10));
   const PlaceFeatures a = here.seen_from(cameras, {0, 0, 0}, 0.7, 0, Rng(11));
   const PlaceFeatures b = elsewhere.seen_from(cameras, {0, 0, 0}, 0.7, 0, Rng(12));
-  const auto motion =
-      visual_heading(kFeatures, kMotion, cameras, a, {}, b, {{0.25, 0, 0}, diagonal(0.002, 0.01)});
-  EXPECT_FALSE(motion);
+  const MotionPrior wheels{{0.25, 0, 0}, diagonal(0.002, 0.01)};
+  const auto matches = match_places(kFeatures, a, b, same_facing(cameras));
+  EXPECT_FALSE(motion_by_features(kMotion, {cameras, a, kNoDepths}, {cameras, b, kNoDepths},
+                                  matches, wheels, nullptr));
 }
 
 TEST(Triangulate, ANeighbourThatNobodyKnowsWhereItIsTellsNoDepth) {
@@ -196,32 +174,13 @@ TEST(Triangulate, ANeighbourThatNobodyKnowsWhereItIsTellsNoDepth) {
   const PlaceFeatures here = room.seen_from(cameras, {0, 0, 0}, 0.7, 0.15, Rng(2));
   const PlaceFeatures there = room.seen_from(cameras, {0.25, 0, 0}, 0.7, 0.15, Rng(3));
   const PlaceDepths depths =
-      triangulate(kFeatures, kMotion, cameras, here, {{&there, {std::nan(""), 0, 0}}});
+      triangulate(kFeatures, kMotion, cameras, here, {{cameras, there, {std::nan(""), 0, 0}}});
   for (const std::vector<InverseDepth>& of_camera : depths) {
     for (const InverseDepth& depth : of_camera) {
       ASSERT_EQ(depth.mean_per_m, InverseDepth().mean_per_m);
       ASSERT_EQ(depth.sigma_per_m, InverseDepth().sigma_per_m);
     }
   }
-}
-
-TEST(LoopCameras, AreNamedByTheirRoles) {
-  Rig rig;
-  rig.cameras["A"].roles = {"loop_front"};
-  EXPECT_THROW(loop_cameras(rig), ConfigError);
-  rig.cameras["B"].roles = {"loop_back", "floor"};
-  rig.cameras["B"].T_body_camera.translation = {-0.2, 0, 0.8};
-  EXPECT_EQ(loop_cameras(rig)[kLoopBack].T_body_camera.translation.x(), -0.2);
-  rig.cameras["0"].roles = {"floor", "loop_right"};
-  rig.cameras["C"].roles = {"loop_left"};
-  std::vector<std::string> looks;
-  std::vector<std::string> names;
-  for (const LoopCamera& camera : loop_cameras(rig)) {
-    looks.push_back(camera.looks);
-    names.push_back(camera.name);
-  }
-  EXPECT_THAT(looks, ::testing::ElementsAre("front", "back", "left", "right"));
-  EXPECT_THAT(names, ::testing::ElementsAre("A", "B", "C", "0"));
 }
 
 // A third camera sees what the two do not, and makes the motion surer.
@@ -237,19 +196,61 @@ TEST(RelativeMotion, TakesAnyNumberOfCameras) {
     const LoopCameras used(cameras.begin(), cameras.begin() + static_cast<std::ptrdiff_t>(count));
     const PlaceFeatures a = room.seen_from(used, {}, 0.7, 0.1, Rng(6));
     const PlaceFeatures b = room.seen_from(used, T_a_b, 0.7, 0.1, Rng(7));
-    const auto matches = match_places(FeatureOptions(), a, b, false);
-    const auto motion = motion_by_features(kMotion, used, a, {}, b, {}, matches, prior, nullptr);
+    const auto matches = match_places(FeatureOptions(), a, b, same_facing(used));
+    const auto motion = motion_by_features(kMotion, {used, a, kNoDepths}, {used, b, kNoDepths},
+                                           matches, prior, nullptr);
     ASSERT_TRUE(motion);
     ASSERT_EQ(motion->inliers_by_camera.size(), count);
     EXPECT_GT(motion->inliers_by_camera.back(), 0);
     EXPECT_NEAR(motion->T_a_b.theta_rad, T_a_b.theta_rad, 0.01);
     sigmas_rad.push_back(motion->sigma_theta_rad);
-    EXPECT_EQ(triangulate(FeatureOptions(), kMotion, used, a, {{&b, T_a_b}}).size(), count);
-    for (const PlaceMatch& match : match_places(FeatureOptions(), a, b, true)) {
+    EXPECT_EQ(triangulate(FeatureOptions(), kMotion, used, a, {{used, b, T_a_b}}).size(), count);
+    for (const PlaceMatch& match : match_places(FeatureOptions(), a, b, facings(used)[1])) {
       EXPECT_EQ(match.camera_b, 1 - match.camera_a);
     }
   }
   EXPECT_LT(sigmas_rad[1], sigmas_rad[0]);
+}
+
+// What a camera that is mounted otherwise than believed makes of a motion is what the derivative
+// says.
+TEST(MotionByRig, SaysWhatAWrongMountingDoes) {
+  const LoopCameras believed = front_and_back();
+  const SyntheticRoom room(2500, 3, Rng(3));
+  const Pose2 T_map_a{0.4, -0.7, 0.3};
+  for (const bool opposite : {false, true}) {
+    const Pose2 T_a_b{0.1, -0.05, (opposite ? kPi : 0) + 0.1};
+    for (const int k : {kRotation + 2, static_cast<int>(kPosition), kPosition + 1,
+                        camera_state(1) + kRotation + 2}) {
+      RigState truth = RigState::Zero(rig_states(believed.size()));
+      truth[k] = 0.01;
+      const LoopCameras cameras = corrected(believed, truth);
+      const PlaceFeatures a = room.seen_from(cameras, T_map_a, 0.05, 0, Rng(5));
+      const PlaceFeatures b = room.seen_from(cameras, T_map_a * T_a_b, 0.05, 0, Rng(6));
+      const PlaceDepths depths_a = depths_at(room, cameras, T_map_a, a, Rng(7));
+      const PlaceDepths depths_b = depths_at(room, cameras, T_map_a * T_a_b, b, Rng(8));
+      const auto matches = match_places(kFeatures, a, b, facings(believed)[opposite ? 1 : 0]);
+      const MotionPrior prior{T_a_b, diagonal(0.3, 0.2)};
+      const auto with = [&](const LoopCameras& used) {
+        return motion_by_features(kMotion, {used, a, depths_a}, {used, b, depths_b}, matches, prior,
+                                  nullptr);
+      };
+      const auto right = with(cameras);
+      const auto wrong = with(believed);
+      ASSERT_TRUE(right && wrong);
+      const PictureTimes together{{}, std::vector<double>(believed.size(), 0)};
+      const RigState none = RigState::Zero(truth.size());
+      const Eigen::MatrixXd by_state =
+          motion_by_rig(kMotion, believed, none, {together, a, depths_a}, {together, b, depths_b},
+                        wrong->inlier_matches, wrong->T_a_b_seen);
+      const Vec3 told = by_state * truth;
+      EXPECT_NEAR(right->T_a_b_seen.x_m - wrong->T_a_b_seen.x_m, told.x(), 0.004) << k;
+      EXPECT_NEAR(right->T_a_b_seen.y_m - wrong->T_a_b_seen.y_m, told.y(), 0.004) << k;
+      EXPECT_NEAR(wrap_angle(right->T_a_b_seen.theta_rad - wrong->T_a_b_seen.theta_rad), told.z(),
+                  0.002)
+          << k;
+    }
+  }
 }
 
 }  // namespace

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "core/graph/pose_graph.h"
+
+namespace panoptes {
+
+/// What was measured together of the poses of nodes first + 1, first + 2, ... seen from `first`,
+/// and of states that all measurements share: a Gaussian, given by its information (inverse
+/// covariance) in x, y, theta of each, in the frame of `first`, then the states, and by the
+/// gradient of half its squared Mahalanobis distance at `T_first_node` and `state`.
+struct JointEdge {
+  int first = 0;
+  std::vector<Pose2> T_first_node;
+  Eigen::VectorXd state;
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+};
+
+/// An edge whose measurement depends on the shared states: about `state` it changes by `by_state`
+/// (x, y, theta a row) for each unit of them. Without `by_state` it does not.
+struct SharedEdge {
+  GraphEdge edge;
+  Eigen::VectorXd state;
+  Eigen::MatrixXd by_state;
+};
+
+/// Keyframe poses, states they have in common (what is wrong with the rig and the wheels), and what
+/// was measured of both. The states keep their prior for ever: N(0, prior_information^-1).
+struct SharedGraph {
+  std::vector<Pose2> T_map_node;
+  Eigen::VectorXd state;
+  Eigen::MatrixXd prior_information;
+  std::vector<JointEdge> joints;
+  std::vector<SharedEdge> edges;
+};
+
+/// Up to a constant: how much worse one graph is than another with the same edges.
+double chi2(const SharedGraph& graph);
+
+/// Moves every pose but the first, and the states, to where all agree best: Levenberg-Marquardt on
+/// sparse Cholesky from where they are. One thread, same bits every time.
+RelaxReport relax(SharedGraph& graph);
+
+/// The marginal of the states.
+Eigen::MatrixXd state_covariance(const SharedGraph& graph);
+
+/// See relative_covariance of a PoseGraph; with what the states are not known by. With `by_state`
+/// it is of the pose's difference from one that changes by so much (x, y, theta a row) for each
+/// unit of the states.
+Mat3 relative_covariance(const SharedGraph& graph, int from, int to,
+                         const Eigen::MatrixXd& by_state = {});
+
+/// Each joint edge as edges between consecutive nodes, the states as they are now; `by_state` of
+/// each is how it changes with them. What consecutive edges have in common is lost but for that.
+std::vector<SharedEdge> pairwise_edges(const JointEdge& joint, const Eigen::VectorXd& state);
+
+/// The graph as programs know it that know no states: as `pairwise_edges` has it, the covariance of
+/// each edge with what the states are not known by.
+PoseGraph pairwise(const SharedGraph& graph);
+
+/// See path_covariances of a PoseGraph: never smaller than the marginal as far as the states are
+/// concerned, which all edges of a path get wrong together.
+std::vector<Mat3> path_covariances(const SharedGraph& graph, int from);
+
+}  // namespace panoptes

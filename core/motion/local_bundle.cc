@@ -1,0 +1,615 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/motion/local_bundle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "core/base/check.h"
+
+namespace panoptes {
+namespace {
+
+using Mat23 = Eigen::Matrix<double, 2, 3>;
+using Mat29 = Eigen::Matrix<double, 2, kCameraStates>;
+
+constexpr double kBehind =
+    0.05;  // of the depth at the first keyframe: too near the picture's plane
+// What is known of an inverse depth before anything is seen: next to nothing. The distribution of
+// inverse depths in rooms would tell the scale, since things agree better on it the farther they
+// are, and thousands of them outvote the wheels.
+constexpr double kDepthMean_per_m = 0.4;
+constexpr double kDepthSigma_per_m = 5;
+constexpr double kDepthPrior = 1 / (kDepthSigma_per_m * kDepthSigma_per_m);
+// A depth is shown by the path where the path alone, without the cameras' distance from the axis
+// that the body turns about, tells it to a quarter of what is usual in a room.
+constexpr double kShownSigma_per_m = 0.1;
+constexpr double kNearest_per_m = 10;
+constexpr double kFarthest_per_m = -0.2;  // beyond infinity: what noise may make of a far thing
+
+const Mat2 kQuarter = (Mat2() << 0, -1, 1, 0).finished();
+
+Mat3 cross(const Vec3& v) {
+  Mat3 m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+// The body where a camera took its picture, in the bundle's first frame.
+struct PictureBody {
+  Mat3 R = Mat3::Identity();
+  Vec3 t = Vec3::Zero();
+  Vec3 swing = Vec3::Zero();  // how t moves with the keyframe's heading
+  Vec3 velocity = Vec3::Zero();
+  double turn_radps = 0;
+};
+
+PictureBody picture_body(const Pose2& T_first_frame, const BundleFrame& frame, double after_s) {
+  const Pose2 T_frame_picture = exp_twist(frame.taken.twist_body, after_s);
+  const Pose2 T = T_first_frame * T_frame_picture;
+  PictureBody body;
+  body.R.topLeftCorner<2, 2>() = T.rotation();
+  body.t = {T.x_m, T.y_m, 0};
+  body.swing.head<2>() = kQuarter * (T.position() - T_first_frame.position());
+  body.velocity.head<2>() = T.rotation() * Vec2(frame.taken.twist_body.v_mps, 0);
+  body.turn_radps = frame.taken.twist_body.w_radps;
+  return body;
+}
+
+// One thing: where its first picture shows it, with z = 1 in that camera, and its inverse depth.
+using Point = Vec3;
+
+struct CameraModel {
+  Mat3 R_body_camera;
+  Vec3 origin_body;
+  Vec2 focal_px;
+  Vec2 centre_px;
+};
+
+// A residual and what it changes with.
+struct Residual {
+  Vec2 r;
+  Mat23 by_point;
+  Vec2 by_depth_on_axis;  // by_point's last column, were the camera on the axis of turning
+  Mat23 by_anchor;        // x, y, theta of the keyframe that saw it first
+  Mat23 by_frame;
+  Mat29 by_camera;
+};
+
+// False where the camera cannot see it.
+bool observe(const CameraModel& camera, const PictureBody& anchor, const PictureBody& body,
+             bool same_frame, const Point& point, const Vec2& px, bool all, Residual& out) {
+  const double rho = point.z();
+  const Vec3 direction = camera.R_body_camera * Vec3(point.x(), point.y(), 1);
+  const Mat3 M = body.R.transpose() * anchor.R;
+  const Vec3 at_anchor = rho * camera.origin_body + direction;
+  const Vec3 baseline = body.R.transpose() * (anchor.t - body.t);
+  const Vec3 at_body = M * at_anchor + rho * baseline;
+  const Mat3 R_camera_body = camera.R_body_camera.transpose();
+  const Vec3 from_camera = at_body - rho * camera.origin_body;
+  const Vec3 q = R_camera_body * from_camera;
+  if (!(q.z() >= kBehind)) {
+    return false;
+  }
+  const double z = 1 / q.z();
+  const Vec2 m(q.x() * z, q.y() * z);
+  out.r = camera.centre_px + camera.focal_px.cwiseProduct(m) - px;
+  Mat23 project;
+  project << camera.focal_px.x() * z, 0, -camera.focal_px.x() * m.x() * z, 0,
+      camera.focal_px.y() * z, -camera.focal_px.y() * m.y() * z;
+  const Mat23 by_body = project * R_camera_body;
+  Mat3 point_body;
+  point_body.leftCols<2>() = M * camera.R_body_camera.leftCols<2>();
+  point_body.col(2) = M * camera.origin_body + baseline - camera.origin_body;
+  out.by_point = by_body * point_body;
+  out.by_depth_on_axis = by_body * baseline;
+  if (!all) {
+    return true;
+  }
+  Mat3 anchor_body = Mat3::Zero();
+  Mat3 frame_body = Mat3::Zero();
+  if (!same_frame) {
+    const Mat3 Rt = body.R.transpose();
+    const Vec3 turned = anchor.R * at_anchor;
+    anchor_body.leftCols<2>() = rho * Rt.leftCols<2>();
+    anchor_body.col(2) = Rt * (Vec3(-turned.y(), turned.x(), 0) + rho * anchor.swing);
+    frame_body.leftCols<2>() = -anchor_body.leftCols<2>();
+    frame_body.col(2) = Vec3(at_body.y(), -at_body.x(), 0) - rho * (Rt * body.swing);
+  }
+  out.by_anchor = by_body * anchor_body;
+  out.by_frame = by_body * frame_body;
+  out.by_camera.setZero();
+  if (!same_frame) {
+    out.by_camera.middleCols<3>(kRotation) = by_body * (cross(from_camera) - M * cross(direction));
+    out.by_camera.middleCols<2>(kPosition) = by_body * rho * (M - Mat3::Identity()).leftCols<2>();
+    // a stamp that is late puts both pictures too late on the path
+    const Vec3 by_clock =
+        -(anchor_body.leftCols<2>() * anchor.velocity.head<2>() +
+          frame_body.leftCols<2>() * body.velocity.head<2>()) -
+        body.R.transpose() *
+            (Vec3(-(anchor.R * at_anchor).y(), (anchor.R * at_anchor).x(), 0) * anchor.turn_radps) -
+        Vec3(at_body.y(), -at_body.x(), 0) * body.turn_radps;
+    out.by_camera.col(kClock) = by_body * by_clock;
+  }
+  out.by_camera.col(kFocal) = camera.focal_px.cwiseProduct(m);
+  out.by_camera.middleCols<2>(kCentre) = Mat2::Identity();
+  return true;
+}
+
+// Where each unknown lies: three of each keyframe but the first, and the rig's states.
+struct Columns {
+  int poses = 0;  // of all keyframes together
+  int states = 0;
+  int wheels = 0;
+
+  int pose(int frame) const { return 3 * (frame - 1); }
+  int camera(int camera) const { return poses + camera_state(camera); }
+  int wheel() const { return poses + wheels; }
+  int size() const { return poses + states; }
+};
+
+// A Gaussian in all unknowns.
+struct NormalEquations {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+
+  explicit NormalEquations(int size)
+      : information(Eigen::MatrixXd::Zero(size, size)), gradient(Eigen::VectorXd::Zero(size)) {}
+};
+
+// What one track says, its point integrated out, and how that point follows the rest.
+struct TrackSystem {
+  std::vector<int> columns;  // of the whole system
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
+  Eigen::Matrix<double, 3, Eigen::Dynamic> point_by_rest;
+  Vec3 point_step = Vec3::Zero();
+  bool depth_shown = false;  // by the path
+};
+
+double chi_square_limit(double freedoms, double sigma) {
+  // Wilson and Hilferty 1931
+  const double v = 2.0 / (9.0 * freedoms);
+  const double root = 1 - v + sigma * std::sqrt(v);
+  return freedoms * root * root * root;
+}
+
+// Of the depth by itself, its bearing unknown as well.
+double depth_information(const Mat3& H_point) {
+  const Vec2 bearing_by_depth =
+      H_point.topLeftCorner<2, 2>().inverse() * H_point.topRightCorner<2, 1>();
+  return H_point(2, 2) - H_point.col(2).head<2>().dot(bearing_by_depth);
+}
+
+class Bundle {
+ public:
+  Bundle(const BundleOptions& options, const LoopCameras& believed, const RigPriorState& prior,
+         const std::vector<BundleFrame>& frames, const std::vector<Track>& tracks,
+         const std::vector<Pose2>& start)
+      : options_(options),
+        believed_(believed),
+        prior_(prior),
+        state_(prior.state),
+        frames_(frames),
+        tracks_(tracks),
+        poses_(start) {
+    columns_.poses = 3 * (static_cast<int>(frames.size()) - 1);
+    columns_.states = rig_states(believed.size());
+    columns_.wheels = wheel_state(believed.size());
+    place_cameras();
+    for (const Track& track : tracks) {
+      const CameraModel& camera = cameras_[track.camera];
+      const Vec2 m = (track.seen.front().px - camera.centre_px).cwiseQuotient(camera.focal_px);
+      points_.emplace_back(m.x(), m.y(), kDepthMean_per_m);
+    }
+    systems_.resize(tracks.size());
+    depth_prior_.assign(tracks.size(), kDepthPrior);
+  }
+
+  BundleSolution solve() {
+    variance_px2_ = options_.noise_px * options_.noise_px;
+    trusts_.assign(tracks_.size(), 1);
+    for (int iteration = 0; iteration < options_.iterations; ++iteration) {
+      place_bodies();
+      settle_points();
+      // from forgiving to strict
+      weigh(iteration < 2 ? 8 : iteration < 4 ? 5 : 3);
+      sum_up(free());
+      step();
+    }
+    place_bodies();
+    settle_points();
+    choose_inliers();
+    for (int round = 0; round < 2; ++round) {
+      sum_up(free());
+      step();
+      place_bodies();
+      settle_points();
+    }
+    learn_noise();
+    sum_up(true);
+    return solution();
+  }
+
+ private:
+  /// The states are estimated along.
+  bool free() const { return prior_.information.size() > 0; }
+
+  void place_cameras() {
+    cameras_.clear();
+    for (const LoopCamera& camera : corrected(believed_, state_)) {
+      cameras_.push_back({camera.T_body_camera.rotation.toRotationMatrix(),
+                          camera.T_body_camera.translation,
+                          {camera.intrinsics.fx_px, camera.intrinsics.fy_px},
+                          {camera.intrinsics.cx_px, camera.intrinsics.cy_px}});
+    }
+  }
+
+  void place_bodies() {
+    bodies_.assign(frames_.size() * cameras_.size(), {});
+    for (std::size_t frame = 0; frame < frames_.size(); ++frame) {
+      for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
+        const double after_s = frames_[frame].taken.late_s[camera] -
+                               state_[camera_state(static_cast<int>(camera)) + kClock];
+        bodies_[frame * cameras_.size() + camera] =
+            picture_body(poses_[frame], frames_[frame], after_s);
+      }
+    }
+  }
+
+  const PictureBody& body(int frame, int camera) const {
+    return bodies_[static_cast<std::size_t>(frame) * cameras_.size() + camera];
+  }
+
+  bool residual(const Track& track, const Track::Seen& seen, const Point& point, bool all,
+                Residual& out) const {
+    const int first = track.seen.front().frame;
+    return observe(cameras_[track.camera], body(first, track.camera),
+                   body(seen.frame, track.camera), seen.frame == first, point, seen.px, all, out);
+  }
+
+  // Sum of squares in sigmas with the room's prior; infinite where it cannot be seen.
+  double squares(std::size_t t) const {
+    const double from_mean = points_[t].z() - kDepthMean_per_m;
+    double sum = depth_prior_[t] * from_mean * from_mean;
+    Residual residual_here;
+    for (const Track::Seen& seen : tracks_[t].seen) {
+      if (!residual(tracks_[t], seen, points_[t], false, residual_here)) {
+        return std::numeric_limits<double>::infinity();
+      }
+      sum += residual_here.r.squaredNorm() / variance_px2_;
+    }
+    return sum;
+  }
+
+  // The points where the poses as they are have them.
+  void settle_points() {
+    squares_.assign(tracks_.size(), 0);
+    freedoms_.assign(tracks_.size(), 0);
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      for (int round = 0; round < 2; ++round) {
+        Mat3 H = Mat3::Zero();
+        Vec3 g = Vec3::Zero();
+        Residual here;
+        bool seen_by_all = true;
+        for (const Track::Seen& seen : tracks_[t].seen) {
+          if (!residual(tracks_[t], seen, points_[t], false, here)) {
+            seen_by_all = false;
+            break;
+          }
+          H += here.by_point.transpose() * here.by_point / variance_px2_;
+          g += here.by_point.transpose() * here.r / variance_px2_;
+        }
+        if (!seen_by_all) {
+          points_[t].z() /= 2;  // farther away
+          continue;
+        }
+        // what the pictures show needs no prior: of many near things even a wide one would stretch
+        // the room, and with it the wheels
+        const double shown = std::max(0.0, depth_information(H));
+        const double share = kDepthPrior / (kDepthPrior + shown);
+        depth_prior_[t] = kDepthPrior * share * share;
+        // each picture has two coordinates, of which a bearing takes two, and a depth another as
+        // far as it is shown at all
+        freedoms_[t] = 2 * static_cast<double>(tracks_[t].seen.size()) - 2 - (1 - share);
+        H(2, 2) += depth_prior_[t];
+        g[2] += depth_prior_[t] * (points_[t].z() - kDepthMean_per_m);
+        move(points_[t], -H.ldlt().solve(g));
+      }
+      freedoms_[t] = std::max(freedoms_[t], 1.0);
+      squares_[t] = squares(t);
+    }
+  }
+
+  void weigh(double kernel) {
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      const double share = squares_[t] / (kernel * kernel * freedoms_[t]);
+      trusts_[t] = std::isfinite(share) ? 1 / ((1 + share) * (1 + share)) : 0;
+    }
+  }
+
+  void choose_inliers() {
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      trusts_[t] = squares_[t] <= chi_square_limit(freedoms_[t], options_.inlier_sigma) ? 1 : 0;
+    }
+  }
+
+  // What is left over says how noisy features are, together with what was said of it before.
+  void learn_noise() {
+    constexpr double kPriorFreedoms = 30;
+    double sum = kPriorFreedoms;
+    double freedoms = kPriorFreedoms;
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      if (trusts_[t] > 0) {
+        sum += squares_[t];
+        freedoms += freedoms_[t];
+      }
+    }
+    variance_px2_ *= sum / freedoms;
+  }
+
+  static void move(Point& point, const Vec3& by) {
+    point += by;
+    point.z() = std::clamp(point.z(), kFarthest_per_m, kNearest_per_m);
+  }
+
+  void add_track(std::size_t t, bool with_states) {
+    const Track& track = tracks_[t];
+    const int first = track.seen.front().frame;
+    const int count = static_cast<int>(track.seen.size());
+    TrackSystem& system = systems_[t];
+    system.columns.clear();
+    for (const Track::Seen& seen : track.seen) {
+      for (int k = 0; k < 3; ++k) {
+        system.columns.push_back(seen.frame > 0 ? columns_.pose(seen.frame) + k : -1);
+      }
+    }
+    const int states_at = 3 * count;
+    if (with_states) {
+      for (int k = 0; k < kCameraStates; ++k) {
+        system.columns.push_back(columns_.camera(track.camera) + k);
+      }
+    }
+    const int size = static_cast<int>(system.columns.size());
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(size, size);
+    Eigen::VectorXd g = Eigen::VectorXd::Zero(size);
+    Eigen::Matrix<double, Eigen::Dynamic, 3> B =
+        Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(size, 3);
+    Mat3 H_point = Mat3::Zero();
+    Vec3 g_point = Vec3::Zero();
+    Mat3 H_on_axis = Mat3::Zero();
+    Residual here;
+    const double weight = trusts_[t] / variance_px2_;
+    for (int i = 0; i < count; ++i) {
+      if (!residual(track, track.seen[i], points_[t], true, here)) {
+        system.columns.clear();  // says nothing
+        return;
+      }
+      const Mat23 by_point = weight * here.by_point;
+      H_point += by_point.transpose() * here.by_point;
+      g_point += by_point.transpose() * here.r;
+      Mat23 on_axis = here.by_point;
+      on_axis.col(2) = here.by_depth_on_axis;
+      H_on_axis += on_axis.transpose() * on_axis / variance_px2_;
+      const bool moves = track.seen[i].frame != first;
+      const int at = 3 * i;
+      if (moves) {
+        const Mat23 frame = weight * here.by_frame;
+        const Mat23 anchor = weight * here.by_anchor;
+        H.block<3, 3>(at, at) += frame.transpose() * here.by_frame;
+        H.block<3, 3>(0, 0) += anchor.transpose() * here.by_anchor;
+        H.block<3, 3>(0, at) += anchor.transpose() * here.by_frame;
+        H.block<3, 3>(at, 0) += frame.transpose() * here.by_anchor;
+        g.segment<3>(at) += frame.transpose() * here.r;
+        g.segment<3>(0) += anchor.transpose() * here.r;
+        B.middleRows<3>(at) += frame.transpose() * here.by_point;
+        B.middleRows<3>(0) += anchor.transpose() * here.by_point;
+      }
+      if (with_states) {
+        const Mat29 camera = weight * here.by_camera;
+        H.block<kCameraStates, kCameraStates>(states_at, states_at) +=
+            camera.transpose() * here.by_camera;
+        g.segment<kCameraStates>(states_at) += camera.transpose() * here.r;
+        B.middleRows<kCameraStates>(states_at) += camera.transpose() * here.by_point;
+        if (moves) {
+          const Eigen::Matrix<double, kCameraStates, 3> frame = camera.transpose() * here.by_frame;
+          const Eigen::Matrix<double, kCameraStates, 3> anchor =
+              camera.transpose() * here.by_anchor;
+          H.block<kCameraStates, 3>(states_at, at) += frame;
+          H.block<3, kCameraStates>(at, states_at) += frame.transpose();
+          H.block<kCameraStates, 3>(states_at, 0) += anchor;
+          H.block<3, kCameraStates>(0, states_at) += anchor.transpose();
+        }
+      }
+    }
+    H_point(2, 2) += trusts_[t] * depth_prior_[t];
+    g_point[2] += trusts_[t] * depth_prior_[t] * (points_[t].z() - kDepthMean_per_m);
+    const Mat3 inverse = H_point.inverse();
+    if (!inverse.allFinite()) {
+      system.columns.clear();
+      return;
+    }
+    system.point_by_rest = -inverse * B.transpose();
+    system.point_step = -inverse * g_point;
+    system.information = H + B * system.point_by_rest;
+    system.gradient = g + B * system.point_step;
+    system.depth_shown = depth_information(H_on_axis) * kShownSigma_per_m * kShownSigma_per_m > 1;
+    NormalEquations& sum = system.depth_shown ? sum_ : unshown_;
+    for (int row = 0; row < size; ++row) {
+      const int to_row = system.columns[row];
+      if (to_row < 0) {
+        continue;
+      }
+      sum.gradient[to_row] += system.gradient[row];
+      for (int column = 0; column < size; ++column) {
+        const int to_column = system.columns[column];
+        if (to_column >= 0) {
+          sum.information(to_row, to_column) += system.information(row, column);
+        }
+      }
+    }
+  }
+
+  void add_odometry(int frame) {
+    const Pose2& from = poses_[frame - 1];
+    const Pose2 relative = from.inverse() * poses_[frame];
+    const BundleFrame& here = frames_[frame];
+    const Eigen::Matrix<double, kWheelStates, 1> wheels =
+        state_.segment<kWheelStates>(columns_.wheels);
+    const Vec3 corrected_by = here.by_wheels * wheels;
+    const Vec3 r(relative.x_m - here.T_before_here.x_m - corrected_by.x(),
+                 relative.y_m - here.T_before_here.y_m - corrected_by.y(),
+                 wrap_angle(relative.theta_rad - here.T_before_here.theta_rad - corrected_by.z()));
+    Mat3 by_from = Mat3::Zero();
+    Mat3 by_here = Mat3::Identity();
+    const Mat2 Rt = from.rotation().transpose();
+    by_here.topLeftCorner<2, 2>() = Rt;
+    by_from.topLeftCorner<2, 2>() = -Rt;
+    by_from.col(2) = Vec3(relative.y_m, -relative.x_m, -1);
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, columns_.size());
+    if (frame > 1) {
+      J.middleCols<3>(columns_.pose(frame - 1)) = by_from;
+    }
+    J.middleCols<3>(columns_.pose(frame)) = by_here;
+    J.middleCols<kWheelStates>(columns_.wheel()) = -here.by_wheels;
+    const Mat3 W = here.covariance.inverse();
+    sum_.information += J.transpose() * W * J;
+    sum_.gradient += J.transpose() * (W * r);
+  }
+
+  // Where the path does not show a depth, a baseline and the depth explain noise together, the
+  // better the longer the baseline: thousands of such depths would claim one that is not there
+  // (Neyman and Scott 1948). What such tracks say of the headings, all else given, is kept, and
+  // what they say of baselines and of the rig is not.
+  void keep_headings(NormalEquations& of) const {
+    std::vector<int> headings;
+    std::vector<int> rest;
+    for (int k = 0; k < columns_.size(); ++k) {
+      (k < columns_.poses && k % 3 == 2 ? headings : rest).push_back(k);
+    }
+    Eigen::MatrixXd among = of.information(headings, headings);
+    among.diagonal().array() += 1e-9 * (1 + among.trace());
+    const Eigen::MatrixXd across = of.information(headings, rest);
+    const Eigen::MatrixXd K = among.ldlt().solve(across);
+    of.information(rest, rest) = across.transpose() * K;
+    of.gradient(rest) = K.transpose() * of.gradient(headings);
+  }
+
+  void sum_up(bool with_states) {
+    sum_ = NormalEquations(columns_.size());
+    unshown_ = NormalEquations(columns_.size());
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      systems_[t].columns.clear();
+      if (trusts_[t] > 0) {
+        add_track(t, with_states);
+      }
+    }
+    keep_headings(unshown_);
+    sum_.information += unshown_.information;
+    sum_.gradient += unshown_.gradient;
+    for (int frame = 1; frame < static_cast<int>(frames_.size()); ++frame) {
+      add_odometry(frame);
+    }
+  }
+
+  // Poses and points move, and the states where they are free.
+  void step() {
+    const int states = free() ? columns_.states : 0;
+    const int moved = columns_.poses + states;
+    Eigen::MatrixXd H = sum_.information.topLeftCorner(moved, moved);
+    Eigen::VectorXd g = sum_.gradient.head(moved);
+    if (free()) {
+      H.bottomRightCorner(states, states) += prior_.information;
+      g.tail(states) += prior_.information * (state_ - prior_.state);
+    }
+    Eigen::VectorXd all = Eigen::VectorXd::Zero(columns_.size());
+    all.head(moved) = -H.ldlt().solve(g);
+    if (!all.allFinite()) {
+      return;
+    }
+    for (int frame = 1; frame < static_cast<int>(frames_.size()); ++frame) {
+      const auto d = all.segment<3>(columns_.pose(frame));
+      Pose2& pose = poses_[frame];
+      pose = {pose.x_m + d.x(), pose.y_m + d.y(), wrap_angle(pose.theta_rad + d.z())};
+    }
+    state_ += all.tail(columns_.states);
+    place_cameras();
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      const TrackSystem& system = systems_[t];
+      if (system.columns.empty()) {
+        continue;
+      }
+      Vec3 d = system.point_step;
+      for (std::size_t k = 0; k < system.columns.size(); ++k) {
+        if (system.columns[k] >= 0) {
+          d += system.point_by_rest.col(static_cast<Eigen::Index>(k)) * all[system.columns[k]];
+        }
+      }
+      move(points_[t], d);
+    }
+  }
+
+  BundleSolution solution() const {
+    BundleSolution s;
+    s.T_first_frame = poses_;
+    s.state = state_;
+    s.information = sum_.information;
+    s.gradient = sum_.gradient;
+    s.noise_px = std::sqrt(variance_px2_);
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      Mat3 H = Mat3::Zero();
+      Residual here;
+      for (const Track::Seen& seen : tracks_[t].seen) {
+        if (residual(tracks_[t], seen, points_[t], false, here)) {
+          H += here.by_point.transpose() * here.by_point / variance_px2_;
+        }
+      }
+      H(2, 2) += depth_prior_[t];
+      s.inlier.push_back(trusts_[t] > 0);
+      s.inverse_depth_per_m.push_back(points_[t].z());
+      s.inverse_depth_sigma_per_m.push_back(std::sqrt(H.inverse()(2, 2)));
+    }
+    return s;
+  }
+
+  BundleOptions options_;
+  const LoopCameras& believed_;
+  const RigPriorState& prior_;
+  RigState state_;
+  const std::vector<BundleFrame>& frames_;
+  const std::vector<Track>& tracks_;
+  Columns columns_;
+  std::vector<CameraModel> cameras_;
+  std::vector<Pose2> poses_;
+  std::vector<Point> points_;
+  double variance_px2_ = 1;
+  std::vector<PictureBody> bodies_;
+  std::vector<double> squares_;
+  std::vector<double> freedoms_;
+  std::vector<double> depth_prior_;  // information
+  std::vector<double> trusts_;
+  std::vector<TrackSystem> systems_;
+  NormalEquations sum_{0};
+  NormalEquations unshown_{0};  // of the tracks whose depth the path does not show
+};
+
+}  // namespace
+
+BundleSolution adjust_bundle(const BundleOptions& options, const LoopCameras& believed,
+                             const RigPriorState& prior, const std::vector<BundleFrame>& frames,
+                             const std::vector<Track>& tracks,
+                             const std::vector<Pose2>& start_T_first_frame) {
+  PANOPTES_CHECK(frames.size() >= 2 && start_T_first_frame.size() == frames.size(),
+                 "a pose for each of two keyframes or more");
+  for (const Track& track : tracks) {
+    PANOPTES_CHECK(track.seen.size() >= 2, "a track is seen twice");
+  }
+  return Bundle(options, believed, prior, frames, tracks, start_T_first_frame).solve();
+}
+
+}  // namespace panoptes

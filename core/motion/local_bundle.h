@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "core/camera/loop_cameras.h"
+#include "core/geometry/pose2.h"
+#include "core/motion/rig_correction.h"
+
+namespace panoptes {
+
+/// Where one camera shows one thing at several keyframes.
+struct Track {
+  struct Seen {
+    int frame = 0;
+    int feature = 0;
+    Vec2 px = Vec2::Zero();
+  };
+  int camera = 0;
+  std::vector<Seen> seen;  ///< in order of frames, at least two
+};
+
+/// One keyframe of a bundle.
+struct BundleFrame {
+  PictureTimes taken;
+  // What the odometry tells of the motion since the frame before; x, y, theta in that one's frame:
+  Pose2 T_before_here;
+  Mat3 covariance = Mat3::Identity();  ///< of what differs from one motion to the next,
+  WheelJacobian by_wheels = WheelJacobian::Zero();  ///< and how it changes with the wheels' states
+};
+
+struct BundleOptions {
+  double noise_px = 0.8;    ///< of a feature's position, one sigma, before the run has shown it
+  double inlier_sigma = 3;  ///< by which the sum of a track's squared residuals may be too large
+  int iterations = 8;
+};
+
+/// What a local bundle adjustment found: a Gaussian in the frames' poses seen from the first (x, y,
+/// theta of frames 1, 2, ...) and in the rig's states, all depths integrated out.
+struct BundleSolution {
+  std::vector<Pose2> T_first_frame;
+  RigState state;                           ///< about which it was linearised
+  Eigen::MatrixXd information;              ///< of (poses, states), without the states' prior
+  Eigen::VectorXd gradient;                 ///< of half the squared error there: zero in the poses
+  std::vector<double> inverse_depth_per_m;  ///< of each track, at its first keyframe
+  std::vector<double> inverse_depth_sigma_per_m;  ///< states and poses known
+  std::vector<bool> inlier;
+  double noise_px = 0;  ///< as its residuals have it
+};
+
+/// What is known of the rig before a bundle is adjusted.
+struct RigPriorState {
+  RigState state;
+  Eigen::MatrixXd information;  ///< inverse covariance; empty: the states are held
+};
+
+/// Poses and depths that explain the tracks and the wheels best, and the states of the rig where
+/// they are not held.
+/// Each thing is a point of unknown bearing and inverse depth at the first keyframe that saw it
+/// (Civera, Davison and Montiel 2008), integrated out by Schur's complement (Triggs et al.
+/// 2000).
+BundleSolution adjust_bundle(const BundleOptions& options, const LoopCameras& believed,
+                             const RigPriorState& prior, const std::vector<BundleFrame>& frames,
+                             const std::vector<Track>& tracks,
+                             const std::vector<Pose2>& start_T_first_frame);
+
+}  // namespace panoptes

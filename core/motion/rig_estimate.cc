@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/motion/rig_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/check.h"
+#include "core/camera/lens_correction.h"
+#include "core/camera/mounting.h"
+
+namespace panoptes {
+namespace {
+
+/// Never more than the file says itself: what it takes for exact stays so.
+double left_of(double believed_sigma, double variance) {
+  return std::min(believed_sigma, std::sqrt(std::max(0.0, variance)));
+}
+
+/// The camera with its states in it, and no sigma changed.
+RigCamera corrected(const RigCamera& believed, const Intrinsics& pinhole,
+                    const CameraCorrection& state) {
+  RigCamera camera = believed;
+  const LensCorrection by =
+      of_lens({state[kFocal], state.segment<2>(kCentre)}, pinhole, believed.intrinsics);
+  camera.intrinsics = corrected(believed.intrinsics, by);
+  camera.T_body_camera = corrected(believed.T_body_camera, state);
+  camera.clock_offset_s += state[kClock];
+  return camera;
+}
+
+/// Roll, pitch, yaw, x, y, share of the focal lengths, principal point and clock of `camera` as
+/// differences from `believed`, in the order of the states: what a rig file has sigmas of.
+CameraCorrection in_the_file(const RigCamera& believed, const RigCamera& camera) {
+  const MountingOffset offset = mounting_offset(believed.T_body_camera, camera.T_body_camera);
+  CameraCorrection all;
+  all.segment<3>(kRotation) = offset.rotation_rad;
+  all.segment<2>(kPosition) = offset.shift_m.head<2>();
+  all[kFocal] = camera.intrinsics.fx_px / believed.intrinsics.fx_px - 1;
+  all[kCentre] = camera.intrinsics.cx_px - believed.intrinsics.cx_px;
+  all[kCentre + 1] = camera.intrinsics.cy_px - believed.intrinsics.cy_px;
+  all[kClock] = camera.clock_offset_s - believed.clock_offset_s;
+  return all;
+}
+
+/// Of what stands in the file, of the states' covariance.
+CameraCorrection variances_in_the_file(const RigCamera& believed, const Intrinsics& pinhole,
+                                       const CameraCorrection& state,
+                                       const CameraCovariance& covariance) {
+  constexpr double kStep = 1e-5;  // rad, m, shares, px, s: small beside what bends
+  CameraCovariance J;
+  for (int k = 0; k < kCameraStates; ++k) {
+    const CameraCorrection step = kStep * CameraCorrection::Unit(k);
+    J.col(k) = (in_the_file(believed, corrected(believed, pinhole, state + step)) -
+                in_the_file(believed, corrected(believed, pinhole, state - step))) /
+               (2 * kStep);
+  }
+  return (J * covariance * J.transpose()).diagonal();
+}
+
+bool can_be(const Intrinsics& lens) {
+  const bool axis_inside = lens.cx_px > 0 && lens.cy_px > 0 && lens.cx_px < lens.width_px - 1 &&
+                           lens.cy_px < lens.height_px - 1;
+  return lens.is_pinhole() || (axis_inside && lens_fault(lens).empty());
+}
+
+RigCamera refined(const RigCamera& believed, const Intrinsics& pinhole, CameraCorrection state,
+                  CameraCovariance covariance) {
+  const bool sound = can_be(corrected(believed, pinhole, state).intrinsics);
+  if (!sound) {
+    state.segment<3>(kFocal).setZero();
+    covariance.middleRows<3>(kFocal).setZero();
+    covariance.middleCols<3>(kFocal).setZero();
+  }
+  RigCamera camera = corrected(believed, pinhole, state);
+  const CameraCorrection left = variances_in_the_file(believed, pinhole, state, covariance);
+  CameraSigmas& sigma = camera.sigma;
+  for (int k = 0; k < 3; ++k) {
+    sigma.rotation_rad[k] = left_of(sigma.rotation_rad[k], left[kRotation + k]);
+  }
+  for (int k = 0; k < 2; ++k) {
+    sigma.position_m[k] = left_of(sigma.position_m[k], left[kPosition + k]);
+  }
+  if (sound) {
+    sigma.focal_ratio = left_of(sigma.focal_ratio, left[kFocal]);
+    sigma.centre_px =  // one number for both ways: the one that is known less
+        left_of(sigma.centre_px, std::max(left[kCentre], left[kCentre + 1]));
+  }
+  sigma.clock_s = left_of(sigma.clock_s, left[kClock]);
+  return camera;
+}
+
+}  // namespace
+
+Pose3 corrected(const Pose3& T_body_camera, const CameraCorrection& by) {
+  Pose3 T = T_body_camera;
+  T.rotation = (turned_by(by.segment<3>(kRotation)) * T.rotation).normalized();
+  T.translation.head<2>() += by.segment<2>(kPosition);
+  return T;
+}
+
+Rig refined(const Rig& believed, const RigEstimate& estimate) {
+  PANOPTES_CHECK(estimate.state.size() == rig_states(estimate.believed.size()),
+                 "a state for every camera");
+  Rig rig = believed;
+  for (int i = 0; i < static_cast<int>(estimate.believed.size()); ++i) {
+    const LoopCamera& of = estimate.believed[static_cast<std::size_t>(i)];
+    const int at = camera_state(i);
+    RigCamera& camera = rig.cameras.at(of.name);
+    camera = refined(camera, of.intrinsics, estimate.state.segment<kCameraStates>(at),
+                     estimate.covariance.block<kCameraStates, kCameraStates>(at, at));
+  }
+  return rig;
+}
+
+}  // namespace panoptes

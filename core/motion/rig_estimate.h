@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <Eigen/Core>
+
+#include "core/camera/rig.h"
+#include "core/motion/rig_correction.h"
+
+namespace panoptes {
+
+using CameraCorrection = Eigen::Matrix<double, kCameraStates, 1>;  ///< the states of one camera
+using CameraCovariance = Eigen::Matrix<double, kCameraStates, kCameraStates>;
+
+/// What a run has learned of its loop cameras and its wheels, against what it believed of them.
+struct RigEstimate {
+  LoopCameras believed;  ///< of the pictures that were looked at, which are straightened
+  RigState state;
+  Eigen::MatrixXd covariance;        ///< of the state, as it is known at the end,
+  Eigen::MatrixXd prior_covariance;  ///< and as it was before anything was seen
+};
+
+/// The mounting that a camera's states make of the believed one.
+Pose3 corrected(const Pose3& T_body_camera, const CameraCorrection& by);
+
+/// The rig that was believed, its loop cameras corrected, with the sigmas that are left. What no
+/// state tells of (heights, distortion, cameras that recognise no places) stays, and so does a lens
+/// that the correction would make impossible. Sigmas are marginal: what was learned of yaw and
+/// principal point together they tell of each alone.
+Rig refined(const Rig& believed, const RigEstimate& estimate);
+
+}  // namespace panoptes

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/nav/keyframe_odometry.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/check.h"
+
+namespace panoptes {
+namespace {
+
+JointEdge joint_edge(int first, const BundleSolution& solution) {
+  return {first,
+          {solution.T_first_frame.begin() + 1, solution.T_first_frame.end()},
+          solution.state,
+          solution.information,
+          solution.gradient};
+}
+
+}  // namespace
+
+void bind(Fields& f, BundleOdometryOptions& o) {
+  f("keyframes", o.keyframes, between(2, 30));
+  f("before", o.before, between(0, 30));
+  f("noise_px", o.bundle.noise_px, between(0.05, 10));
+  f("inlier_sigma", o.bundle.inlier_sigma, between(1, 10));
+  f("iterations", o.bundle.iterations, between(1, 100));
+}
+
+KeyframeOdometry::KeyframeOdometry(const BundleOdometryOptions& options,
+                                   const FeatureOptions& features, LoopCameras cameras)
+    : options_(options),
+      features_(features),
+      cameras_(std::move(cameras)),
+      noise_px_(options.bundle.noise_px) {}
+
+// Of all keyframes from `first` on, with what was seen from two of them or more.
+BundleSolution KeyframeOdometry::adjust(int first, const RigPriorState& rig) const {
+  std::vector<Track> tracks;
+  for (const Track& track : tracks_) {
+    Track part{track.camera, {}};
+    for (const Track::Seen& seen : track.seen) {
+      if (seen.frame >= first) {
+        part.seen.push_back({seen.frame - first, seen.feature, seen.px});
+      }
+    }
+    if (part.seen.size() >= 2) {
+      tracks.push_back(std::move(part));
+    }
+  }
+  const auto skipped = first - kept_first_;
+  const std::vector<BundleFrame> frames(frames_.begin() + skipped, frames_.end());
+  std::vector<Pose2> start{Pose2{}};
+  for (auto step = T_before_here_.begin() + skipped + 1; step != T_before_here_.end(); ++step) {
+    start.push_back(start.back() * *step);
+  }
+  BundleOptions options = options_.bundle;
+  options.noise_px = noise_px_;
+  return adjust_bundle(options, cameras_, rig, frames, tracks, start);
+}
+
+KeyframeOdometry::Motion KeyframeOdometry::add(const BundleFrame& frame,
+                                               const PlaceFeatures& features,
+                                               const RigPriorState& rig) {
+  PANOPTES_CHECK(features.size() == cameras_.size(), "a picture's features a camera");
+  ++newest_;
+  std::vector<std::vector<int>> tracks_here(cameras_.size());
+  for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
+    tracks_here[camera].assign(features[camera].px.size(), -1);
+    if (newest_ == 0) {
+      continue;
+    }
+    for (const FeatureMatch& match :
+         match_features(features_, last_features_[camera], features[camera])) {
+      int& track = last_tracks_[camera][match.a];
+      if (track < 0) {
+        track = static_cast<int>(tracks_.size());
+        tracks_.push_back(
+            {static_cast<int>(camera),
+             {{newest_ - 1, match.a, last_features_[camera].px[match.a].cast<double>()}}});
+      }
+      tracks_[track].seen.push_back(
+          {newest_, match.b, features[camera].px[match.b].cast<double>()});
+      tracks_here[camera][match.b] = track;
+    }
+  }
+  last_features_ = features;
+  last_tracks_ = std::move(tracks_here);
+  frames_.push_back(frame);
+  const Vec3 by_state = frame.by_wheels * rig.state.tail<kWheelStates>();
+  T_before_here_.push_back({frame.T_before_here.x_m + by_state.x(),
+                            frame.T_before_here.y_m + by_state.y(),
+                            wrap_angle(frame.T_before_here.theta_rad + by_state.z())});
+  Motion motion;
+  if (newest_ == 0) {
+    return motion;
+  }
+  const int live_first = std::max(kept_first_, bundle_first_ - options_.before);
+  const BundleSolution live = adjust(live_first, {rig.state, {}});
+  for (int k = live_first + 1; k <= newest_; ++k) {
+    T_before_here_[k - kept_first_] =
+        live.T_first_frame[k - live_first - 1].inverse() * live.T_first_frame[k - live_first];
+  }
+  noise_px_ = live.noise_px;
+  motion.T_last_here = T_before_here_.back();
+  if (newest_ - bundle_first_ < options_.keyframes) {
+    std::vector<SharedEdge> edges = pairwise_edges(joint_edge(live_first, live), rig.state);
+    motion.open.assign(edges.begin() + (bundle_first_ - live_first), edges.end());
+    return motion;
+  }
+  motion.closed = joint_edge(bundle_first_, adjust(bundle_first_, rig));
+  bundle_first_ = newest_;
+  const int forget = std::max(kept_first_, newest_ - options_.before) - kept_first_;
+  frames_.erase(frames_.begin(), frames_.begin() + forget);
+  T_before_here_.erase(T_before_here_.begin(), T_before_here_.begin() + forget);
+  kept_first_ += forget;
+  // tracks that have ended are no longer needed; those that go on are renumbered
+  std::vector<Track> kept;
+  for (std::vector<int>& of_camera : last_tracks_) {
+    for (int& track : of_camera) {
+      if (track >= 0) {
+        kept.push_back(std::move(tracks_[track]));
+        tracks_[track].seen.clear();
+        track = static_cast<int>(kept.size()) - 1;
+      }
+    }
+  }
+  for (Track& track : tracks_) {
+    if (!track.seen.empty() && track.seen.back().frame > kept_first_) {
+      kept.push_back(std::move(track));
+    }
+  }
+  tracks_ = std::move(kept);
+  return motion;
+}
+
+}  // namespace panoptes

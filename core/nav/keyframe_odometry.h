@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "core/config/fields.h"
+#include "core/graph/shared_graph.h"
+#include "core/motion/local_bundle.h"
+#include "core/motion/relative_motion.h"
+#include "core/vision/local_features.h"
+
+namespace panoptes {
+
+struct BundleOdometryOptions {
+  int keyframes = 5;  ///< moved over by one bundle: enough for depths, few enough to solve at once
+  int before = 3;     ///< keyframes of the last bundle that lend the newest motion their depths
+  BundleOptions bundle;
+};
+void bind(Fields& f, BundleOdometryOptions& o);
+
+/// The motion between keyframes by wheels and pictures together: features are followed from
+/// keyframe to keyframe, and bundles of a few of these are adjusted. Every picture is in one bundle
+/// alone, but for the keyframes at which they meet, so that what bundles say is independent.
+class KeyframeOdometry {
+ public:
+  KeyframeOdometry(const BundleOdometryOptions& options, const FeatureOptions& features,
+                   LoopCameras cameras);
+
+  struct Motion {
+    Pose2 T_last_here;
+    std::vector<SharedEdge> open;     ///< of the bundle that is not full yet
+    std::optional<JointEdge> closed;  ///< the bundle that this keyframe made full
+  };
+
+  /// The next keyframe; its number is how many came before. `rig` is what is known of the rig.
+  /// `place` has features of each loop camera. Of the first one the motion is none.
+  Motion add(const BundleFrame& frame, const PlaceFeatures& features, const RigPriorState& rig);
+
+ private:
+  BundleSolution adjust(int first, const RigPriorState& rig) const;
+
+  BundleOdometryOptions options_;
+  FeatureOptions features_;
+  LoopCameras cameras_;
+  int newest_ = -1;
+  int bundle_first_ = 0;  // keyframe at which the open bundle begins
+  int kept_first_ = 0;    // and what is remembered
+  std::deque<BundleFrame> frames_;
+  std::deque<Pose2> T_before_here_;  // as estimated
+  std::vector<Track> tracks_;        // frames numbered by keyframes
+  PlaceFeatures last_features_;
+  std::vector<std::vector<int>> last_tracks_;  // of each camera's features, -1 without one
+  double noise_px_;
+};
+
+}  // namespace panoptes

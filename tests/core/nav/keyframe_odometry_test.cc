@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/nav/keyframe_odometry.h"
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/nav/heading_edge.h"
+#include "tests/core/vision/synthetic_places.h"
+
+namespace panoptes {
+namespace {
+
+using testing::front_and_back;
+using testing::SyntheticRoom;
+
+constexpr double kNoise_px = 0.5;
+constexpr double kWheels_m = 0.0005;
+constexpr double kWheels_rad = 0.01;
+constexpr double kWheelsTurn = 1.03;  // times too far
+
+BundleFrame frame_of(const LoopCameras& cameras, const Pose2& moved, Rng& rng) {
+  BundleFrame frame;
+  frame.taken.late_s.assign(cameras.size(), 0);
+  frame.T_before_here = {moved.x_m + rng.normal(0, kWheels_m), moved.y_m + rng.normal(0, kWheels_m),
+                         kWheelsTurn * moved.theta_rad};
+  frame.covariance = Vec3(kWheels_m, kWheels_m, kWheels_rad).cwiseAbs2().asDiagonal();
+  return frame;
+}
+
+RigPriorState exact(const LoopCameras& cameras) {
+  const RigState none = RigState::Zero(rig_states(cameras.size()));
+  return {none, 1e12 * Eigen::MatrixXd::Identity(none.size(), none.size())};
+}
+
+// Along a corridor of a few turns.
+std::vector<Pose2> steps() {
+  std::vector<Pose2> all;
+  for (int k = 0; k < 23; ++k) {
+    all.push_back(k % 8 < 5 ? Pose2{0.2, 0, 0.05} : Pose2{0, 0, -0.26});
+  }
+  return all;
+}
+
+TEST(KeyframeOdometry, JoinsKeyframesByBundlesThatFollowOneAnother) {
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(1200, 3, Rng(1));
+  const BundleOdometryOptions options;
+  KeyframeOdometry odometry(options, {}, cameras);
+  Rng rng(2);
+  Pose2 truth{-1, -1, 0};
+  Pose2 T_first_here;
+  int closed = 0;
+  const std::vector<Pose2> moved = steps();
+  const Pose2 first = truth;
+  for (std::size_t k = 0; k <= moved.size(); ++k) {
+    const Pose2 step = k == 0 ? Pose2{} : moved[k - 1];
+    truth = truth * step;
+    const auto motion =
+        odometry.add(frame_of(cameras, step, rng),
+                     room.seen_from(cameras, truth, kNoise_px, 0.1, rng.fork(std::to_string(k))),
+                     exact(cameras));
+    T_first_here = T_first_here * motion.T_last_here;
+    const int newest = static_cast<int>(k);
+    if (newest > 0 && newest % options.keyframes == 0) {
+      ASSERT_TRUE(motion.closed);
+      EXPECT_EQ(motion.closed->first, newest - options.keyframes);
+      EXPECT_EQ(motion.closed->T_first_node.size(), static_cast<std::size_t>(options.keyframes));
+      EXPECT_TRUE(motion.open.empty());
+      ++closed;
+    } else {
+      EXPECT_FALSE(motion.closed);
+      ASSERT_EQ(motion.open.size(), static_cast<std::size_t>(newest % options.keyframes));
+      for (const SharedEdge& edge : motion.open) {
+        EXPECT_EQ(edge.edge.to, edge.edge.from + 1);
+      }
+    }
+  }
+  EXPECT_EQ(closed, 4);
+  const Pose2 error = (first * T_first_here).inverse() * truth;
+  EXPECT_LT(error.position().norm(), 0.02);
+  EXPECT_LT(std::abs(rad_to_deg(error.theta_rad)), 0.5);
+}
+
+TEST(KeyframeOdometry, GoesByTheWheelsAndTheirStatesWithoutPictures) {
+  const LoopCameras cameras = front_and_back();
+  KeyframeOdometry odometry({}, {}, cameras);
+  RigPriorState rig = exact(cameras);
+  rig.state.tail<kWheelStates>() << 0, 0, 0.02;
+  Rng rng(3);
+  const PlaceFeatures none(cameras.size());
+  odometry.add(frame_of(cameras, {}, rng), none, rig);
+  BundleFrame frame = frame_of(cameras, {0.2, 0, 0.3}, rng);
+  frame.by_wheels(2, kWheelBase) = -0.3;
+  const Pose2 told = odometry.add(frame, none, rig).T_last_here;
+  EXPECT_NEAR(told.x_m, frame.T_before_here.x_m, 1e-6);
+  EXPECT_NEAR(told.theta_rad, frame.T_before_here.theta_rad - 0.3 * 0.02, 1e-6);
+}
+
+TEST(KeyframeOdometry, GivesTheSameBitsAgain) {
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(600, 3, Rng(4));
+  std::vector<Pose2> told;
+  for (int run = 0; run < 2; ++run) {
+    KeyframeOdometry odometry({}, {}, cameras);
+    Rng rng(5);
+    Pose2 here;
+    Pose2 truth;
+    for (int k = 0; k < 7; ++k) {
+      truth = truth * Pose2{0.1, 0, 0.2};
+      here = here * odometry
+                        .add(frame_of(cameras, {0.1, 0, 0.2}, rng),
+                             room.seen_from(cameras, truth, kNoise_px, 0.1, Rng(k)), exact(cameras))
+                        .T_last_here;
+    }
+    told.push_back(here);
+  }
+  EXPECT_EQ(told[0], told[1]);
+}
+
+// A body that has turned once round: what the wheels have got wrong by then is seen.
+TEST(HeadingEdge, ShowsHowFarTheBodyHasTurned) {
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(1200, 3, Rng(6));
+  const Pose2 T_map_from{0.3, -0.5, 0.4};
+  const Pose2 truth{0.01, -0.005, 0.03};
+  const PlaceFeatures from = room.seen_from(cameras, T_map_from, kNoise_px, 0.2, Rng(7));
+  const PlaceFeatures to = room.seen_from(cameras, T_map_from * truth, kNoise_px, 0.2, Rng(8));
+  BundleFrame frame;
+  frame.taken.late_s.assign(cameras.size(), 0);
+  const RigState none = RigState::Zero(rig_states(cameras.size()));
+  const Pose2 believed{truth.x_m, truth.y_m, truth.theta_rad + deg_to_rad(2)};
+  const Mat3 covariance = Vec3(0.003, 0.003, 0.04).cwiseAbs2().asDiagonal();
+  const auto edge = heading_edge({}, {}, cameras, none, {4, &frame, &from}, {29, &frame, &to},
+                                 believed, covariance);
+  ASSERT_TRUE(edge);
+  EXPECT_EQ(edge->edge.from, 4);
+  EXPECT_EQ(edge->edge.to, 29);
+  const double sigma_rad = 1 / std::sqrt(edge->edge.information(2, 2));
+  EXPECT_LT(rad_to_deg(sigma_rad), 0.1);
+  EXPECT_NEAR(edge->edge.T_from_to.theta_rad, truth.theta_rad, 4 * sigma_rad);
+  EXPECT_LT(edge->edge.information(0, 0), 1e-3);  // of the position next to nothing
+}
+
+TEST(HeadingEdge, IsNoneBetweenPlacesThatShareNothing) {
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom here(1200, 3, Rng(9));
+  const SyntheticRoom elsewhere(1200, 3, Rng(10));
+  const PlaceFeatures from = here.seen_from(cameras, {}, kNoise_px, 0, Rng(11));
+  const PlaceFeatures to = elsewhere.seen_from(cameras, {}, kNoise_px, 0, Rng(12));
+  BundleFrame frame;
+  frame.taken.late_s.assign(cameras.size(), 0);
+  const RigState none = RigState::Zero(rig_states(cameras.size()));
+  const Mat3 covariance = Vec3(0.003, 0.003, 0.04).cwiseAbs2().asDiagonal();
+  EXPECT_FALSE(
+      heading_edge({}, {}, cameras, none, {0, &frame, &from}, {20, &frame, &to}, {}, covariance));
+}
+
+}  // namespace
+}  // namespace panoptes
