@@ -230,6 +230,7 @@ class Bundle {
       step();
       place_bodies();
       settle_points();
+      forget_what_went_behind();
     }
     learn_noise();
     sum_up(true);
@@ -336,6 +337,13 @@ class Bundle {
   void choose_inliers() {
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
       trusts_[t] = squares_[t] <= chi_square_limit(freedoms_[t], options_.inlier_sigma) ? 1 : 0;
+    }
+  }
+
+  // A thing next to a picture's plane may fall behind it with the last of the steps.
+  void forget_what_went_behind() {
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      trusts_[t] = std::isfinite(squares_[t]) ? trusts_[t] : 0;
     }
   }
 
