@@ -145,21 +145,66 @@ class SharedEquations {
     }
   }
 
+  // Of two different columns, whichever half it is of.
+  void add_pair(int row, int column, const Mat3& block) {
+    add_block(row, column, block);
+    add_block(column, row, block.transpose());
+  }
+
+  void add_states(int column, const Eigen::Matrix<double, Eigen::Dynamic, 3>& block) {
+    for (int s = 0; column >= 0 && s < states_; ++s) {
+      for (int k = 0; k < 3; ++k) {
+        triplets_.emplace_back(state_column() + s, column + k, block(s, k));
+      }
+    }
+  }
+
+  // Each residual but the states' depends on the first node and on one other.
   void add(const JointEdge& joint, const SharedGraph& graph) {
     const int count = static_cast<int>(joint.T_first_node.size());
-    const int rows = 3 * count + states_;
-    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(rows, 3 * (count + 1) + states_);
-    std::vector<int> at{column(joint.first)};
+    const Eigen::MatrixXd& W = joint.information;
+    const Eigen::VectorXd weighted = W * residual_of(joint, graph) + joint.gradient;
+    std::vector<RelativeJacobian> J;
     for (int i = 0; i < count; ++i) {
-      const int node = joint.first + 1 + i;
-      const RelativeJacobian jacobian =
-          relative_jacobian(graph.T_map_node[joint.first], graph.T_map_node[node]);
-      J.block<3, 3>(3 * i, 0) = jacobian.from;
-      J.block<3, 3>(3 * i, 3 * (i + 1)) = jacobian.to;
-      at.push_back(column(node));
+      J.push_back(
+          relative_jacobian(graph.T_map_node[joint.first], graph.T_map_node[joint.first + 1 + i]));
     }
-    J.bottomRightCorner(states_, states_).setIdentity();
-    add(J, at, joint.information, joint.information * residual_of(joint, graph) + joint.gradient);
+    const int first = column(joint.first);
+    Mat3 of_first = Mat3::Zero();
+    Vec3 gradient_first = Vec3::Zero();
+    Eigen::Matrix<double, Eigen::Dynamic, 3> states_first =
+        Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(states_, 3);
+    for (int i = 0; i < count; ++i) {
+      const int here = column(joint.first + 1 + i);
+      Mat3 with_first = Mat3::Zero();
+      for (int j = 0; j < count; ++j) {
+        const Mat3 W_ji = W.block<3, 3>(3 * j, 3 * i);
+        with_first += J[j].from.transpose() * W_ji;
+        if (j < i && here >= 0) {
+          add_pair(column(joint.first + 1 + j), here, J[j].to.transpose() * W_ji * J[i].to);
+        }
+      }
+      of_first += with_first * J[i].from;
+      const Eigen::Matrix<double, Eigen::Dynamic, 3> W_si = W.block(3 * count, 3 * i, states_, 3);
+      states_first += W_si * J[i].from;
+      const auto weighted_i = weighted.segment<3>(3 * i);
+      gradient_first += J[i].from.transpose() * weighted_i;
+      if (here >= 0) {
+        add_block(here, here, J[i].to.transpose() * W.block<3, 3>(3 * i, 3 * i) * J[i].to);
+        gradient_.segment<3>(here) += J[i].to.transpose() * weighted_i;
+        if (first >= 0) {
+          add_pair(first, here, with_first * J[i].to);
+        }
+      }
+      add_states(here, W_si * J[i].to);
+    }
+    if (first >= 0) {
+      add_block(first, first, of_first);
+      gradient_.segment<3>(first) += gradient_first;
+    }
+    add_states(first, states_first);
+    state_information_ += W.bottomRightCorner(states_, states_);
+    gradient_.tail(states_) += weighted.tail(states_);
   }
 
   void add(const SharedEdge& shared, const SharedGraph& graph) {

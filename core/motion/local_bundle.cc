@@ -230,6 +230,7 @@ class Bundle {
       step();
       place_bodies();
       settle_points();
+      forget_what_went_behind();
     }
     learn_noise();
     sum_up(true);
@@ -336,6 +337,13 @@ class Bundle {
   void choose_inliers() {
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
       trusts_[t] = squares_[t] <= chi_square_limit(freedoms_[t], options_.inlier_sigma) ? 1 : 0;
+    }
+  }
+
+  // A thing next to a picture's plane may fall behind it with the last of the steps.
+  void forget_what_went_behind() {
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      trusts_[t] = std::isfinite(squares_[t]) ? trusts_[t] : 0;
     }
   }
 
@@ -461,10 +469,14 @@ class Bundle {
     const BundleFrame& here = frames_[frame];
     const Eigen::Matrix<double, kWheelStates, 1> wheels =
         state_.segment<kWheelStates>(columns_.wheels);
-    const Vec3 corrected_by = here.by_wheels * wheels;
-    const Vec3 r(relative.x_m - here.T_before_here.x_m - corrected_by.x(),
-                 relative.y_m - here.T_before_here.y_m - corrected_by.y(),
-                 wrap_angle(relative.theta_rad - here.T_before_here.theta_rad - corrected_by.z()));
+    // What the wheels would have told of this motion, and not what they told put right: that would
+    // be scaled with its noise, which is less the smaller the wheels are.
+    const WheelJacobian by_wheels =
+        here.by_wheels ? here.by_wheels(relative) : WheelJacobian::Zero().eval();
+    const Vec3 off = by_wheels * wheels;
+    const Vec3 r(relative.x_m - off.x() - here.T_before_here.x_m,
+                 relative.y_m - off.y() - here.T_before_here.y_m,
+                 wrap_angle(relative.theta_rad - off.z() - here.T_before_here.theta_rad));
     Mat3 by_from = Mat3::Zero();
     Mat3 by_here = Mat3::Identity();
     const Mat2 Rt = from.rotation().transpose();
@@ -476,7 +488,7 @@ class Bundle {
       J.middleCols<3>(columns_.pose(frame - 1)) = by_from;
     }
     J.middleCols<3>(columns_.pose(frame)) = by_here;
-    J.middleCols<kWheelStates>(columns_.wheel()) = -here.by_wheels;
+    J.middleCols<kWheelStates>(columns_.wheel()) = -by_wheels;
     const Mat3 W = here.covariance.inverse();
     sum_.information += J.transpose() * W * J;
     sum_.gradient += J.transpose() * (W * r);

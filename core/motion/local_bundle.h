@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -28,7 +29,8 @@ struct BundleFrame {
   // What the odometry tells of the motion since the frame before; x, y, theta in that one's frame:
   Pose2 T_before_here;
   Mat3 covariance = Mat3::Identity();  ///< of what differs from one motion to the next,
-  WheelJacobian by_wheels = WheelJacobian::Zero();  ///< and how it changes with the wheels' states
+  /// and how such a motion changes with the wheels' states; empty where there are none.
+  std::function<WheelJacobian(const Pose2& T_from_to)> by_wheels;
 };
 
 struct BundleOptions {

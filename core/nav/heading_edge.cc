@@ -33,7 +33,7 @@ std::optional<SharedEdge> heading_edge(const BundleOptions& options, const Featu
   }
   std::vector<BundleFrame> frames{*from.frame, *to.frame};
   frames[1].T_before_here = T_from_to;
-  frames[1].by_wheels.setZero();
+  frames[1].by_wheels = nullptr;
   frames[1].covariance = covariance;
   frames[1].covariance.row(2).setZero();
   frames[1].covariance.col(2).setZero();

@@ -87,7 +87,10 @@ KeyframeOdometry::Motion KeyframeOdometry::add(const BundleFrame& frame,
   last_features_ = features;
   last_tracks_ = std::move(tracks_here);
   frames_.push_back(frame);
-  const Vec3 by_state = frame.by_wheels * rig.state.tail<kWheelStates>();
+  const Vec3 by_state =
+      frame.by_wheels
+          ? (frame.by_wheels(frame.T_before_here) * rig.state.tail<kWheelStates>()).eval()
+          : Vec3::Zero().eval();
   T_before_here_.push_back({frame.T_before_here.x_m + by_state.x(),
                             frame.T_before_here.y_m + by_state.y(),
                             wrap_angle(frame.T_before_here.theta_rad + by_state.z())});

@@ -141,7 +141,9 @@ Pose2 Localiser::link_to_last(Time taken, const LoopPlace& place, const Pose2& T
   if (!keyframes_.empty()) {
     frame.T_before_here = T_last_body;
     frame.covariance = odometry_.covariance(keyframes_.back().stamp, taken, T_last_body);
-    frame.by_wheels = odometry_.by_wheels(T_last_body);
+    frame.by_wheels = [&odometry = odometry_](const Pose2& T_from_to) {
+      return odometry.by_wheels(T_from_to);
+    };
   }
   const PlaceFeatures none(believed_.size());
   frames_.push_back(frame);

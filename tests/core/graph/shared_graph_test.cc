@@ -2,10 +2,12 @@
 #include "core/graph/shared_graph.h"
 
 #include <cmath>
+#include <utility>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
+#include "core/graph/normal_equations.h"
 #include "tests/core/graph/random_walk.h"
 
 namespace panoptes {
@@ -119,6 +121,39 @@ TEST(SharedGraph, JointsAndEdgesThatSayTheSameAreTheSame) {
   relax(apart.graph);
   relax(joined.graph);
   EXPECT_NEAR(apart.graph.state[0], joined.graph.state[0], 1e-5);
+}
+
+// Two steps in one joint edge, seen from where the first begins, are two edges.
+TEST(SharedGraph, AJointOfSeveralStepsIsTheirEdgesTogether) {
+  Turns apart(11, false);
+  SharedGraph joined = apart.graph;
+  joined.edges.clear();
+  for (int k = 0; k < 48; k += 2) {
+    const SharedEdge& one = apart.graph.edges[k];
+    const SharedEdge& two = apart.graph.edges[k + 1];
+    const Pose2 T_first_second = one.edge.T_from_to;
+    const Pose2 T_first_third = T_first_second * two.edge.T_from_to;
+    const RelativeJacobian second = relative_jacobian(T_first_second, T_first_third);
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(6, 7);
+    J.topLeftCorner<3, 3>().setIdentity();
+    J.block<3, 1>(0, 6) = -one.by_state;
+    J.block<3, 3>(3, 0) = second.from;
+    J.block<3, 3>(3, 3) = second.to;
+    J.block<3, 1>(3, 6) = -two.by_state;
+    Eigen::MatrixXd W = Eigen::MatrixXd::Zero(6, 6);
+    W.topLeftCorner<3, 3>() = one.edge.information;
+    W.bottomRightCorner<3, 3>() = two.edge.information;
+    joined.joints.push_back({k,
+                             {T_first_second, T_first_third},
+                             joined.state,
+                             J.transpose() * W * J,
+                             Eigen::VectorXd::Zero(7)});
+  }
+  EXPECT_NEAR(chi2(joined), chi2(apart.graph), kRoundoff);
+  for (const auto& [from, to] : {std::pair(0, 48), std::pair(5, 40), std::pair(31, 8)}) {
+    const Mat3 exact = relative_covariance(apart.graph, from, to);
+    EXPECT_LT((relative_covariance(joined, from, to) - exact).norm(), kRoundoff * exact.norm());
+  }
 }
 
 TEST(SharedGraph, PairwiseKeepsWhereNodesAreAndHowTheyFollowTheState) {

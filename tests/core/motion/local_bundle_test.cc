@@ -40,6 +40,15 @@ struct WheelError {
   double sigma_rad = 0.002;
 };
 
+// Of a motion taken for one arc.
+WheelJacobian wheels_of(const Pose2& T) {
+  WheelJacobian J = WheelJacobian::Zero();
+  J.row(2) << T.theta_rad, 0, -T.theta_rad;
+  J.topRows<2>() = Vec2(-T.y_m, T.x_m) * (0.5 * J.row(2));
+  J.col(kWheelScale).head<2>() += T.position();
+  return J;
+}
+
 Seen drive(const SyntheticRoom& room, const LoopCameras& cameras, const std::vector<Pose2>& steps,
            double noise_px, const WheelError& wheels, const Rng& rng) {
   Seen seen;
@@ -58,7 +67,7 @@ Seen drive(const SyntheticRoom& room, const LoopCameras& cameras, const std::vec
                              wheels.turn * step.theta_rad + draw.normal(0, wheels.sigma_rad)};
       frame.covariance =
           Vec3(wheels.sigma_m, wheels.sigma_m, wheels.sigma_rad).cwiseAbs2().asDiagonal();
-      frame.by_wheels(2, kWheelBase) = -step.theta_rad;
+      frame.by_wheels = wheels_of;
     }
     seen.frames.push_back(frame);
     features.push_back(
@@ -218,6 +227,40 @@ TEST(LocalBundle, LearnsNoLeverArmFromWhatIsFarAway) {
             1 / (sigma[kPosition] * sigma[kPosition]));
 }
 
+// A room twice as large, driven through by a robot twice as large, looks the same: however noisy
+// its wheels are, no bundle says anything of the scale.
+TEST(LocalBundle, SaysNothingOfTheScale) {
+  LoopCameras cameras = front_and_back();
+  for (LoopCamera& camera : cameras) {
+    camera.T_body_camera.translation.head<2>().setZero();
+  }
+  const RigState sigma = sigmas(cameras, deg_to_rad(1), 0.01);
+  const RigPriorState prior{RigState::Zero(sigma.size()),
+                            sigma.cwiseAbs2().cwiseInverse().asDiagonal()};
+  double pull = 0;
+  constexpr int kRuns = 20;
+  for (int run = 0; run < kRuns; ++run) {
+    const Rng rng(static_cast<std::uint64_t>(run));
+    const SyntheticRoom room(1200, 3, rng.fork("room"));
+    const Seen seen = drive(room, cameras, kAhead, kNoise_px, {1, 0.003, 0.01}, rng.fork("drive"));
+    const BundleSolution found =
+        adjust_bundle({}, cameras, prior, seen.frames, seen.tracks, seen.by_wheels());
+    Eigen::VectorXd larger = Eigen::VectorXd::Zero(found.gradient.size());
+    for (std::size_t k = 1; k < seen.frames.size(); ++k) {
+      larger.segment<2>(static_cast<Eigen::Index>(3 * (k - 1))) = found.T_first_frame[k].position();
+    }
+    const Eigen::Index states = larger.size() - found.state.size();
+    for (int camera = 0; camera < 2; ++camera) {
+      const int at = camera_state(camera) + kPosition;
+      larger.segment<2>(states + at) = found.state.segment<2>(at);
+    }
+    const Eigen::Index wheels = larger.size() - kWheelStates;
+    larger[wheels + kWheelScale] = larger[wheels + kWheelBase] = 1;
+    pull += found.gradient.dot(larger) / kRuns;
+  }
+  EXPECT_LT(std::abs(pull), 0.1);  // one for each coordinate of noise were it scaled: a dozen
+}
+
 // The poses of held states move with these as the information says.
 TEST(LocalBundle, SaysHowPosesFollowTheStates) {
   const LoopCameras cameras = front_and_back();
@@ -263,6 +306,20 @@ TEST(LocalBundle, TellsWhatIsMismatchedFromWhatFits) {
   EXPECT_LT(static_cast<double>(believed), 0.05 * static_cast<double>(spoiled));
   EXPECT_LT(static_cast<double>(refused), 0.1 * static_cast<double>(seen.tracks.size() - spoiled));
   EXPECT_LT(error_of(found, seen.truth).cwiseAbs().maxCoeff(), 0.02);
+}
+
+// Things that the robot all but touches fall behind a picture's plane with the last steps.
+TEST(LocalBundle, KnowsItsNoiseAmongThingsThatItAllButTouches) {
+  const LoopCameras cameras = front_and_back();
+  for (int run = 0; run < 30; ++run) {
+    const Rng rng(static_cast<std::uint64_t>(run));
+    const SyntheticRoom narrow(1500, 1.1, rng.fork("room"));
+    const Seen seen = drive(narrow, cameras, kAhead, kNoise_px, {1, 0.02, 0.02}, rng.fork("drive"));
+    const BundleSolution found =
+        adjust_bundle({}, cameras, held(cameras), seen.frames, seen.tracks, seen.by_wheels());
+    EXPECT_LT(found.noise_px, 1) << run;
+    EXPECT_GT(found.noise_px, 0.3) << run;
+  }
 }
 
 TEST(LocalBundle, GoesByTheWheelsWhereNothingIsSeen) {
