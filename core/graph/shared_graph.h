@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
@@ -43,17 +44,31 @@ struct SharedGraph {
 double chi2(const SharedGraph& graph);
 
 /// Moves every pose but the first, and the states, to where all agree best: Levenberg-Marquardt on
-/// sparse Cholesky from where they are. One thread, same bits every time.
+/// sparse Cholesky from where they are, until no measurement could tell the difference. One thread,
+/// same bits every time.
 RelaxReport relax(SharedGraph& graph);
 
-/// The marginal of the states.
-Eigen::MatrixXd state_covariance(const SharedGraph& graph);
+/// How uncertain a graph is, linearised at its poses and states: one factorisation for any number
+/// of questions. Nothing is known when its equations cannot be solved.
+class SharedUncertainty {
+ public:
+  explicit SharedUncertainty(const SharedGraph& graph);
 
-/// See relative_covariance of a PoseGraph; with what the states are not known by. With `by_state`
-/// it is of the pose's difference from one that changes by so much (x, y, theta a row) for each
-/// unit of the states.
-Mat3 relative_covariance(const SharedGraph& graph, int from, int to,
-                         const Eigen::MatrixXd& by_state = {});
+  /// The marginal of the states.
+  const Eigen::MatrixXd& states() const { return states_; }
+
+  /// See relative_covariance of a PoseGraph; with what the states are not known by. With `by_state`
+  /// it is of the pose's difference from one that changes by so much (x, y, theta a row) for each
+  /// unit of the states.
+  Mat3 relative(int from, int to, const Eigen::MatrixXd& by_state = {}) const;
+
+ private:
+  struct Solved;
+  Eigen::MatrixXd states_;
+  std::shared_ptr<const Solved> solved_;
+};
+
+Eigen::MatrixXd state_covariance(const SharedGraph& graph);
 
 /// Each joint edge as edges between consecutive nodes, the states as they are now; `by_state` of
 /// each is how it changes with them. What consecutive edges have in common is lost but for that.
@@ -65,6 +80,7 @@ PoseGraph pairwise(const SharedGraph& graph);
 
 /// See path_covariances of a PoseGraph: never smaller than the marginal as far as the states are
 /// concerned, which all edges of a path get wrong together.
-std::vector<Mat3> path_covariances(const SharedGraph& graph, int from);
+std::vector<Mat3> path_covariances(const SharedGraph& graph, int from,
+                                   const Eigen::MatrixXd& state_covariance);
 
 }  // namespace panoptes

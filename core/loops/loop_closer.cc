@@ -254,15 +254,11 @@ const PlaceDepths& LoopCloser::depths(int keyframe, const SharedGraph& graph) {
   return here.depths;
 }
 
-std::vector<LoopCloser::Candidate> LoopCloser::shortlist(const VerifiedMethod& method, int recent,
-                                                         const SharedGraph& graph) const {
-  if (std::none_of(facings_.begin(), facings_.end(), [&](const Facing& facing) {
-        return spaced(recent, heading_of(facing.turn_rad));
-      })) {
-    return {};
-  }
+std::vector<LoopCloser::Candidate> LoopCloser::shortlist(
+    const VerifiedMethod& method, int recent, const SharedGraph& graph,
+    const SharedUncertainty& uncertainty) const {
   const double threshold_grey = nearby_threshold_grey(method);
-  const std::vector<Mat3> covariances = path_covariances(graph, recent);
+  const std::vector<Mat3> covariances = path_covariances(graph, recent, uncertainty.states());
   const Pose2 T_recent_map = graph.T_map_node[recent].inverse();
   const std::vector<std::vector<double>> shared =
       words_ ? words_->shared(recent, recent, facings_) : std::vector<std::vector<double>>();
@@ -340,6 +336,7 @@ struct LoopCloser::CandidateCheck {
   const VerifiedMethod& method;
   const Candidate& candidate;
   const SharedGraph& graph;
+  const SharedUncertainty& uncertainty;
   const ContourSource& contours;
   ClosureReport& report;
   double limit = chi_square_3_quantile(method.gate_probability);
@@ -351,19 +348,24 @@ struct LoopCloser::CandidateCheck {
   PlanarMotion motion = {};        // recent seen from earlier
   Mat3 floor = Mat3::Zero();       // what no picture makes surer
   Mat3 covariance = Mat3::Zero();  // of the motion by the pictures alone, were the rig known,
-  Eigen::MatrixXd rig_covariance = {};
-  Mat3 of_rig = Mat3::Zero();  // and by what is not known of it
+  Mat3 of_rig = Mat3::Zero();      // and by what is not known of it
 };
 
 std::vector<ClosureReport> LoopCloser::close_verified(const VerifiedMethod& method, int recent,
                                                       const SharedGraph& graph,
                                                       const ContourSource& contours) {
+  if (std::none_of(facings_.begin(), facings_.end(), [&](const Facing& facing) {
+        return spaced(recent, heading_of(facing.turn_rad));
+      })) {
+    return {};
+  }
+  const SharedUncertainty uncertainty(graph);
   std::vector<ClosureReport> reports;
-  for (const Candidate& candidate : shortlist(method, recent, graph)) {
+  for (const Candidate& candidate : shortlist(method, recent, graph, uncertainty)) {
     reports.push_back(report_of(recent, candidate.earlier, *candidate.facing));
     ClosureReport& report = reports.back();
     report.T_earlier_recent = candidate.prior.T_a_b;
-    CandidateCheck check{method, candidate, graph, contours, report};
+    CandidateCheck check{method, candidate, graph, uncertainty, contours, report};
     if (const std::optional<Refusal> refusal = verify(check)) {
       report.verdict = refusal->why;
     } else {
@@ -467,8 +469,7 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_certainty(CandidateCheck& c
   if (!report.by_state.allFinite()) {
     return Refusal{"features: the pose is not known in every direction"};
   }
-  check.rig_covariance = state_covariance(check.graph);
-  check.of_rig = report.by_state * check.rig_covariance * report.by_state.transpose();
+  check.of_rig = report.by_state * check.uncertainty.states() * report.by_state.transpose();
   check.covariance = *seen;
   const Mat3 both = check.covariance + check.of_rig;
   const double sigma_m = largest_sigma_m(both);
@@ -523,7 +524,7 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_cameras(CandidateCheck& che
       if (!by_state.allFinite()) {
         continue;  // near nothing is said by one of them
       }
-      const Mat3 of_rig = by_state * check.rig_covariance * by_state.transpose();
+      const Mat3 of_rig = by_state * check.uncertainty.states() * by_state.transpose();
       const Mat3 allowed = one.covariance + other.covariance + 2 * check.floor + of_rig;
       const double sigma = std::sqrt(squared_sigmas(off, allowed));
       check.report.cameras_sigma = std::max(check.report.cameras_sigma, sigma);
@@ -544,7 +545,7 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_gate(const CandidateCheck& 
   const Pose2 expected = check.graph.T_map_node[earlier].inverse() * check.graph.T_map_node[recent];
   const Vec3 surprise = difference(check.motion.T_a_b_seen, expected);
   const Mat3 allowed =
-      relative_covariance(check.graph, earlier, recent, check.report.by_state) + check.covariance;
+      check.uncertainty.relative(earlier, recent, check.report.by_state) + check.covariance;
   check.report.gate_sigma = std::sqrt(squared_sigmas(surprise, allowed));
   if (!(square(check.report.gate_sigma) <= check.limit)) {
     return Refusal{

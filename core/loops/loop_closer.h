@@ -7,7 +7,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <variant>
 #include <vector>
 
@@ -150,7 +149,8 @@ class LoopCloser {
   LoopCameras cameras_at(int keyframe, const SharedGraph& graph) const;
   const PlaceDepths& depths(int keyframe, const SharedGraph& graph);
   std::vector<Candidate> shortlist(const VerifiedMethod& method, int recent,
-                                   const SharedGraph& graph) const;
+                                   const SharedGraph& graph,
+                                   const SharedUncertainty& uncertainty) const;
   std::vector<ClosureReport> close_verified(const VerifiedMethod& method, int recent,
                                             const SharedGraph& graph,
                                             const ContourSource& contours);

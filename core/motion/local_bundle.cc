@@ -573,18 +573,8 @@ class Bundle {
     s.information = sum_.information;
     s.gradient = sum_.gradient;
     s.noise_px = std::sqrt(variance_px2_);
-    for (std::size_t t = 0; t < tracks_.size(); ++t) {
-      Mat3 H = Mat3::Zero();
-      Residual here;
-      for (const Track::Seen& seen : tracks_[t].seen) {
-        if (residual(tracks_[t], seen, points_[t], false, here)) {
-          H += here.by_point.transpose() * here.by_point / variance_px2_;
-        }
-      }
-      H(2, 2) += depth_prior_[t];
-      s.inlier.push_back(trusts_[t] > 0);
-      s.inverse_depth_per_m.push_back(points_[t].z());
-      s.inverse_depth_sigma_per_m.push_back(std::sqrt(H.inverse()(2, 2)));
+    for (const double trust : trusts_) {
+      s.inlier.push_back(trust > 0);
     }
     return s;
   }

@@ -43,11 +43,9 @@ struct BundleOptions {
 /// theta of frames 1, 2, ...) and in the rig's states, all depths integrated out.
 struct BundleSolution {
   std::vector<Pose2> T_first_frame;
-  RigState state;                           ///< about which it was linearised
-  Eigen::MatrixXd information;              ///< of (poses, states), without the states' prior
-  Eigen::VectorXd gradient;                 ///< of half the squared error there: zero in the poses
-  std::vector<double> inverse_depth_per_m;  ///< of each track, at its first keyframe
-  std::vector<double> inverse_depth_sigma_per_m;  ///< states and poses known
+  RigState state;               ///< about which it was linearised
+  Eigen::MatrixXd information;  ///< of (poses, states), without the states' prior
+  Eigen::VectorXd gradient;     ///< of half the squared error there: zero in the poses
   std::vector<bool> inlier;
   double noise_px = 0;  ///< as its residuals have it
 };

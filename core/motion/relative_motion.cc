@@ -406,8 +406,6 @@ std::optional<PlanarMotion> motion_by_features(const MotionOptions& options, con
     state = step_from(state, sum_up(observations, &inliers, state, variance_px2, 0), forgotten);
   }
   motion.T_a_b_seen = state.T_a_b;
-  motion.sigma_theta_rad = std::sqrt(motion.covariance(2, 2));
-  motion.direction_rad = std::atan2(motion.T_a_b.y_m, motion.T_a_b.x_m);
   motion.matches = static_cast<int>(matches.size());
   motion.inliers = static_cast<int>(inliers.size());
   for (const int i : inliers) {

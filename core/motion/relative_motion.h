@@ -65,8 +65,6 @@ struct PlanarMotion {
   Mat3 covariance = Mat3::Identity();    ///< of it; x, y, theta in the frame of `a`
   Pose2 T_a_b_seen;                      ///< by the pictures alone, prior forgotten,
   Mat3 information_seen = Mat3::Zero();  ///< and what they alone say
-  double sigma_theta_rad = 0;            ///< of T_a_b
-  double direction_rad = 0;              ///< of the translation of T_a_b, in the frame of `a`
   int matches = 0;
   int inliers = 0;
   std::vector<int> inliers_by_camera;  ///< by the camera of `a`

@@ -1,29 +1,27 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/motion/rig_correction.h"
 
-#include <Eigen/Geometry>
-
 #include "core/base/check.h"
+#include "core/camera/lens_correction.h"
+#include "core/camera/mounting.h"
 
 namespace panoptes {
+
+Pose3 corrected(const Pose3& T_body_camera, const CameraCorrection& by) {
+  Pose3 T = T_body_camera;
+  T.rotation = (turned_by(by.segment<3>(kRotation)) * T.rotation).normalized();
+  T.translation.head<2>() += by.segment<2>(kPosition);
+  return T;
+}
 
 LoopCameras corrected(const LoopCameras& believed, const RigState& state) {
   PANOPTES_CHECK(state.size() == rig_states(believed.size()), "a state for every camera");
   LoopCameras cameras = believed;
   for (int i = 0; i < static_cast<int>(cameras.size()); ++i) {
-    const auto s = state.segment<kCameraStates>(camera_state(i));
+    const CameraCorrection by = state.segment<kCameraStates>(camera_state(i));
     LoopCamera& camera = cameras[i];
-    const Vec3 turn = s.segment<3>(kRotation);
-    const double angle = turn.norm();
-    if (angle > 0) {
-      camera.T_body_camera.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(angle, turn / angle)) *
-                                      camera.T_body_camera.rotation;
-    }
-    camera.T_body_camera.translation.head<2>() += s.segment<2>(kPosition);
-    camera.intrinsics.fx_px *= 1 + s[kFocal];
-    camera.intrinsics.fy_px *= 1 + s[kFocal];
-    camera.intrinsics.cx_px += s[kCentre];
-    camera.intrinsics.cy_px += s[kCentre + 1];
+    camera.T_body_camera = corrected(camera.T_body_camera, by);
+    camera.intrinsics = corrected(camera.intrinsics, {by[kFocal], by.segment<2>(kCentre)});
   }
   return cameras;
 }

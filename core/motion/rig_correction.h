@@ -33,6 +33,7 @@ enum WheelParameter : int {
 
 using WheelJacobian = Eigen::Matrix<double, 3, kWheelStates>;
 
+using CameraCorrection = Eigen::Matrix<double, kCameraStates, 1>;  ///< the states of one camera
 using RigState = Eigen::VectorXd;  ///< of all loop cameras in their order, then the wheels
 
 inline int rig_states(std::size_t cameras) {
@@ -40,6 +41,9 @@ inline int rig_states(std::size_t cameras) {
 }
 inline int camera_state(int camera) { return camera * kCameraStates; }
 inline int wheel_state(std::size_t cameras) { return static_cast<int>(cameras) * kCameraStates; }
+
+/// The mounting that a camera's states make of the believed one.
+Pose3 corrected(const Pose3& T_body_camera, const CameraCorrection& by);
 
 /// The cameras as `state` corrects them; clocks aside, which are not the camera's.
 LoopCameras corrected(const LoopCameras& believed, const RigState& state);

@@ -91,13 +91,6 @@ RigCamera refined(const RigCamera& believed, const Intrinsics& pinhole, CameraCo
 
 }  // namespace
 
-Pose3 corrected(const Pose3& T_body_camera, const CameraCorrection& by) {
-  Pose3 T = T_body_camera;
-  T.rotation = (turned_by(by.segment<3>(kRotation)) * T.rotation).normalized();
-  T.translation.head<2>() += by.segment<2>(kPosition);
-  return T;
-}
-
 Rig refined(const Rig& believed, const RigEstimate& estimate) {
   PANOPTES_CHECK(estimate.state.size() == rig_states(estimate.believed.size()),
                  "a state for every camera");

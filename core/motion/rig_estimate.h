@@ -8,7 +8,6 @@
 
 namespace panoptes {
 
-using CameraCorrection = Eigen::Matrix<double, kCameraStates, 1>;  ///< the states of one camera
 using CameraCovariance = Eigen::Matrix<double, kCameraStates, kCameraStates>;
 
 /// What a run has learned of its loop cameras and its wheels, against what it believed of them.
@@ -18,9 +17,6 @@ struct RigEstimate {
   Eigen::MatrixXd covariance;        ///< of the state, as it is known at the end,
   Eigen::MatrixXd prior_covariance;  ///< and as it was before anything was seen
 };
-
-/// The mounting that a camera's states make of the believed one.
-Pose3 corrected(const Pose3& T_body_camera, const CameraCorrection& by);
 
 /// The rig that was believed, its loop cameras corrected, with the sigmas that are left. What no
 /// state tells of (heights, distortion, cameras that recognise no places) stays, and so does a lens

@@ -207,7 +207,7 @@ void Localiser::look_back(const LoopPlace& place) {
   if (best < 0 || place.featureless() || closer_.place(best).featureless()) {
     return;
   }
-  Mat3 covariance = relative_covariance(graph_, best, here);
+  Mat3 covariance = SharedUncertainty(graph_).relative(best, here);
   const PlaceFeatures& then = closer_.place(best).features;
   std::optional<SharedEdge> edge =
       heading_edge(options_.bundle.bundle, options_.loops.features, believed_, graph_.state,

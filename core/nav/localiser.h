@@ -67,9 +67,9 @@ struct Located {
 };
 
 /// Keyframes, loop closures and relaxation (thesis 6.3.2, 6.3.3). Between keyframes the wheels tell
-/// the way; at each keyframe the pictures correct the heading. Where a camera is lost keyframes go
-/// on with the other, or by the wheels alone, but no loop is closed at them: what tells places
-/// apart takes both.
+/// the way; at each keyframe bundles of wheels and pictures correct it, and what is believed of the
+/// rig. Where a camera is lost keyframes go on with the others, or by the wheels alone, but no loop
+/// is closed at them: what tells places apart takes all.
 class Localiser {
  public:
   /// `odometry` tells of the motion in the observations, and outlives this.

@@ -86,7 +86,8 @@ void Navigator::choose_goal(const SlamStep& at) {
 void Navigator::choose_revisit_goal(const SlamStep& at) {
   const SharedGraph& graph = slam_.graph();
   if (revisit_.empty() && revisits_ < options_.revisits_last) {
-    const std::vector<Mat3> covariances = path_covariances(graph, at.keyframe);
+    const std::vector<Mat3> covariances =
+        path_covariances(graph, at.keyframe, state_covariance(graph));
     std::vector<VisitedPose> places;
     for (std::size_t k = 0; k < graph.T_map_node.size(); ++k) {
       places.push_back({graph.T_map_node[k], slam_.keyframes()[k].stamp,

@@ -7,9 +7,12 @@ namespace panoptes {
 
 void bind(Fields& f, WheelNoise& o) {
   f("step_sigma_m", o.step_sigma_m, not_negative);
-  f("diameter_share", o.diameter_share, not_negative);
-  f("base_share", o.base_share, not_negative);
   f("slip_share", o.slip_share, not_negative);
+  for (const char* name : {"diameter_share", "base_share"}) {
+    f.removed(name,
+              "is not set any more: navigator.localiser.wheel_prior says what the wheels may get "
+              "wrong every time");
+  }
 }
 
 Mat3 wheel_covariance(const WheelNoise& noise, double wheel_base_m, const Pose2& T_from_to) {
@@ -25,16 +28,14 @@ Mat3 wheel_covariance(const WheelNoise& noise, double wheel_base_m, const Pose2&
   // along the path; what a wheel gains or loses at random
   const double along = step2 * (left + right) / 4;
   const double turn_random = step2 * (left + right) / base2;
-  const double turn_steady =
-      std::pow(noise.diameter_share * distance / wheel_base_m, 2) +
-      (noise.base_share * noise.base_share + noise.slip_share * noise.slip_share) * turn * turn;
+  const double turn_steady = noise.slip_share * noise.slip_share * turn * turn;
   // a heading that wanders along the path swings its end by half, with a third of the variance
   const double across = (turn_random / 3 + turn_steady / 4) * distance * distance;
   const double coupled = (turn_random + turn_steady) / 2 * distance;
   constexpr double kGround_m = 5e-4;  // unevenness and rounding of ticks: never quite certain
   constexpr double kGround_rad = 5e-4;
   Mat3 covariance = Mat3::Zero();
-  covariance(0, 0) = along + std::pow(noise.diameter_share * distance, 2) + kGround_m * kGround_m;
+  covariance(0, 0) = along + kGround_m * kGround_m;
   covariance(1, 1) = across + kGround_m * kGround_m;
   covariance(2, 2) = turn_random + turn_steady + kGround_rad * kGround_rad;
   covariance(1, 2) = covariance(2, 1) = coupled;
@@ -58,10 +59,7 @@ std::optional<Odometry> WheelOdometry::at(const Observation& seen) {
 }
 
 Mat3 WheelOdometry::covariance(Time /*from*/, Time /*to*/, const Pose2& T_from_to) const {
-  WheelNoise each_time = noise_;
-  each_time.diameter_share = 0;
-  each_time.base_share = 0;
-  return wheel_covariance(each_time, wheel_base_m_, T_from_to);
+  return wheel_covariance(noise_, wheel_base_m_, T_from_to);
 }
 
 // Of a motion taken for one arc: a chord turns by half of what its arc does.

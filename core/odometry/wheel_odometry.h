@@ -8,13 +8,13 @@
 
 namespace panoptes {
 
-/// What the robot believes of its wheels' errors.
+/// What the robot believes its wheels get wrong at random; what they get wrong every time is a
+/// state
+/// (`WheelPrior`).
 struct WheelNoise {
   double step_sigma_m =
       0.005;  ///< per wheel after one metre; grows with the square root of the distance
-  double diameter_share = 0.001;  ///< by which the wheels' diameters may differ
-  double base_share = 0.005;      ///< by which the wheel base may be wrong
-  double slip_share = 0.01;       ///< of a turn
+  double slip_share = 0.01;  ///< of a turn
 };
 void bind(Fields& f, WheelNoise& o);
 

@@ -38,7 +38,7 @@ TEST(SharedGraph, WithoutStatesIsAPoseGraph) {
     EXPECT_LT(std::abs(off.theta_rad), 1e-4);
   }
   const Mat3 exact = relative_covariance(walk.graph, 10, 90);
-  EXPECT_LT((relative_covariance(shared, 10, 90) - exact).norm(), 1e-3 * exact.norm());
+  EXPECT_LT((SharedUncertainty(shared).relative(10, 90) - exact).norm(), 1e-3 * exact.norm());
 }
 
 // A wheel base that is wrong by a share: every turn that is told is too large by it.
@@ -115,8 +115,8 @@ TEST(SharedGraph, JointsAndEdgesThatSayTheSameAreTheSame) {
   apart.close(Rng(6));
   joined.close(Rng(6));
   EXPECT_NEAR(chi2(apart.graph), chi2(joined.graph), 1e-6 * chi2(apart.graph));
-  const Mat3 covariance = relative_covariance(apart.graph, 5, 40);
-  EXPECT_LT((relative_covariance(joined.graph, 5, 40) - covariance).norm(),
+  const Mat3 covariance = SharedUncertainty(apart.graph).relative(5, 40);
+  EXPECT_LT((SharedUncertainty(joined.graph).relative(5, 40) - covariance).norm(),
             kRoundoff * covariance.norm());
   relax(apart.graph);
   relax(joined.graph);
@@ -151,8 +151,9 @@ TEST(SharedGraph, AJointOfSeveralStepsIsTheirEdgesTogether) {
   }
   EXPECT_NEAR(chi2(joined), chi2(apart.graph), kRoundoff);
   for (const auto& [from, to] : {std::pair(0, 48), std::pair(5, 40), std::pair(31, 8)}) {
-    const Mat3 exact = relative_covariance(apart.graph, from, to);
-    EXPECT_LT((relative_covariance(joined, from, to) - exact).norm(), kRoundoff * exact.norm());
+    const Mat3 exact = SharedUncertainty(apart.graph).relative(from, to);
+    EXPECT_LT((SharedUncertainty(joined).relative(from, to) - exact).norm(),
+              kRoundoff * exact.norm());
   }
 }
 
@@ -178,9 +179,9 @@ TEST(SharedGraph, PairwiseKeepsWhereNodesAreAndHowTheyFollowTheState) {
 TEST(SharedGraph, APathIsNeverSurerThanItsMarginal) {
   for (const bool joined : {false, true}) {
     const Turns turns(8, joined);
-    const std::vector<Mat3> along = path_covariances(turns.graph, 4);
+    const std::vector<Mat3> along = path_covariances(turns.graph, 4, state_covariance(turns.graph));
     for (const int to : {5, 20, 48}) {
-      const Mat3 exact = relative_covariance(turns.graph, 4, to);
+      const Mat3 exact = SharedUncertainty(turns.graph).relative(4, to);
       EXPECT_GE(along[to](2, 2), exact(2, 2) * (1 - 1e-6));
       EXPECT_LT(along[to](2, 2), exact(2, 2) * 1.2);
     }

@@ -238,7 +238,7 @@ TEST(LocalBundle, SaysNothingOfTheScale) {
   const RigPriorState prior{RigState::Zero(sigma.size()),
                             sigma.cwiseAbs2().cwiseInverse().asDiagonal()};
   double pull = 0;
-  constexpr int kRuns = 20;
+  constexpr int kRuns = 8;
   for (int run = 0; run < kRuns; ++run) {
     const Rng rng(static_cast<std::uint64_t>(run));
     const SyntheticRoom room(1200, 3, rng.fork("room"));
@@ -311,7 +311,7 @@ TEST(LocalBundle, TellsWhatIsMismatchedFromWhatFits) {
 // Things that the robot all but touches fall behind a picture's plane with the last steps.
 TEST(LocalBundle, KnowsItsNoiseAmongThingsThatItAllButTouches) {
   const LoopCameras cameras = front_and_back();
-  for (int run = 0; run < 30; ++run) {
+  for (int run = 0; run < 10; ++run) {
     const Rng rng(static_cast<std::uint64_t>(run));
     const SyntheticRoom narrow(1500, 1.1, rng.fork("room"));
     const Seen seen = drive(narrow, cameras, kAhead, kNoise_px, {1, 0.02, 0.02}, rng.fork("drive"));

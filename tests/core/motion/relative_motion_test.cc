@@ -203,7 +203,7 @@ TEST(RelativeMotion, TakesAnyNumberOfCameras) {
     ASSERT_EQ(motion->inliers_by_camera.size(), count);
     EXPECT_GT(motion->inliers_by_camera.back(), 0);
     EXPECT_NEAR(motion->T_a_b.theta_rad, T_a_b.theta_rad, 0.01);
-    sigmas_rad.push_back(motion->sigma_theta_rad);
+    sigmas_rad.push_back(std::sqrt(motion->covariance(2, 2)));
     EXPECT_EQ(triangulate(FeatureOptions(), kMotion, used, a, {{used, b, T_a_b}}).size(), count);
     for (const PlaceMatch& match : match_places(FeatureOptions(), a, b, facings(used)[1])) {
       EXPECT_EQ(match.camera_b, 1 - match.camera_a);

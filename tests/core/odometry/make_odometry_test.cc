@@ -16,7 +16,7 @@ void bind(Fields& f, Settings& o) { f.choice("odometry", o.odometry); }
 
 TEST(MakeOdometry, IsByTheWheelsUnlessTheSettingsSayOtherwise) {
   const Settings chosen;
-  const WheelNoise noise{.step_sigma_m = 0.01, .diameter_share = 0, .base_share = 0};
+  const WheelNoise noise{.step_sigma_m = 0.01};
   Body body;
   body.wheel_base_m = 0.33;
   const Rig rig;

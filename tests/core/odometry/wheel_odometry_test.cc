@@ -21,17 +21,13 @@ constexpr double kBase_m = 0.33;
 Pose2 drive(const WheelNoise& noise, double distance_m, double turn_rad, Rng rng) {
   constexpr int kSteps = 50;
   const double slip = 1 + rng.normal(0, noise.slip_share);
-  const double base = 1 + rng.normal(0, noise.base_share);
-  const double diameter = rng.normal(0, noise.diameter_share);
   Pose2 pose;
   for (int step = 0; step < kSteps; ++step) {
     double left = (distance_m - turn_rad * kBase_m / 2) / kSteps;
     double right = (distance_m + turn_rad * kBase_m / 2) / kSteps;
     left += rng.normal(0, noise.step_sigma_m * std::sqrt(std::abs(left)));
     right += rng.normal(0, noise.step_sigma_m * std::sqrt(std::abs(right)));
-    left *= 1 - diameter / 2;
-    right *= 1 + diameter / 2;
-    pose = pose * exp_twist({(left + right) / 2, slip * base * (right - left) / kBase_m}, 1);
+    pose = pose * exp_twist({(left + right) / 2, slip * (right - left) / kBase_m}, 1);
   }
   return pose;
 }
@@ -81,18 +77,6 @@ TEST(WheelOdometry, TellsWhatThePlatformSaysAndNothingThatIsNoNumber) {
     bad.odometry.twist_body.*number = -std::numeric_limits<double>::infinity();
     EXPECT_FALSE(wheels.at(bad));
   }
-}
-
-// What the wheels get wrong every time is no noise of each motion: it is told apart.
-TEST(WheelOdometry, IsAsSureAsItsWheelsAreFromOneMotionToTheNext) {
-  Body body;
-  body.wheel_base_m = kBase_m;
-  WheelNoise noise;
-  const WheelOdometry wheels(noise, body);
-  const Pose2 T_from_to{0.25, 0.01, 0.1};
-  noise.diameter_share = noise.base_share = 0;
-  EXPECT_EQ(wheels.covariance(time_at(1), time_at(2), T_from_to),
-            wheel_covariance(noise, kBase_m, T_from_to));
 }
 
 TEST(WheelOdometry, SaysWhatWheelsOfAnotherSizeTell) {
