@@ -32,6 +32,8 @@ constexpr double kShownSigma_per_m = 0.1;
 constexpr double kNearest_per_m = 10;
 constexpr double kFarthest_per_m = -0.2;  // beyond infinity: what noise may make of a far thing
 
+constexpr double kSettled = 0.01;  // gain of chi2: a tenth of a sigma of one unknown
+
 const Mat2 kQuarter = (Mat2() << 0, -1, 1, 0).finished();
 
 Mat3 cross(const Vec3& v) {
@@ -74,6 +76,9 @@ struct CameraModel {
 // A residual and what it changes with.
 struct Residual {
   Vec2 r;
+  Vec3 from_camera;  // the point, in the camera's axes and units of its first depth,
+  Vec2 m;            // and where it shows it with z = 1
+  Mat23 project;     // how r changes with from_camera
   Mat23 by_point;
   Vec2 by_depth_on_axis;  // by_point's last column, were the camera on the axis of turning
   Mat23 by_anchor;        // x, y, theta of the keyframe that saw it first
@@ -81,36 +86,58 @@ struct Residual {
   Mat29 by_camera;
 };
 
-// False where the camera cannot see it.
-bool observe(const CameraModel& camera, const PictureBody& anchor, const PictureBody& body,
-             bool same_frame, const Point& point, const Vec2& px, bool all, Residual& out) {
-  const double rho = point.z();
-  const Vec3 direction = camera.R_body_camera * Vec3(point.x(), point.y(), 1);
-  const Mat3 M = body.R.transpose() * anchor.R;
-  const Vec3 at_anchor = rho * camera.origin_body + direction;
-  const Vec3 baseline = body.R.transpose() * (anchor.t - body.t);
-  const Vec3 at_body = M * at_anchor + rho * baseline;
+// How a camera at one keyframe sees what it saw first at another.
+struct Sight {
+  Mat3 M = Mat3::Identity();             // the later body's axes from the first one's
+  Mat3 turn = Mat3::Identity();          // the later camera's axes from the first one's
+  Vec3 baseline_body = Vec3::Zero();     // the first body from the later one
+  Vec3 baseline_on_axis = Vec3::Zero();  // the same in the camera's axes
+  Vec3 baseline = Vec3::Zero();          // the first camera from the later one, in its axes
+};
+
+Sight sight_of(const CameraModel& camera, const PictureBody& anchor, const PictureBody& body) {
+  Sight sight;
   const Mat3 R_camera_body = camera.R_body_camera.transpose();
-  const Vec3 from_camera = at_body - rho * camera.origin_body;
-  const Vec3 q = R_camera_body * from_camera;
+  sight.M = body.R.transpose() * anchor.R;
+  sight.turn = R_camera_body * sight.M * camera.R_body_camera;
+  sight.baseline_body = body.R.transpose() * (anchor.t - body.t);
+  sight.baseline_on_axis = R_camera_body * sight.baseline_body;
+  sight.baseline =
+      R_camera_body * (sight.M * camera.origin_body + sight.baseline_body - camera.origin_body);
+  return sight;
+}
+
+// False where the camera cannot see it.
+bool observe(const CameraModel& camera, const Sight& sight, const Point& point, const Vec2& px,
+             Residual& out) {
+  const Vec3 q =
+      sight.turn.leftCols<2>() * point.head<2>() + sight.turn.col(2) + point.z() * sight.baseline;
   if (!(q.z() >= kBehind)) {
     return false;
   }
   const double z = 1 / q.z();
   const Vec2 m(q.x() * z, q.y() * z);
+  out.from_camera = q;
+  out.m = m;
   out.r = camera.centre_px + camera.focal_px.cwiseProduct(m) - px;
-  Mat23 project;
-  project << camera.focal_px.x() * z, 0, -camera.focal_px.x() * m.x() * z, 0,
+  out.project << camera.focal_px.x() * z, 0, -camera.focal_px.x() * m.x() * z, 0,
       camera.focal_px.y() * z, -camera.focal_px.y() * m.y() * z;
-  const Mat23 by_body = project * R_camera_body;
-  Mat3 point_body;
-  point_body.leftCols<2>() = M * camera.R_body_camera.leftCols<2>();
-  point_body.col(2) = M * camera.origin_body + baseline - camera.origin_body;
-  out.by_point = by_body * point_body;
-  out.by_depth_on_axis = by_body * baseline;
-  if (!all) {
-    return true;
-  }
+  out.by_point.leftCols<2>() = out.project * sight.turn.leftCols<2>();
+  out.by_point.col(2) = out.project * sight.baseline;
+  return true;
+}
+
+// What the residual of `observe` changes with besides the point.
+void differentiate(const CameraModel& camera, const PictureBody& anchor, const PictureBody& body,
+                   const Sight& sight, bool same_frame, const Point& point, Residual& out) {
+  const double rho = point.z();
+  const Mat3& M = sight.M;
+  const Vec3 direction = camera.R_body_camera * Vec3(point.x(), point.y(), 1);
+  const Vec3 at_anchor = rho * camera.origin_body + direction;
+  const Vec3 from_camera = camera.R_body_camera * out.from_camera;
+  const Vec3 at_body = from_camera + rho * camera.origin_body;
+  const Mat23 by_body = out.project * camera.R_body_camera.transpose();
+  out.by_depth_on_axis = out.project * sight.baseline_on_axis;
   Mat3 anchor_body = Mat3::Zero();
   Mat3 frame_body = Mat3::Zero();
   if (!same_frame) {
@@ -136,9 +163,8 @@ bool observe(const CameraModel& camera, const PictureBody& anchor, const Picture
         Vec3(at_body.y(), -at_body.x(), 0) * body.turn_radps;
     out.by_camera.col(kClock) = by_body * by_clock;
   }
-  out.by_camera.col(kFocal) = camera.focal_px.cwiseProduct(m);
+  out.by_camera.col(kFocal) = camera.focal_px.cwiseProduct(out.m);
   out.by_camera.middleCols<2>(kCentre) = Mat2::Identity();
-  return true;
 }
 
 // Where each unknown lies: three of each keyframe but the first, and the rig's states.
@@ -165,8 +191,6 @@ struct NormalEquations {
 // What one track says, its point integrated out, and how that point follows the rest.
 struct TrackSystem {
   std::vector<int> columns;  // of the whole system
-  Eigen::MatrixXd information;
-  Eigen::VectorXd gradient;
   Eigen::Matrix<double, 3, Eigen::Dynamic> point_by_rest;
   Vec3 point_step = Vec3::Zero();
   bool depth_shown = false;  // by the path
@@ -218,19 +242,25 @@ class Bundle {
       place_bodies();
       settle_points();
       // from forgiving to strict
-      weigh(iteration < 2 ? 8 : iteration < 4 ? 5 : 3);
+      const double kernel = iteration < 2 ? 8 : iteration < 4 ? 5 : 3;
+      weigh(kernel);
       sum_up(free());
-      step();
+      if (step() <= kSettled && kernel == 3) {
+        break;
+      }
     }
     place_bodies();
     settle_points();
     choose_inliers();
     for (int round = 0; round < 2; ++round) {
       sum_up(free());
-      step();
+      const double gain = step();
       place_bodies();
       settle_points();
       forget_what_went_behind();
+      if (gain <= kSettled) {
+        break;
+      }
     }
     learn_noise();
     sum_up(true);
@@ -261,17 +291,32 @@ class Bundle {
             picture_body(poses_[frame], frames_[frame], after_s);
       }
     }
+    const int frames = static_cast<int>(frames_.size());
+    sights_.clear();
+    for (int camera = 0; camera < static_cast<int>(cameras_.size()); ++camera) {
+      for (int first = 0; first < frames; ++first) {
+        for (int frame = 0; frame < frames; ++frame) {
+          sights_.push_back(
+              frame >= first ? sight_of(cameras_[camera], body(first, camera), body(frame, camera))
+                             : Sight{});
+        }
+      }
+    }
+  }
+
+  const Sight& sight(int camera, int first, int frame) const {
+    const std::size_t frames = frames_.size();
+    return sights_[(static_cast<std::size_t>(camera) * frames + first) * frames + frame];
   }
 
   const PictureBody& body(int frame, int camera) const {
     return bodies_[static_cast<std::size_t>(frame) * cameras_.size() + camera];
   }
 
-  bool residual(const Track& track, const Track::Seen& seen, const Point& point, bool all,
+  bool residual(const Track& track, const Track::Seen& seen, const Point& point,
                 Residual& out) const {
-    const int first = track.seen.front().frame;
-    return observe(cameras_[track.camera], body(first, track.camera),
-                   body(seen.frame, track.camera), seen.frame == first, point, seen.px, all, out);
+    return observe(cameras_[track.camera],
+                   sight(track.camera, track.seen.front().frame, seen.frame), point, seen.px, out);
   }
 
   // Sum of squares in sigmas with the room's prior; infinite where it cannot be seen.
@@ -280,7 +325,7 @@ class Bundle {
     double sum = depth_prior_[t] * from_mean * from_mean;
     Residual residual_here;
     for (const Track::Seen& seen : tracks_[t].seen) {
-      if (!residual(tracks_[t], seen, points_[t], false, residual_here)) {
+      if (!residual(tracks_[t], seen, points_[t], residual_here)) {
         return std::numeric_limits<double>::infinity();
       }
       sum += residual_here.r.squaredNorm() / variance_px2_;
@@ -299,13 +344,15 @@ class Bundle {
         Residual here;
         bool seen_by_all = true;
         for (const Track::Seen& seen : tracks_[t].seen) {
-          if (!residual(tracks_[t], seen, points_[t], false, here)) {
+          if (!residual(tracks_[t], seen, points_[t], here)) {
             seen_by_all = false;
             break;
           }
-          H += here.by_point.transpose() * here.by_point / variance_px2_;
-          g += here.by_point.transpose() * here.r / variance_px2_;
+          H += here.by_point.transpose() * here.by_point;
+          g += here.by_point.transpose() * here.r;
         }
+        H /= variance_px2_;
+        g /= variance_px2_;
         if (!seen_by_all) {
           points_[t].z() /= 2;  // farther away
           continue;
@@ -384,38 +431,41 @@ class Bundle {
       }
     }
     const int size = static_cast<int>(system.columns.size());
-    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(size, size);
-    Eigen::VectorXd g = Eigen::VectorXd::Zero(size);
-    Eigen::Matrix<double, Eigen::Dynamic, 3> B =
-        Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(size, 3);
+    scratch_.assign(static_cast<std::size_t>(size) * (size + 4), 0);
+    Eigen::Map<Eigen::MatrixXd> H(scratch_.data(), size, size);
+    Eigen::Map<Eigen::VectorXd> g(H.data() + H.size(), size);
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 3>> B(g.data() + size, size, 3);
     Mat3 H_point = Mat3::Zero();
     Vec3 g_point = Vec3::Zero();
     Mat3 H_on_axis = Mat3::Zero();
     Residual here;
     const double weight = trusts_[t] / variance_px2_;
     for (int i = 0; i < count; ++i) {
-      if (!residual(track, track.seen[i], points_[t], true, here)) {
+      const int frame = track.seen[i].frame;
+      if (!residual(track, track.seen[i], points_[t], here)) {
         system.columns.clear();  // says nothing
         return;
       }
+      differentiate(cameras_[track.camera], body(first, track.camera), body(frame, track.camera),
+                    sight(track.camera, first, frame), frame == first, points_[t], here);
       const Mat23 by_point = weight * here.by_point;
       H_point += by_point.transpose() * here.by_point;
       g_point += by_point.transpose() * here.r;
       Mat23 on_axis = here.by_point;
       on_axis.col(2) = here.by_depth_on_axis;
       H_on_axis += on_axis.transpose() * on_axis / variance_px2_;
-      const bool moves = track.seen[i].frame != first;
+      const bool moves = frame != first;
       const int at = 3 * i;
       if (moves) {
-        const Mat23 frame = weight * here.by_frame;
+        const Mat23 later = weight * here.by_frame;
         const Mat23 anchor = weight * here.by_anchor;
-        H.block<3, 3>(at, at) += frame.transpose() * here.by_frame;
+        H.block<3, 3>(at, at) += later.transpose() * here.by_frame;
         H.block<3, 3>(0, 0) += anchor.transpose() * here.by_anchor;
         H.block<3, 3>(0, at) += anchor.transpose() * here.by_frame;
-        H.block<3, 3>(at, 0) += frame.transpose() * here.by_anchor;
-        g.segment<3>(at) += frame.transpose() * here.r;
+        H.block<3, 3>(at, 0) += later.transpose() * here.by_anchor;
+        g.segment<3>(at) += later.transpose() * here.r;
         g.segment<3>(0) += anchor.transpose() * here.r;
-        B.middleRows<3>(at) += frame.transpose() * here.by_point;
+        B.middleRows<3>(at) += later.transpose() * here.by_point;
         B.middleRows<3>(0) += anchor.transpose() * here.by_point;
       }
       if (with_states) {
@@ -425,11 +475,11 @@ class Bundle {
         g.segment<kCameraStates>(states_at) += camera.transpose() * here.r;
         B.middleRows<kCameraStates>(states_at) += camera.transpose() * here.by_point;
         if (moves) {
-          const Eigen::Matrix<double, kCameraStates, 3> frame = camera.transpose() * here.by_frame;
+          const Eigen::Matrix<double, kCameraStates, 3> later = camera.transpose() * here.by_frame;
           const Eigen::Matrix<double, kCameraStates, 3> anchor =
               camera.transpose() * here.by_anchor;
-          H.block<kCameraStates, 3>(states_at, at) += frame;
-          H.block<3, kCameraStates>(at, states_at) += frame.transpose();
+          H.block<kCameraStates, 3>(states_at, at) += later;
+          H.block<3, kCameraStates>(at, states_at) += later.transpose();
           H.block<kCameraStates, 3>(states_at, 0) += anchor;
           H.block<3, kCameraStates>(0, states_at) += anchor.transpose();
         }
@@ -442,10 +492,10 @@ class Bundle {
       system.columns.clear();
       return;
     }
-    system.point_by_rest = -inverse * B.transpose();
+    system.point_by_rest = (-inverse).lazyProduct(B.transpose());
     system.point_step = -inverse * g_point;
-    system.information = H + B * system.point_by_rest;
-    system.gradient = g + B * system.point_step;
+    H += B.lazyProduct(system.point_by_rest);
+    g += B * system.point_step;
     system.depth_shown = depth_information(H_on_axis) * kShownSigma_per_m * kShownSigma_per_m > 1;
     NormalEquations& sum = system.depth_shown ? sum_ : unshown_;
     for (int row = 0; row < size; ++row) {
@@ -453,11 +503,11 @@ class Bundle {
       if (to_row < 0) {
         continue;
       }
-      sum.gradient[to_row] += system.gradient[row];
+      sum.gradient[to_row] += g[row];
       for (int column = 0; column < size; ++column) {
         const int to_column = system.columns[column];
         if (to_column >= 0) {
-          sum.information(to_row, to_column) += system.information(row, column);
+          sum.information(to_row, to_column) += H(row, column);
         }
       }
     }
@@ -529,8 +579,9 @@ class Bundle {
     }
   }
 
-  // Poses and points move, and the states where they are free.
-  void step() {
+  // Poses and points move, and the states where they are free. Returns what the squared error in
+  // sigmas was to gain by it.
+  double step() {
     const int states = free() ? columns_.states : 0;
     const int moved = columns_.poses + states;
     Eigen::MatrixXd H = sum_.information.topLeftCorner(moved, moved);
@@ -542,7 +593,7 @@ class Bundle {
     Eigen::VectorXd all = Eigen::VectorXd::Zero(columns_.size());
     all.head(moved) = -H.ldlt().solve(g);
     if (!all.allFinite()) {
-      return;
+      return 0;
     }
     for (int frame = 1; frame < static_cast<int>(frames_.size()); ++frame) {
       const auto d = all.segment<3>(columns_.pose(frame));
@@ -564,6 +615,7 @@ class Bundle {
       }
       move(points_[t], d);
     }
+    return -g.dot(all.head(moved));
   }
 
   BundleSolution solution() const {
@@ -591,11 +643,13 @@ class Bundle {
   std::vector<Point> points_;
   double variance_px2_ = 1;
   std::vector<PictureBody> bodies_;
+  std::vector<Sight> sights_;  // by camera, the first keyframe, the later one
   std::vector<double> squares_;
   std::vector<double> freedoms_;
   std::vector<double> depth_prior_;  // information
   std::vector<double> trusts_;
   std::vector<TrackSystem> systems_;
+  std::vector<double> scratch_;
   NormalEquations sum_{0};
   NormalEquations unshown_{0};  // of the tracks whose depth the path does not show
 };
