@@ -75,9 +75,7 @@ RunResult run_result(const Slam* slam) {
   }
   result.map = slam->map(kCell_m);
   if (!result.keyframes.empty()) {
-    const SharedGraph& graph = slam->graph();
-    result.rig = RigEstimate{slam->loop_cameras(), graph.state, state_covariance(graph),
-                             graph.prior_information.inverse()};
+    result.rig = slam->rig_estimate();
   }
   return result;
 }

@@ -129,6 +129,49 @@ Eigen::MatrixXd state_covariance(const SharedGraph& graph) {
   return SharedUncertainty(graph).states();
 }
 
+namespace {
+
+/// What a joint edge says of the states alone, its poses integrated out.
+struct StateSystem {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;  ///< at the states as they are
+};
+
+StateSystem of_states(const JointEdge& joint, const Eigen::VectorXd& state) {
+  const auto poses = static_cast<Eigen::Index>(3 * joint.T_first_node.size());
+  const Eigen::Index states = state.size();
+  const Eigen::MatrixXd K = joint.information.topLeftCorner(poses, poses)
+                                .ldlt()
+                                .solve(joint.information.topRightCorner(poses, states));
+  StateSystem of;
+  of.information = joint.information.bottomRightCorner(states, states) -
+                   joint.information.bottomLeftCorner(states, poses) * K;
+  of.gradient = of.information * (state - joint.state) + joint.gradient.tail(states) -
+                K.transpose() * joint.gradient.head(poses);
+  return of;
+}
+
+}  // namespace
+
+double variance_factor(const SharedGraph& graph) {
+  const Eigen::Index states = graph.state.size();
+  Eigen::MatrixXd claimed = Eigen::MatrixXd::Zero(states, states);
+  Eigen::MatrixXd scatter = claimed;
+  for (const JointEdge& joint : graph.joints) {
+    const StateSystem of = of_states(joint, graph.state);
+    claimed += of.information;
+    scatter += of.gradient * of.gradient.transpose();
+  }
+  const Eigen::LDLT<Eigen::MatrixXd> all(claimed + graph.prior_information);
+  const double shown = all.solve(claimed).trace();  // how many states, as it were
+  // the states are where the edges agree best, which takes as much from their scatter as one does
+  const auto count = static_cast<double>(graph.joints.size());
+  if (count < 2 || !(shown > 0)) {
+    return 1;
+  }
+  return std::max(1.0, all.solve(scatter).trace() / shown * count / (count - 1));
+}
+
 std::vector<SharedEdge> pairwise_edges(const JointEdge& joint, const Eigen::VectorXd& state) {
   const int count = static_cast<int>(joint.T_first_node.size());
   const Eigen::Index poses = 3 * count;

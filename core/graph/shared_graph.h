@@ -70,6 +70,10 @@ class SharedUncertainty {
 
 Eigen::MatrixXd state_covariance(const SharedGraph& graph);
 
+/// By how much more joint edges disagree on the states than they claim: the variance of unit weight
+/// over what they show beyond the prior, never below 1.
+double variance_factor(const SharedGraph& graph);
+
 /// Each joint edge as edges between consecutive nodes, the states as they are now; `by_state` of
 /// each is how it changes with them. What consecutive edges have in common is lost but for that.
 std::vector<SharedEdge> pairwise_edges(const JointEdge& joint, const Eigen::VectorXd& state);

@@ -91,6 +91,24 @@ RigCamera refined(const RigCamera& believed, const Intrinsics& pinhole, CameraCo
 
 }  // namespace
 
+Eigen::MatrixXd systematic_covariance(const LoopCameras& cameras) {
+  constexpr double kOff_px = 0.1;
+  constexpr double kNear_m = 2;        // what shows where a camera is lies about so far away
+  constexpr double kTurn_radps = 0.5;  // and what shows its clock is a turn about so fast
+  Eigen::VectorXd sigma = Eigen::VectorXd::Zero(rig_states(cameras.size()));
+  for (int camera = 0; camera < static_cast<int>(cameras.size()); ++camera) {
+    const Intrinsics& lens = cameras[camera].intrinsics;
+    const double off_rad = kOff_px / lens.fx_px;
+    auto s = sigma.segment<kCameraStates>(camera_state(camera));
+    s.segment<3>(kRotation).setConstant(off_rad);
+    s.segment<2>(kPosition).setConstant(off_rad * kNear_m);
+    s[kFocal] = kOff_px / (lens.width_px / 2.0);
+    s.segment<2>(kCentre).setConstant(kOff_px);
+    s[kClock] = off_rad / kTurn_radps;
+  }
+  return sigma.cwiseAbs2().asDiagonal();
+}
+
 Rig refined(const Rig& believed, const RigEstimate& estimate) {
   PANOPTES_CHECK(estimate.state.size() == rig_states(estimate.believed.size()),
                  "a state for every camera");

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include <Eigen/LU>
+
 #include "core/base/error.h"
 #include "core/geometry/covariance.h"
 
@@ -232,6 +234,17 @@ void Localiser::close_loops(LoopPlace place, const ContourSource& contours, Loca
     out.relaxed = true;
     relax(graph_);
   }
+}
+
+RigEstimate Localiser::rig_estimate() const {
+  const Eigen::MatrixXd& prior = graph_.prior_information;
+  const Eigen::MatrixXd told =
+      (state_covariance(graph_).inverse() - prior) / variance_factor(graph_);
+  const Eigen::MatrixXd unsurer = Eigen::MatrixXd::Identity(prior.rows(), prior.cols()) +
+                                  systematic_covariance(believed_) * told;
+  const Eigen::MatrixXd known = told * unsurer.inverse();
+  return {believed_, graph_.state, (prior + 0.5 * (known + known.transpose())).inverse(),
+          prior.inverse()};
 }
 
 Located Localiser::step(const Observation& seen, const ContourSource& contours,

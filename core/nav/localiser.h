@@ -12,6 +12,7 @@
 #include "core/config/fields.h"
 #include "core/graph/shared_graph.h"
 #include "core/loops/loop_closer.h"
+#include "core/motion/rig_estimate.h"
 #include "core/nav/heading_edge.h"
 #include "core/nav/keyframe_odometry.h"
 #include "core/nav/stage.h"
@@ -84,6 +85,9 @@ class Localiser {
 
   const std::vector<Keyframe>& keyframes() const { return keyframes_; }
   const SharedGraph& graph() const { return graph_; }
+  /// What has been learned of the rig and the wheels, and how surely: as keyframes disagree on it,
+  /// and no surer than pictures are.
+  RigEstimate rig_estimate() const;
   const LoopCameras& cameras() const { return believed_; }
   const LoopPlace& place(int keyframe) const { return closer_.place(keyframe); }
 

@@ -49,6 +49,7 @@ class Slam {
   const SharedGraph& graph() const { return localiser_.graph(); }
 
   const LoopCameras& loop_cameras() const { return localiser_.cameras(); }
+  RigEstimate rig_estimate() const { return localiser_.rig_estimate(); }
   /// What a keyframe looked like, and the floor around each as it was seen from there.
   const LoopPlace& place(int keyframe) const { return localiser_.place(keyframe); }
   std::vector<PlacedGrid> grids() const { return mapper_.placed(graph().T_map_node); }
