@@ -345,7 +345,7 @@ void report_recognition(const TrialsOptions& options, const std::vector<Trial>& 
     }
     const std::vector<RecognitionRow> rows = read_recognition_rows(file);
     if (!csv) {
-      csv.emplace(options.out_dir / "study.csv", columns);
+      csv.emplace(options.out_dir / "places.csv", columns);
     }
     for (const RecognitionRow& row : rows) {
       *csv << trial.mission;

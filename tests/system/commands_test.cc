@@ -179,7 +179,7 @@ TEST_F(Commands, TrialsCompareWaysToTellPlacesApartOnOneDrive) {
   EXPECT_THAT(said.out, HasSubstr("the thesis's own"));
   const fs::path out = folder_ / "work" / "p";
   EXPECT_EQ(read_csv(out / "trials.csv").rows.size(), 1U);
-  const CsvTable study = read_csv(out / "study.csv");
+  const CsvTable study = read_csv(out / "places.csv");
   ASSERT_EQ(study.rows.size(), 12U);
   double best = 0;
   for (const auto& row : study.rows) {

@@ -286,7 +286,7 @@ TEST_F(Trials, TakeWhatRunsFoundOfPlacesTogether) {
                  "END\n");
   std::filesystem::permissions(options_.program, std::filesystem::perms::owner_all);
   EXPECT_EQ(run_trials(options_), 0);
-  const CsvTable study = read_csv(options_.out_dir / "study.csv");
+  const CsvTable study = read_csv(options_.out_dir / "places.csv");
   EXPECT_THAT(study.columns, ElementsAre("mission", "seed", "histogram", "distance", "pictures",
                                          "recall", "recall_same", "recall_opposite"));
   ASSERT_EQ(study.rows.size(), 2U);
