@@ -14,6 +14,7 @@
 #include "apps/mission/file_kind.h"
 #include "apps/mission/mission.h"
 #include "apps/mission/open_robot.h"
+#include "apps/study/study.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/config/geometry_fields.h"
@@ -29,6 +30,26 @@ namespace {
 
 using CheckFile = void (*)(const std::string& file);
 
+// Every mission of a study, under each rig and rung, as far as it can be told without a seed.
+void check_study(const std::string& file) {
+  std::vector<std::string> faults;
+  for (const StudyCell& cell : cells_of(read_study(file))) {
+    try {
+      load_mission<ExploreMission>(cell.mission_file, cell.settings.set,
+                                   CameraRequirement::kNavigator);
+    } catch (const ConfigError& error) {
+      for (const std::string& line : with_places(cell.settings, error.lines())) {
+        if (std::find(faults.begin(), faults.end(), line) == faults.end()) {
+          faults.push_back(line);
+        }
+      }
+    }
+  }
+  if (!faults.empty()) {
+    throw ConfigError(faults);
+  }
+}
+
 CheckFile check_of(const FileKind& kind) {
   static const std::map<std::string, CheckFile> kChecks{
       {"mission",
@@ -38,6 +59,7 @@ CheckFile check_of(const FileKind& kind) {
       {"robot", [](const std::string& file) { read_settings<Body>(file); }},
       {"route", [](const std::string& file) { read_settings<sim::Route>(file); }},
       {"map", [](const std::string& file) { read_turned_map_server(file); }},
+      {"study", check_study},
   };
   return kChecks.at(kind.name);
 }
@@ -65,7 +87,7 @@ const FileKind& told_kind_of(const std::string& file) {
       file +
       ": cannot tell what this is; a mission has platform:, a world objects:, boxes:, "
       "generate: or floor_plan:, a rig cameras:, a robot radius_m:, a route "
-      "waypoints: or tour:, a map image: and occupied_thresh:");
+      "waypoints: or tour:, a map image: and occupied_thresh:, a study rungs:");
 }
 
 // What was gathered from somebody else's dataset.
@@ -187,7 +209,8 @@ int check(const std::vector<std::string>& files) {
 void add_check(CLI::App& app, Command& chosen) {
   auto files = std::make_shared<std::vector<std::string>>();
   CLI::App* sub = app.add_subcommand("check", "Is this configuration right?");
-  sub->add_option("files", *files, "missions, worlds, rigs, robots, routes, maps, datasets, runs")
+  sub->add_option("files", *files,
+                  "missions, worlds, rigs, robots, routes, maps, studies, datasets, runs")
       ->required()
       ->type_name("FILE...");
   sub->footer("Example: panoptes check scenes/missions/*.yaml scenes/worlds/*.yaml");

@@ -18,17 +18,25 @@ const std::vector<FileKind>& file_kinds() {
       {"world",
        "worlds",
        {"objects", "boxes", "lights", "ambient", "generate", "floor_plan", "people", "include"},
-       "platform: {kind: simulated, world: FILE}"},
-      {"rig", "rigs", {"cameras"}, "rig: FILE"},
+       "a mission names it as platform: {kind: simulated, world: FILE}, see scenes/missions"},
+      {"rig", "rigs", {"cameras"}, "a mission names it as rig: FILE, see scenes/missions"},
       {"robot",
        "robots",
        {"radius_m", "height_m", "wheel_base_m", "wheel_radius_m", "max_speed_mps"},
-       "robot: FILE"},
-      {"route", "routes", {"waypoints", "tour"}, "drive: {route: FILE}"},
+       "a mission names it as robot: FILE, see scenes/missions"},
+      {"route",
+       "routes",
+       {"waypoints", "tour"},
+       "a mission names it as drive: {route: FILE}, see scenes/missions"},
       {"map",
        "maps",
        {"occupied_thresh", "free_thresh"},
-       "platform: {kind: simulated, world: {floor_plan: {map: FILE}}}"},
+       "a mission names it as platform: {kind: simulated, world: {floor_plan: {map: FILE}}}, see "
+       "scenes/missions"},
+      {"study",
+       "studies",
+       {"missions", "rigs", "rungs", "limits"},
+       "panoptes trials --study FILE runs all of its missions"},
   };
   return kKinds;
 }
@@ -75,8 +83,7 @@ void refuse_other_than_mission(const std::string& file) {
     return;  // whoever reads it whole says more
   }
   if (kind != nullptr && !kind->use.empty()) {
-    throw ConfigError(file + ": is a " + kind->name + ", not a mission; a mission names it as " +
-                      kind->use + ", see scenes/missions");
+    throw ConfigError(file + ": is a " + kind->name + ", not a mission; " + kind->use);
   }
 }
 

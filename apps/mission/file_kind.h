@@ -11,7 +11,7 @@ struct FileKind {
   std::string name;
   std::string folder;             ///< of scenes/, where such files lie
   std::vector<std::string> keys;  ///< that no other kind has
-  std::string use;                ///< where in a mission it belongs; empty for a mission
+  std::string use;                ///< what to do with it; empty for a mission
 };
 const std::vector<FileKind>& file_kinds();
 

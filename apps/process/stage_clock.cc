@@ -59,6 +59,7 @@ void StageClock::begin(std::string_view stage) {
   if (at == stages_.end()) {
     at = stages_.emplace(std::string(stage), Stage{}).first;
     at->second.frames_ms.assign(frames_, 0.0);
+    at->second.frames_cpu_ms.assign(frames_, 0.0);
   }
   at->second.cpu_from_ns = read_ns(CLOCK_PROCESS_CPUTIME_ID);
   at->second.wall_from_ns = read_ns(CLOCK_MONOTONIC);
@@ -75,7 +76,9 @@ void StageClock::end_frame() {
   ++frames_;
   for (auto& [name, stage] : stages_) {
     stage.frames_ms.push_back(static_cast<double>(stage.wall_ns) * 1e-6);
+    stage.frames_cpu_ms.push_back(static_cast<double>(stage.cpu_ns) * 1e-6);
     stage.wall_ns = 0;
+    stage.cpu_ns = 0;
   }
 }
 
@@ -90,8 +93,8 @@ std::map<std::string, StageFigures> StageClock::figures() const {
     figures.p50_ms = quantile(stage.frames_ms, 0.5);
     figures.p99_ms = quantile(stage.frames_ms, 0.99);
     figures.max_ms = quantile(stage.frames_ms, 1);
-    figures.cpu_mean_ms =
-        static_cast<double>(stage.cpu_ns) * 1e-6 / static_cast<double>(stage.frames_ms.size());
+    figures.cpu_mean_ms = mean_interval(stage.frames_cpu_ms).mean;
+    figures.cpu_p99_ms = quantile(stage.frames_cpu_ms, 0.99);
   }
   return all;
 }

@@ -15,7 +15,8 @@ struct StageFigures {
   double p50_ms = 0;
   double p99_ms = 0;
   double max_ms = 0;
-  double cpu_mean_ms = 0;  ///< of all threads
+  double cpu_mean_ms = 0;  ///< CPU time of all threads
+  double cpu_p99_ms = 0;
 };
 
 /// Measures the stages of the loop. A stage may begin and end several times a frame set; one that
@@ -33,8 +34,9 @@ class StageClock {
     std::int64_t wall_from_ns = 0;
     std::int64_t cpu_from_ns = 0;
     std::int64_t wall_ns = 0;  ///< in this frame set
-    std::int64_t cpu_ns = 0;   ///< in all
+    std::int64_t cpu_ns = 0;
     std::vector<double> frames_ms;
+    std::vector<double> frames_cpu_ms;
   };
   std::map<std::string, Stage, std::less<>> stages_;
   std::size_t frames_ = 0;

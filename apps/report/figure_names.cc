@@ -201,6 +201,13 @@ const std::vector<std::string>& figure_names() {
 
 bool is_figure(const std::string& path) { return is_among(figure_names(), path); }
 
+bool is_cost(const std::string& path) {
+  constexpr std::array<std::string_view, 5> kCosts{"wall_s", "cpu_s", "real_time_factor",
+                                                   "peak_memory_mb", "solve_s"};
+  return path.starts_with("timing_") ||
+         std::find(kCosts.begin(), kCosts.end(), path) != kCosts.end();
+}
+
 std::string requirement_fault(const Requirement& requirement,
                               const std::vector<std::string>& cameras) {
   const std::vector<std::string> names = with_cameras(cameras);

@@ -15,6 +15,9 @@ const std::vector<std::string>& figure_names();
 
 bool is_figure(const std::string& path);
 
+/// What it cost: the figures that two runs of one seed may differ in.
+bool is_cost(const std::string& path);
+
 /// What is wrong with what a line requires: no run with these cameras can have such a figure, no
 /// such word, or no number where one is. Empty when nothing is.
 std::string requirement_fault(const Requirement& requirement,

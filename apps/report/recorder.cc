@@ -42,7 +42,7 @@ std::string costs(const StageClock* clock, double run_s, double loop_s) {
     for (const auto& [stage, t] : clock->figures()) {
       timing_ms[stage] = {
           {"mean", t.mean_ms}, {"p50", t.p50_ms}, {"p99", t.p99_ms}, {"max", t.max_ms}};
-      timing_cpu_ms[stage] = {{"mean", t.cpu_mean_ms}};
+      timing_cpu_ms[stage] = {{"mean", t.cpu_mean_ms}, {"p99", t.cpu_p99_ms}};
     }
     json["timing_ms"] = timing_ms;
     json["timing_cpu_ms"] = timing_cpu_ms;

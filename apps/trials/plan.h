@@ -13,6 +13,8 @@
 
 #include <sys/types.h>
 
+#include "apps/study/study.h"
+
 namespace panoptes {
 
 /// A setting to be tried at several values.
@@ -30,6 +32,7 @@ struct ResolvedMission {
 
 struct TrialsOptions {
   std::vector<std::string> missions;
+  std::optional<Study> study;  ///< in place of missions and vary
   std::vector<std::uint64_t> seeds;
   std::vector<Vary> vary;        ///< every combination is tried
   std::vector<std::string> set;  ///< overrides of every run, `key.path=value`
@@ -61,8 +64,10 @@ enum class TrialStatus { kWaiting, kRunning, kPassed, kFailed, kBroken };
 struct Trial {
   std::string mission_file;
   std::string mission;
-  std::vector<std::string> values;  ///< of the varied settings, in their order
+  std::vector<std::string> values;  ///< of the varied settings, in their order; rig and rung
   std::string setting;              ///< the same as words; empty when nothing is varied
+  std::size_t cell = 0;             ///< of the study
+  std::vector<Limit> limits;        ///< besides what its mission requires
   std::uint64_t seed = 0;
   std::vector<std::string> set;  ///< all overrides
   std::filesystem::path dir;
@@ -84,8 +89,12 @@ bool is_done(const Trial& trial);
 /// What a run was made of, as it said: beside its folder.
 std::filesystem::path inputs_file(const Trial& trial);
 
+/// What tells the runs of one mission and seed apart: the keys that are varied; of a study `rig`
+/// and `rung`.
+std::vector<std::string> varied(const TrialsOptions& options);
+
 /// Every mission with every combination and every seed. Throws ConfigError where two of them would
-/// go to one place.
+/// go to one place, and with all that is wrong with the missions of a study.
 std::vector<Trial> plan_trials(const TrialsOptions& options);
 
 }  // namespace panoptes

@@ -65,6 +65,14 @@ bool take_metrics(const Json& metrics, Trial& trial) {
           line.contains("value") ? ", it is " + line["value"].dump() : ", no such figure";
     }
   }
+  const std::map<std::string, double> figures(trial.figures.begin(), trial.figures.end());
+  for (const Limit& limit : trial.limits) {
+    const std::string broken = broken_by(limit, figures);
+    trial.required.emplace_back(limit.text, broken.empty());
+    if (!broken.empty()) {
+      trial.broken.push_back(broken);
+    }
+  }
   trial.status = trial.outcome == "completed" && trial.broken.empty() ? TrialStatus::kPassed
                                                                       : TrialStatus::kFailed;
   return true;
@@ -187,9 +195,8 @@ void check_what_is_there(const TrialsOptions& options, std::vector<Trial>& trial
     throw ConfigError(std::string(error.what()) + "; name another folder with --out");
   }
   std::vector<std::string> head = {"mission"};
-  for (const Vary& v : options.vary) {
-    head.push_back(v.key);
-  }
+  const std::vector<std::string> keys = varied(options);
+  head.insert(head.end(), keys.begin(), keys.end());
   head.emplace_back("seed");
   if (before.columns.size() < head.size() ||
       !std::equal(head.begin(), head.end(), before.columns.begin())) {

@@ -126,12 +126,17 @@ FolderLock claim_trials_dir(const std::filesystem::path& out_dir) {
   return std::move(*lock);
 }
 
+void write_tables(const TrialsOptions& options, const std::vector<Trial>& trials) {
+  write_csv(options, trials);
+  write_study(options, trials);
+}
+
 int run_planned(const TrialsOptions& options, std::vector<Trial>& trials, double from_s) {
   const StopCondition stop_condition{StopOptions()};
   for (Trial& trial : trials) {
     is_finished(trial);
   }
-  write_csv(options, trials);
+  write_tables(options, trials);
   std::filesystem::remove(options.out_dir / "metrics.json");  // until all of them are done
 
   bool interrupted = false;
@@ -149,7 +154,7 @@ int run_planned(const TrialsOptions& options, std::vector<Trial>& trials, double
             ++running;
           } else {
             took_s.push_back(steady_s() - trial.started_s);
-            write_csv(options, trials);
+            write_tables(options, trials);
           }
         }
       }
@@ -181,7 +186,7 @@ int run_planned(const TrialsOptions& options, std::vector<Trial>& trials, double
       }
     }
   }
-  write_csv(options, trials);
+  write_tables(options, trials);
   const std::vector<TrialGroup> groups = groups_of(trials);
   const bool all_passed = std::all_of(trials.begin(), trials.end(), [](const Trial& trial) {
     return trial.status == TrialStatus::kPassed;
@@ -194,7 +199,9 @@ int run_planned(const TrialsOptions& options, std::vector<Trial>& trials, double
   if (!options.junit.empty()) {
     write_junit(options.junit, trials);
   }
-  if (!groups.empty()) {
+  if (options.study) {
+    print_study(options, trials);
+  } else if (!groups.empty()) {
     print_table(groups);
   }
   report_recognition(options, trials);

@@ -14,6 +14,7 @@
 
 #include "apps/draw/pictures.h"
 #include "apps/recognition/recognition_table.h"
+#include "apps/study/study_table.h"
 #include "apps/trials/results.h"
 #include "core/base/text.h"
 #include "core/base/utf8.h"
@@ -121,9 +122,8 @@ void write_csv(const TrialsOptions& options, const std::vector<Trial>& trials) {
     }
   }
   std::vector<std::string> columns = {"mission"};
-  for (const Vary& v : options.vary) {
-    columns.push_back(v.key);
-  }
+  const std::vector<std::string> keys = varied(options);
+  columns.insert(columns.end(), keys.begin(), keys.end());
   columns.insert(columns.end(), {"seed", "verdict", "outcome"});
   columns.insert(columns.end(), figures.begin(), figures.end());
   CsvWriter csv(options.out_dir / "trials.csv", columns);
@@ -244,6 +244,7 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
   metrics["requirements"] = requirements_of(trials);
   int runs = 0;
   int passed = 0;
+  const std::vector<std::string> keys = varied(options);
   Json settings = Json::array();
   for (const TrialGroup& group : groups) {
     runs += group.runs;
@@ -252,7 +253,7 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
     setting["mission"] = group.mission;
     Json vary = Json::object();
     for (std::size_t i = 0; i < group.values.size(); ++i) {
-      vary[options.vary[i].key] = group.values[i];
+      vary[keys[i]] = group.values[i];
     }
     setting["vary"] = vary;
     setting["runs"] = group.runs;
@@ -329,11 +330,43 @@ void print_table(const std::vector<TrialGroup>& groups) {
               averaged ? "means over the seeds +- half of their 95 % intervals; " : "");
 }
 
+namespace {
+
+std::vector<StudyRun> study_runs(const std::vector<Trial>& trials) {
+  std::vector<StudyRun> runs;
+  for (const Trial& trial : trials) {
+    StudyRun& run = runs.emplace_back();
+    run.cell = trial.cell;
+    run.seed = trial.seed;
+    run.done = is_done(trial);
+    run.passed = trial.status == TrialStatus::kPassed;
+    if (run.done) {
+      run.figures = trial.figures;
+      run.faults = run.passed ? std::vector<std::string>() : faults(trial);
+    }
+  }
+  return runs;
+}
+
+}  // namespace
+
+void write_study(const TrialsOptions& options, const std::vector<Trial>& trials) {
+  if (options.study) {
+    const std::vector<StudyRun> runs = study_runs(trials);
+    write_study_csv(options.out_dir / "study.csv", *options.study, runs);
+    write_file(options.out_dir / "study.md", study_page(*options.study, runs));
+  }
+}
+
+void print_study(const TrialsOptions& options, const std::vector<Trial>& trials) {
+  std::printf("%s\n%s\n", study_tables(*options.study, study_runs(trials)).c_str(),
+              (options.out_dir / "study.md").c_str());
+}
+
 void report_recognition(const TrialsOptions& options, const std::vector<Trial>& trials) {
   std::vector<std::string> columns = {"mission"};
-  for (const Vary& v : options.vary) {
-    columns.push_back(v.key);
-  }
+  const std::vector<std::string> keys = varied(options);
+  columns.insert(columns.end(), keys.begin(), keys.end());
   columns.insert(columns.end(), {"seed", "histogram", "distance", "pictures", "recall",
                                  "recall_same", "recall_opposite"});
   std::vector<RecognitionWorld> worlds;  // a mission under one combination of the other settings
@@ -345,7 +378,7 @@ void report_recognition(const TrialsOptions& options, const std::vector<Trial>& 
     }
     const std::vector<RecognitionRow> rows = read_recognition_rows(file);
     if (!csv) {
-      csv.emplace(options.out_dir / "study.csv", columns);
+      csv.emplace(options.out_dir / "places.csv", columns);
     }
     for (const RecognitionRow& row : rows) {
       *csv << trial.mission;

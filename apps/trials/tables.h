@@ -16,6 +16,12 @@ std::string table_legend();
 /// trials.csv: a row a run that is done.
 void write_csv(const TrialsOptions& options, const std::vector<Trial>& trials);
 
+/// study.csv and study.md, of what is done so far; nothing where there is no study.
+void write_study(const TrialsOptions& options, const std::vector<Trial>& trials);
+
+/// The tables of study.md on stdout.
+void print_study(const TrialsOptions& options, const std::vector<Trial>& trials);
+
 /// The verdicts as JUnit has them.
 void write_junit(const std::filesystem::path& path, const std::vector<Trial>& trials);
 

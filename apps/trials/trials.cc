@@ -2,14 +2,18 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "apps/command/command.h"
+#include "apps/mission/file_kind.h"
 #include "apps/mission/mission.h"
 #include "apps/report/recorder.h"
 #include "apps/run/loop.h"
+#include "apps/study/study.h"
 #include "apps/trials/run_trials.h"
 #include "apps/trials/tables.h"
 #include "core/base/error.h"
@@ -20,6 +24,7 @@ namespace {
 
 struct TrialsArguments {
   std::vector<std::string> missions;
+  std::string study;
   std::string seeds = "1-5";
   std::vector<std::string> vary;
   int jobs = 1;
@@ -27,9 +32,40 @@ struct TrialsArguments {
   CommonArguments common;
 };
 
+// What is to be run is said by mission files or by a study, which says what is varied, too.
+void check_words(const TrialsArguments& args) {
+  if (args.study.empty() && args.missions.empty()) {
+    throw ConfigError("MISSION is missing; name mission files, or a study with --study FILE");
+  }
+  if (args.study.empty()) {
+    return;
+  }
+  for (const auto& [word, values] :
+       {std::pair{"missions", &args.missions}, {"--vary", &args.vary}}) {
+    if (!values->empty()) {
+      throw ConfigError("--study " + args.study + ": " + word +
+                        " must not be given beside it, got " + values->front() +
+                        "; the study names its missions and what is varied");
+    }
+  }
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(args.study, ignored)) {
+    const FileKind* kind = kind_by_keys(args.study);
+    if (kind != nullptr && kind->name != "study") {
+      throw ConfigError(
+          args.study + ": is a " + kind->name +
+          ", not a study; a study has missions:, rigs: and rungs:, see scenes/studies");
+    }
+  }
+}
+
 // Runs missions under many seeds and settings, and says whether all of them met their requirements.
 int trials(const TrialsArguments& args) {
+  check_words(args);
   TrialsOptions options;
+  if (!args.study.empty()) {
+    options.study = read_study(args.study);
+  }
   options.missions = args.missions;
   options.seeds = args.common.seed ? std::vector{*args.common.seed} : parse_seeds(args.seeds);
   CommonArguments every_run = args.common;
@@ -44,7 +80,10 @@ int trials(const TrialsArguments& args) {
   options.quiet = args.common.quiet;
   options.version = PANOPTES_VERSION;
   options.out_dir = args.common.out_dir.value_or(
-      "runs/trials-" + std::filesystem::path(args.missions.front()).stem().string());
+      "runs/trials-" +
+      std::filesystem::path(args.study.empty() ? args.missions.front() : args.study)
+          .stem()
+          .string());
   options.resolve = [&](const std::string& file, const std::vector<std::string>& set) {
     keep_inputs();
     const auto mission = load_mission<ExploreMission>(file, set, CameraRequirement::kNavigator);
@@ -63,7 +102,10 @@ int trials(const TrialsArguments& args) {
 void add_trials(CLI::App& app, Command& chosen) {
   auto args = std::make_shared<TrialsArguments>();
   CLI::App* sub = app.add_subcommand("trials", "Many runs, one table, one verdict");
-  sub->add_option("MISSION", args->missions, "the mission files")->required()->type_name("FILE...");
+  sub->add_option("MISSION", args->missions, "the mission files")->type_name("FILE...");
+  sub->add_option("--study", args->study,
+                  "in place of missions: a table of rungs, rigs and missions, and its limits")
+      ->type_name("FILE");
   sub->add_option("--seeds", args->seeds, "numbers and ranges, as 1-5,101 (1-5)")
       ->type_name("LIST");
   sub->add_option("--vary", args->vary, "a setting to try at each of several values")
@@ -84,7 +126,9 @@ void add_trials(CLI::App& app, Command& chosen) {
           "of each run, that draw (1 or 2, as there are cores; 1 with more jobs than one)");
   sub->footer(table_legend() +
               "\nExample: panoptes trials scenes/missions/explore-office.yaml --seeds 1-5 --jobs 2 "
-              "--out runs/trials");
+              "--out runs/trials\n"
+              "         panoptes trials --study scenes/studies/ladder.yaml --seeds 1-2 --jobs 2 "
+              "--out runs/ladder");
   sub->callback([args, &chosen] { chosen = [args] { return trials(*args); }; });
 }
 

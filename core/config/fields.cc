@@ -148,9 +148,32 @@ struct Document {
     });
   }
 
+  // `*` in the path of an override stands for every key of a mapping.
+  void expand_any(const SettingsTree& node, const Path& path) {
+    std::vector<Override> all;
+    for (Override& o : overrides) {
+      if (o.path.size() <= path.size() || o.path[path.size()] != "*" ||
+          !starts_with(o.path, path)) {
+        all.push_back(std::move(o));
+        continue;
+      }
+      if (node.keys.empty()) {
+        faults.push_back({o.value.place, join(path), "has no keys that * could stand for"});
+      }
+      for (const SettingsTree::Key& key : node.keys) {
+        all.push_back(o);
+        all.back().path[path.size()] = key.name;
+      }
+    }
+    overrides = std::move(all);
+  }
+
   // Lays the overrides that concern the values directly inside `node` over them, and makes room for
   // those that go deeper.
   void apply_overrides(SettingsTree& node, const Path& path) {
+    if (node.kind == Kind::kMapping) {
+      expand_any(node, path);
+    }
     for (Override& o : overrides) {
       if (o.path.size() <= path.size() || !starts_with(o.path, path)) {
         continue;
@@ -783,8 +806,19 @@ void Fields::path(std::string_view key, std::string& value) {
   }
 }
 
+void Fields::texts(std::string_view key, std::vector<std::string>& values,
+                   std::vector<std::string>& mentions) {
+  list_of(key, values, mentions, [](Setting& item, std::string& value) { item.scalar(value); });
+}
+
 void Fields::paths(std::string_view key, std::vector<std::string>& values,
                    std::vector<std::string>& mentions) {
+  list_of(key, values, mentions, [](Setting& item, std::string& value) { item.path(value); });
+}
+
+void Fields::list_of(std::string_view key, std::vector<std::string>& values,
+                     std::vector<std::string>& mentions,
+                     const std::function<void(Setting& item, std::string& value)>& bind_item) {
   std::optional<Setting> list = setting(key);
   if (!list) {
     return;
@@ -796,7 +830,7 @@ void Fields::paths(std::string_view key, std::vector<std::string>& values,
   }
   for (std::size_t i = 0; i < values.size(); ++i) {
     Setting item = list->item(i);
-    item.path(values[i]);
+    bind_item(item, values[i]);
     if (!writing()) {
       mentions[i] = item.where();
     }

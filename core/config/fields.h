@@ -154,6 +154,10 @@ class Fields {
   void paths(std::string_view key, std::map<std::string, std::string>& values,
              std::map<std::string, std::string>& mentions);
 
+  /// A list of words, with the place (file:line:column) of each.
+  void texts(std::string_view key, std::vector<std::string>& values,
+             std::vector<std::string>& mentions);
+
   /// A rule between several fields of this struct, reported at `key`, which may lead into what
   /// stands inside (`sensors.front.row_us`): then where as much of it as there is stands.
   void require(bool holds, std::string_view key, std::string_view must);
@@ -171,6 +175,9 @@ class Fields {
   std::optional<Setting> setting_before_set(std::string_view key);
   bool sound_before_set() const;
   void require_present(std::string_view key);
+  void list_of(std::string_view key, std::vector<std::string>& values,
+               std::vector<std::string>& mentions,
+               const std::function<void(Setting& item, std::string& value)>& bind_item);
   void resolve_file(std::string_view key, std::string& file);
   bool write_file(std::string_view key, const std::string& file);
   std::size_t word_index(std::string_view key, const std::vector<std::string>& words,
@@ -185,8 +192,8 @@ class Fields {
 };
 
 /// Reads a settings file over the defaults, then `overrides` (`key.path=value`, the later one
-/// wins). Throws ConfigError with every fault found (IoError where all there is to complain of is
-/// missing assets).
+/// wins; `*` in the path stands for every key that a mapping has there). Throws ConfigError with
+/// every fault found (IoError where all there is to complain of is missing assets).
 template <class T>
 T read_settings(const std::string& file, const std::vector<std::string>& overrides = {},
                 T defaults = {});

@@ -285,7 +285,7 @@ TEST_F(RunApp, CheckKnowsEveryKindOfFile) {
             odd +
                 ": cannot tell what this is; a mission has platform:, a world objects:, boxes:, "
                 "generate: or floor_plan:, a rig cameras:, a robot radius_m:, a route waypoints: "
-                "or tour:, a map image: and occupied_thresh:\n");
+                "or tour:, a map image: and occupied_thresh:, a study rungs:\n");
 }
 
 TEST_F(RunApp, TrialsTakeNoPerson) {
@@ -294,6 +294,32 @@ TEST_F(RunApp, TrialsTakeNoPerson) {
   EXPECT_EQ(said.err, kOffice +
                           ": drive: teleop cannot be tried many times; record it once and give "
                           "the dataset\n");
+}
+
+TEST_F(RunApp, TrialsTakeMissionsOrAStudy) {
+  const std::string study = kScenes + "studies/ladder.yaml";
+  const auto refused = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "trials");
+    const Said said = run_here(words);
+    EXPECT_EQ(said.status, 2);
+    return said.err;
+  };
+  EXPECT_EQ(refused({}), "MISSION is missing; name mission files, or a study with --study FILE\n");
+  EXPECT_EQ(refused({kOffice, "--study", study}),
+            "--study " + study + ": missions must not be given beside it, got " + kOffice +
+                "; the study names its missions and what is varied\n");
+  EXPECT_EQ(refused({"--vary", "a=1", "--study", study}),
+            "--study " + study +
+                ": --vary must not be given beside it, got a=1; the study names "
+                "its missions and what is varied\n");
+  EXPECT_EQ(refused({"--study", kOffice}),
+            kOffice +
+                ": is a mission, not a study; a study has missions:, rigs: and rungs:, see "
+                "scenes/studies\n");
+  EXPECT_EQ(refused({study}),
+            study +
+                ": is a study, not a mission; panoptes trials --study FILE runs all of its "
+                "missions\n");
 }
 
 TEST_F(RunApp, DoctorAsksAtAPortWhereSomebodyCan) {

@@ -179,7 +179,7 @@ TEST_F(Commands, TrialsCompareWaysToTellPlacesApartOnOneDrive) {
   EXPECT_THAT(said.out, HasSubstr("the thesis's own"));
   const fs::path out = folder_ / "work" / "p";
   EXPECT_EQ(read_csv(out / "trials.csv").rows.size(), 1U);
-  const CsvTable study = read_csv(out / "study.csv");
+  const CsvTable study = read_csv(out / "places.csv");
   ASSERT_EQ(study.rows.size(), 12U);
   double best = 0;
   for (const auto& row : study.rows) {
@@ -190,6 +190,62 @@ TEST_F(Commands, TrialsCompareWaysToTellPlacesApartOnOneDrive) {
   const auto run = nlohmann::json::parse(read_file(out / "explore-office" / "1" / "metrics.json"));
   EXPECT_EQ(run["places"]["grey"].size(), 2U);
   EXPECT_EQ(run["places"]["two_dimensional"]["emd"].size(), 3U);
+}
+
+TEST_F(Commands, TrialsRunAStudyAndHoldItsLimits) {
+  const std::string text = "missions: [{name: office, mission: " + kOffice +
+                           "}]\n"
+                           "set: [until.duration_s=4, 'require=[]', "
+                           "rig.cameras.*.sigma.rotation_rad=0.01]\n"
+                           "rigs:\n"
+                           "  - {name: front and back, rig: " +
+                           kScenes +
+                           "rigs/front-back-edges.yaml}\n"
+                           "rungs:\n"
+                           "  - {name: none}\n"
+                           "  - {name: half a degree, set: "
+                           "[platform.mounting_error.sigma_deg=0.5]}\n"
+                           "limits:\n"
+                           "  - {require: collisions == 0}\n";
+  const std::string study = write("study.yaml", text);
+  std::vector<std::string> words{"trials", "--study", study,   "--seeds", "1",
+                                 "--jobs", "2",       "--out", "s",       "--quiet"};
+  Said said = panoptes({"check", study});
+  EXPECT_EQ(said.status, 0) << said.out << said.err;
+  EXPECT_THAT(said.out, HasSubstr("ok (study)"));
+
+  said = panoptes(words);
+  EXPECT_EQ(said.status, 0) << said.out << said.err;
+  EXPECT_THAT(said.out, HasSubstr("| rig | none | half a degree |\n"));
+  const fs::path out = folder_ / "work" / "s";
+  const CsvTable table = read_csv(out / "study.csv");
+  ASSERT_EQ(table.rows.size(), 2U);
+  const fs::path run = out / "office" / "front-and-back" / "none" / "1";
+  EXPECT_THAT(read_file(run / "mission.yaml"), HasSubstr("rotation_rad: [0.01, 0.01, 0.01]"));
+  const auto error_deg = [&](const char* rung) {
+    const fs::path file = out / "office" / "front-and-back" / rung / "1" / "metrics.json";
+    const auto m = nlohmann::json::parse(read_file(file));
+    return m["platform_truth"]["cameras"]["front"]["yaw_error_deg"].get<double>();
+  };
+  EXPECT_EQ(error_deg("none"), 0);
+  EXPECT_NE(error_deg("half-a-degree"), 0);
+
+  const auto first = fs::last_write_time(run / "metrics.json");
+  write("study.yaml", text + "  - {require: trajectory.ate_rmse_m < 0}\n");
+  said = panoptes(words);
+  EXPECT_EQ(said.status, 1);
+  EXPECT_THAT(said.out, HasSubstr("trajectory.ate_rmse_m < 0, it is "));
+  EXPECT_EQ(fs::last_write_time(run / "metrics.json"), first) << "it is not run again";
+
+  write("study.yaml", text + "  - {require: loops.fals == 0}\n");
+  said = panoptes(words);
+  EXPECT_EQ(said.status, 2);
+  EXPECT_THAT(said.err, HasSubstr("study.yaml:10:15: limits[1].require: limit 'loops.fals == 0': "
+                                  "no run has a figure 'loops.fals'; did you mean loops.false?"));
+  words.emplace_back(kOffice);
+  said = panoptes(words);
+  EXPECT_EQ(said.status, 2);
+  EXPECT_THAT(said.err, HasSubstr("missions must not be given beside it"));
 }
 
 TEST_F(Commands, ServeKeepsTheTruthUntilItIsStopped) {

@@ -195,6 +195,25 @@ TEST_F(Documents, TellOfTrials) {
   }
 }
 
+TEST_F(Documents, TellOfStudies) {
+  const std::string study =
+      write("study.yaml", "missions: [{name: office, mission: " + kOffice +
+                              "}]\nrigs: [{name: as it is}]\nrungs: [{name: none}]\n");
+  panoptes(
+      {"trials", "--study", study, "--seeds", "1", "--duration", "1", "--quiet", "--out", "s"});
+  const fs::path out = folder_ / "work" / "s";
+  expect_figures(out / "metrics.json");
+  for (const auto& entry : fs::directory_iterator(out)) {
+    EXPECT_TRUE(entry.is_directory() ||
+                is_among(names_in(part("**trials**")), entry.path().filename()));
+  }
+  const std::set<std::string> told = names_in(about("study.csv"));
+  const std::vector<std::string> columns = read_csv(out / "study.csv").columns;
+  for (std::size_t i = 0; i < 6; ++i) {  // the others are figures
+    EXPECT_TRUE(told.contains(columns[i])) << columns[i];
+  }
+}
+
 TEST_F(Documents, TellOfPicturesFromAPose) {
   ASSERT_EQ(panoptes({"render", kOffice, "--pose", "5,4.4,90", "--depth", "--labels", "--out", "r"})
                 .status,

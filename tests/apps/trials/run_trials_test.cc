@@ -18,6 +18,7 @@
 namespace panoptes {
 namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -286,12 +287,112 @@ TEST_F(Trials, TakeWhatRunsFoundOfPlacesTogether) {
                  "END\n");
   std::filesystem::permissions(options_.program, std::filesystem::perms::owner_all);
   EXPECT_EQ(run_trials(options_), 0);
-  const CsvTable study = read_csv(options_.out_dir / "study.csv");
+  const CsvTable study = read_csv(options_.out_dir / "places.csv");
   EXPECT_THAT(study.columns, ElementsAre("mission", "seed", "histogram", "distance", "pictures",
                                          "recall", "recall_same", "recall_opposite"));
   ASSERT_EQ(study.rows.size(), 2U);
   EXPECT_THAT(study.rows[1], ElementsAre("m", "6", "grey", "emd", "front_back", "0.25", "0.5", ""));
   EXPECT_TRUE(std::filesystem::exists(options_.out_dir / "places.png"));
+}
+
+/// One mission under two rigs and two rungs.
+Study small_study() {
+  Study study;
+  study.missions.push_back({"office", "", "m.yaml", {}});
+  study.rigs.resize(2);
+  study.rigs[0].name = "on the axis";
+  study.rigs[1].name = "edges";
+  study.rigs[1].settings = {{"b=2"}, {"s.yaml:3:9"}};
+  study.rungs.resize(2);
+  study.rungs[0].name = "none";
+  study.rungs[1].name = "1 degree";
+  study.rungs[1].settings = {{"a=1"}, {"s.yaml:5:9"}};
+  return study;
+}
+
+TEST_F(Trials, RunEveryCellOfAStudy) {
+  options_.missions.clear();
+  options_.study = small_study();
+  options_.seeds = {6, 7};
+  options_.set = {"c=3"};
+  EXPECT_EQ(run_trials(options_), 0);
+  const fs::path run = options_.out_dir / "office" / "edges" / "1-degree" / "7";
+  EXPECT_EQ(read_file(run / "mission.yaml"), "m.yaml --set b=2 --set a=1 --set c=3 --set seed=7");
+  EXPECT_EQ(read_csv(options_.out_dir / "study.csv").rows.size(), 8U);
+  EXPECT_THAT(read_csv(options_.out_dir / "trials.csv").rows[1], testing::Contains("on the axis"));
+  EXPECT_THAT(read_file(options_.out_dir / "study.md"), HasSubstr("| rig | none | 1 degree |"));
+  EXPECT_EQ(metrics()["settings"][3]["vary"], (json{{"rig", "edges"}, {"rung", "1 degree"}}));
+  EXPECT_EQ(metrics()["settings"][3]["runs"], 2);
+}
+
+TEST_F(Trials, FailWhereALimitOfAStudyIsBroken) {
+  options_.missions.clear();
+  options_.study = small_study();
+  options_.seeds = {6, 7};
+  EXPECT_EQ(run_trials(options_), 0);
+  const std::string ran = read_file(options_.out_dir / "office" / "edges" / "started");
+
+  StudyLimit limit;  // seed 6 breaks it, in two of the cells
+  limit.require = "map.coverage >= 0.65";
+  limit.limit = parse_limit(limit.require);
+  limit.rigs = {"edges"};
+  options_.study->limits = {limit};
+  EXPECT_EQ(run_trials(options_), 1) << "what has been run is judged again";
+  EXPECT_EQ(read_file(options_.out_dir / "office" / "edges" / "started"), ran);
+  const CsvTable table = read_csv(options_.out_dir / "study.csv");
+  int broken = 0;
+  for (const auto& row : table.rows) {
+    const bool breaks = row[table.column("rig")] == "edges" && row[table.column("seed")] == "6";
+    EXPECT_EQ(row[table.column("verdict")], breaks ? "fail" : "pass");
+    EXPECT_EQ(row[table.column("faults")], breaks ? "map.coverage >= 0.65, it is 0.6" : "");
+    broken += breaks ? 1 : 0;
+  }
+  EXPECT_EQ(broken, 2);
+  EXPECT_EQ(metrics()["outcome"], "failed");
+  EXPECT_EQ(metrics()["requirements"][1]["require"], "map.coverage >= 0.65");
+  EXPECT_EQ(metrics()["requirements"][1]["runs"], 4);
+  EXPECT_EQ(metrics()["requirements"][1]["met"], 2);
+  EXPECT_THAT(read_file(options_.out_dir / "study.md"),
+              HasSubstr("- office, edges, none, seed 6: map.coverage >= 0.65, it is 0.6\n"));
+  EXPECT_THAT(read_file(options_.junit), HasSubstr("name=\"edges, none seed 6\""));
+
+  options_.study->limits[0].limit = parse_limit("trajectory.ate_rmse_m <= 1");
+  EXPECT_EQ(run_trials(options_), 1) << "a figure that is absent breaks a limit";
+}
+
+TEST_F(Trials, GoOnWithAStudy) {
+  options_.missions.clear();
+  options_.study = small_study();
+  options_.seeds = {6};
+  EXPECT_EQ(run_trials(options_), 0);
+  const fs::path kept = options_.out_dir / "office" / "edges" / "none" / "6" / "metrics.json";
+  const fs::path lost = options_.out_dir / "office" / "edges" / "1-degree" / "6" / "metrics.json";
+  const auto first = fs::last_write_time(kept);
+  fs::remove(lost);
+  options_.seeds = {6, 7};
+  EXPECT_EQ(run_trials(options_), 0);
+  EXPECT_EQ(fs::last_write_time(kept), first);
+  EXPECT_TRUE(fs::exists(lost));
+  EXPECT_EQ(read_csv(options_.out_dir / "study.csv").rows.size(), 8U);
+}
+
+TEST_F(Trials, TellAllThatIsWrongWithTheMissionsOfAStudyAndWhere) {
+  options_.missions.clear();
+  options_.study = small_study();
+  options_.set = {"d=4"};
+  options_.resolve = [](const std::string&,
+                        const std::vector<std::string>& set) -> ResolvedMission {
+    std::vector<std::string> lines;
+    for (const std::string& word : set) {
+      if (!word.starts_with("seed")) {
+        lines.push_back("--set " + word.substr(0, 1) + ": unknown key");
+      }
+    }
+    throw ConfigError(lines);
+  };
+  EXPECT_EQ(message_of([&] { run_trials(options_); }),
+            "--set d: unknown key\ns.yaml:3:9: b: unknown key\ns.yaml:5:9: a: unknown key");
+  EXPECT_FALSE(fs::exists(options_.out_dir));
 }
 
 TEST_F(Trials, ReportARunThatBroke) {

@@ -605,6 +605,46 @@ TEST_F(InAFolder, AFileChangedByHandIsWrittenInline) {
   EXPECT_EQ(read_settings_text<Mission>(text, "again.yaml").world.horizon_s, 4);
 }
 
+TEST(Fields, AStarStandsForEveryKeyOfAMapping) {
+  const std::string text = "named: {left: {turn_samples: 7}, right: {}}";
+  const Settings s = read(text, {"named.*.horizon_s=3", "named.right.horizon_s=4"});
+  EXPECT_EQ(s.named.at("left").horizon_s, 3);
+  EXPECT_EQ(s.named.at("left").turn_samples, 7);
+  EXPECT_EQ(s.named.at("right").horizon_s, 4);  // the later one wins
+  EXPECT_EQ(
+      read(text, {"named.right.horizon_s=4", "named.*.horizon_s=3"}).named.at("right").horizon_s,
+      3);
+  EXPECT_EQ(read(text, {"named.*={turn_samples: 9}"}).named.at("left").turn_samples, 9);
+  EXPECT_EQ(read("", {"named={left: {}}", "named.*.horizon_s=3"}).named.at("left").horizon_s, 3);
+
+  EXPECT_THAT(faults(text, {"named.*.horizon=3"}),
+              ElementsAre("--set named.*.horizon: named.left.horizon: unknown key; did you mean "
+                          "horizon_s?",
+                          "--set named.*.horizon: named.right.horizon: unknown key; did you mean "
+                          "horizon_s?"));
+  EXPECT_THAT(faults("", {"named.*.horizon_s=3"}),
+              ElementsAre("--set named.*.horizon_s: named: has no keys that * could stand for"));
+  EXPECT_THAT(faults("several: [{}]", {"several.*.horizon_s=3"}),
+              ElementsAre("--set several.*.horizon_s: several: is a list of 1; an item is named "
+                          "[0], [1], ..."));
+  EXPECT_THAT(
+      faults(text, {"seed.*.horizon_s=3"}),
+      ElementsAre("--set seed.*.horizon_s: seed: is a single value; it has no keys inside"));
+}
+
+struct Told {
+  std::vector<std::string> lines;
+  std::vector<std::string> places;
+};
+void bind(Fields& f, Told& o) { f.texts("lines", o.lines, o.places); }
+
+TEST(Fields, EveryWordOfAListHasItsPlace) {
+  const auto told = read_settings_text<Told>("lines:\n  - a=1\n  - b\n", "m.yaml");
+  EXPECT_THAT(told.lines, ElementsAre("a=1", "b"));
+  EXPECT_THAT(told.places, ElementsAre("m.yaml:2:5", "m.yaml:3:5"));
+  EXPECT_EQ(write_settings(told), "lines: [\"a=1\", b]\n");
+}
+
 /// A field that keeps beside itself what it was before a `--set`.
 struct Kept {
   Dwa robot;

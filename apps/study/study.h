@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "apps/study/limit.h"
+#include "core/config/fields.h"
+
+namespace panoptes {
+
+/// Settings as `--set` takes them, `key.path=value`, each with its place in the study
+/// (file:line:column). Of two of one key the later one counts.
+struct StudySettings {
+  std::vector<std::string> set;
+  std::vector<std::string> places;
+};
+
+/// What is tried under every rig and rung.
+struct StudyMission {
+  std::string name;
+  std::string name_place;
+  std::string file;
+  StudySettings settings;
+};
+void bind(Fields& f, StudyMission& o);
+
+/// A rig that is tried: a row of the table.
+struct StudyRig {
+  std::string name;
+  std::string name_place;
+  std::string file;  ///< both what is believed and what the true cameras hang on; may be empty
+  std::string file_place;
+  StudySettings settings;
+};
+void bind(Fields& f, StudyRig& o);
+
+/// Errors that are tried: a column of the table.
+struct StudyRung {
+  std::string name;
+  std::string name_place;
+  StudySettings settings;
+  std::vector<std::string> rigs;  ///< under which it is tried; empty: all
+  std::vector<std::string> rig_places;
+};
+void bind(Fields& f, StudyRung& o);
+
+/// A limit, and the cells that have to hold it; of an empty list all.
+struct StudyLimit {
+  std::string require;
+  std::string place;
+  Limit limit;
+  std::vector<std::string> missions;
+  std::vector<std::string> mission_places;
+  std::vector<std::string> rigs;
+  std::vector<std::string> rig_places;
+  std::vector<std::string> rungs;
+  std::vector<std::string> rung_places;
+};
+void bind(Fields& f, StudyLimit& o);
+
+/// A table of runs: every rung of errors under every rig in every mission, and what must hold.
+struct Study {
+  std::string file;
+  std::vector<StudyMission> missions;
+  StudySettings settings;  ///< of every run
+  std::vector<StudyRig> rigs;
+  std::vector<StudyRung> rungs;
+  std::vector<StudyLimit> limits;
+};
+void bind(Fields& f, Study& o);
+
+/// Throws ConfigError with every fault of the file. Whether the missions can be run with these
+/// settings is for whoever knows missions to say.
+Study read_study(const std::string& file);
+
+/// One mission under one rig and one rung; every seed makes a run of it.
+struct StudyCell {
+  std::string mission;
+  std::string rig;
+  std::string rung;
+  std::string mission_file;
+  StudySettings settings;  ///< all of them, in their order
+  std::vector<Limit> limits;
+};
+
+/// In the order in which they are run: missions, in these rungs, in these rigs.
+std::vector<StudyCell> cells_of(const Study& study);
+
+/// Lines of a ConfigError about a mission read with these settings: what they say of a `--set`
+/// begins with its place in the study. Of all that a `*` stands for they say the same.
+std::vector<std::string> with_places(const StudySettings& settings, std::vector<std::string> lines);
+
+}  // namespace panoptes
