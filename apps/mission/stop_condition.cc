@@ -57,7 +57,7 @@ void StopCondition::hold(const Health& health) {
 }
 
 bool StopCondition::reached(Time now, std::size_t keyframes) const {
-  return interrupted() || !device_fault_.empty() || !held_by_.empty() ||
+  return interrupted() || !device_fault_.empty() || !held_by_.empty() || !rig_fault_.empty() ||
          !end_reason(now, keyframes).empty();
 }
 

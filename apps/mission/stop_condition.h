@@ -12,9 +12,9 @@
 
 namespace panoptes {
 
-/// Ends a run: its duration, its number of keyframes, a lost device, or the user (Ctrl-C, SIGTERM,
-/// SIGHUP). A second signal asks to leave out what can be made again from the files of the run; a
-/// third one ends the process at once.
+/// Ends a run: its duration, its number of keyframes, a lost device, a rig that is not the file's,
+/// or the user (Ctrl-C, SIGTERM, SIGHUP). A second signal asks to leave out what can be made again
+/// from the files of the run; a third one ends the process at once.
 class StopCondition {
  public:
   explicit StopCondition(const StopOptions& options);
@@ -36,6 +36,10 @@ class StopCondition {
   const std::string& held_by() const { return held_by_; }  ///< empty: nothing
   const char* held_outcome() const { return bumped_ ? "collision" : "failed"; }
 
+  /// The rig file is wrong in kind: whoever drives, no map of it would be right.
+  void refuse_rig(std::string fault) { rig_fault_ = std::move(fault); }
+  const std::string& rig_fault() const { return rig_fault_; }  ///< empty: nothing is
+
   std::string end_reason(Time now, std::size_t keyframes) const;  ///< "duration" or "keyframes"
 
  private:
@@ -43,6 +47,7 @@ class StopCondition {
   std::array<struct sigaction, 3> before_ = {};
   std::string device_fault_;
   std::string held_by_;
+  std::string rig_fault_;
   bool bumped_ = false;
 };
 

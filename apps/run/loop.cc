@@ -136,6 +136,9 @@ RunEnd run_end(const StopCondition& stop_condition, const ExploreMission& missio
   if (!stop_condition.held_by().empty()) {
     return end(stop_condition.held_outcome(), "the robot is held: " + stop_condition.held_by());
   }
+  if (!stop_condition.rig_fault().empty()) {
+    return end("failed", stop_condition.rig_fault());
+  }
   if (stop_condition.interrupted()) {
     return end("interrupted", "");
   }

@@ -127,7 +127,12 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
       clock.end("observe");
       clock.begin("step");
       const SlamStep at = slam ? slam->step(seen) : SlamStep{};
-      const PilotStep step = pilot->step(seen, at);
+      PilotStep step = pilot->step(seen, at);
+      if (std::string fault = slam ? slam->rig_fault() : ""; !fault.empty()) {
+        step.command_body = {};
+        step.reason = fault;
+        stop_condition.refuse_rig(std::move(fault));
+      }
       clock.end("step");
       refuse_bad_start(mission, slam.get());
       pilot->handle_hold(seen.health, step, robot, stop_condition);

@@ -64,6 +64,7 @@ Localiser::Localiser(const LocaliserOptions& options, const OdometrySource& odom
     : options_(options),
       odometry_(odometry),
       believed_(loop_cameras(rig)),
+      rig_check_(options.loops.features, believed_),
       keyframe_odometry_(options.bundle, options.loops.features, believed_),
       closer_(options.loops, believed_, rng.fork("loops")) {
   graph_.state = RigState::Zero(rig_states(believed_.size()));
@@ -167,6 +168,9 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
   const int made = static_cast<int>(keyframes_.size());
   const Pose2 T_now_then = T_body_then(seen, taken);
   Keyframe keyframe{taken, seen.odometry.T_odom_body * T_now_then, Pose2{}};
+  if (!place.features.empty()) {
+    rig_check_.add_keyframe(taken, place.taken, place.features, out.T_last_body * T_now_then);
+  }
   const std::size_t joints = graph_.joints.size();
   const Pose2 T_last_then = link_to_last(taken, place, out.T_last_body * T_now_then);
   if (made == 0) {
@@ -253,6 +257,7 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
   LoopPlace place;
   {
     const StageScope scope(listener, "odometry");
+    rig_check_.add_odometry(seen.stamp, seen.odometry.T_odom_body.theta_rad);
     if (!keyframes_.empty()) {
       out.T_last_body = keyframes_.back().T_wheels_body.inverse() * seen.odometry.T_odom_body;
     }

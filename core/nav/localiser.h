@@ -12,6 +12,7 @@
 #include "core/config/fields.h"
 #include "core/graph/shared_graph.h"
 #include "core/loops/loop_closer.h"
+#include "core/motion/rig_check.h"
 #include "core/motion/rig_estimate.h"
 #include "core/nav/heading_edge.h"
 #include "core/nav/keyframe_odometry.h"
@@ -88,6 +89,8 @@ class Localiser {
   /// What has been learned of the rig and the wheels, and how surely: as keyframes disagree on it,
   /// and no surer than pictures are.
   RigEstimate rig_estimate() const;
+  /// See RigCheck.
+  const std::string& rig_fault() const { return rig_check_.fault(); }
   const LoopCameras& cameras() const { return believed_; }
   const LoopPlace& place(int keyframe) const { return closer_.place(keyframe); }
 
@@ -108,6 +111,7 @@ class Localiser {
   LocaliserOptions options_;
   const OdometrySource& odometry_;
   LoopCameras believed_;
+  RigCheck rig_check_;
   KeyframeOdometry keyframe_odometry_;
   LoopCloser closer_;
   std::vector<Keyframe> keyframes_;

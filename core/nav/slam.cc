@@ -42,6 +42,10 @@ SlamStep Slam::step(const Observation& raw) {
   return step_accepted(cameras_.accepted(seen));
 }
 
+std::string Slam::rig_fault() const {
+  return localiser_.rig_fault().empty() ? cameras_.wrong_clock() : localiser_.rig_fault();
+}
+
 SlamStep Slam::step_accepted(const Observation& accepted) {
   if (!rectifier_.bends()) {
     return step_straight(accepted);

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
 #include "core/vision/grey.h"
@@ -120,6 +121,7 @@ void bind(Fields& f, CameraHealthOptions& o) {
   f("white_share", o.white_share, between(0, 1));
   f("going_s", o.going_s, positive);
   f("nearest_m", o.nearest_m, positive);
+  f("clock_pictures", o.clock_pictures, at_least(2));
   f("good_again_s", o.good_again_s, not_negative);
 }
 
@@ -129,6 +131,7 @@ CameraHealth::CameraHealth(const Rig& rig, const CameraHealthOptions& options) :
       Watched watched;
       watched.period_s = 1 / camera.rate_hz;
       watched.fx_px = camera.intrinsics.fx_px;
+      watched.clock_offset_s = camera.clock_offset_s;
       watched_.emplace(name, std::move(watched));
       CameraReport& report = reports_[name];
       report.is_floor = camera.has_role("floor");
@@ -246,8 +249,11 @@ const CameraReports& CameraHealth::check(const Observation& seen) {
       camera.since = picture->stamp;
       camera.last_stamp = picture->stamp;
       camera.missed = 0;
-      const bool late =
-          to_seconds(seen.stamp - picture->stamp) > options_.missing_periods * camera.period_s;
+      const double age_s = to_seconds(seen.stamp - picture->stamp) + camera.clock_offset_s;
+      ++camera.pictures;
+      camera.least_age_s = std::min(camera.least_age_s, age_s);
+      camera.most_age_s = std::max(camera.most_age_s, age_s);
+      const bool late = age_s > options_.missing_periods * camera.period_s;
       state = late ? CameraState::kLate : judge(seen, *picture, camera, report.state);
     } else if (to_seconds(seen.stamp - camera.since) > options_.missing_periods * camera.period_s) {
       state = CameraState::kMissing;
@@ -266,6 +272,20 @@ const CameraReports& CameraHealth::check(const Observation& seen) {
   }
   last_ = std::max(seen.stamp, last_.value_or(seen.stamp));  // a late set follows a deadline
   return reports_;
+}
+
+std::string CameraHealth::wrong_clock() const {
+  for (const auto& [name, camera] : watched_) {
+    if (camera.pictures >= options_.clock_pictures &&
+        camera.least_age_s > options_.missing_periods * camera.period_s &&
+        camera.most_age_s - camera.least_age_s < camera.period_s) {
+      return fmt::format(
+          "the stamps of {} look {:.2f} s early against the odometry's: every picture was so old "
+          "when it came; see clock_offset_s in the rig file",
+          name, camera.least_age_s);
+    }
+  }
+  return "";
 }
 
 Observation CameraHealth::accepted(const Observation& seen) const {

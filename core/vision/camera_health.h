@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -34,6 +35,7 @@ struct CameraHealthOptions {
   double white_share = 0.95;  ///< of a picture, but for what vignetting darkens
   double going_s = 0.5;       ///< for a hand to pass over a lens
   double nearest_m = 0.3;     ///< what a camera on the robot can have before it
+  int clock_pictures = 30;    ///< the first ones, that tell another clock from a slow bus
   double good_again_s = 0.1;  ///< it shows something, after it was covered: three pictures at 15 Hz
 };
 void bind(Fields& f, CameraHealthOptions& o);
@@ -81,6 +83,10 @@ class CameraHealth {
 
   const CameraReports& reports() const { return reports_; }
 
+  /// A camera whose every picture was as old when it came, in words; empty where there is none. No
+  /// bus does that from the start on: its clock is another one than the odometry's.
+  std::string wrong_clock() const;
+
   /// The observation without the pictures of cameras that are not good.
   Observation accepted(const Observation& seen) const;
 
@@ -95,8 +101,12 @@ class CameraHealth {
   struct Watched {
     double period_s = 0;
     double fx_px = 0;
-    Time since{};  // it is watched, or its last picture
+    double clock_offset_s = 0;  // of the rig file
+    Time since{};               // it is watched, or its last picture
     std::optional<Time> last_stamp;
+    int pictures = 0;
+    double least_age_s = std::numeric_limits<double>::infinity();  // when they came
+    double most_age_s = 0;
     int missed = 0;                        // pictures since then
     std::optional<Picture> last;           // other bits than the one before
     Pose2 T_odom_last;                     // when that first came

@@ -176,6 +176,26 @@ TEST(CameraHealth, PicturesAsOldAsThatAreLate) {
   EXPECT_TRUE(w.health.accepted(seen).pictures.empty());
 }
 
+// A bus that lags does so by less at times; another clock never.
+TEST(CameraHealth, PicturesAllOldFromTheStartAreOfAnotherClock) {
+  for (const bool of_another_clock : {true, false}) {
+    Watch w;
+    for (int i = 0; i < 60; ++i) {
+      const double now_s = 1 + i * kFrame_s;
+      const double age_s = of_another_clock || i % 20 != 19 ? 0.5 : 0.1;
+      Observation seen;
+      seen.stamp = time_at(now_s);
+      seen.pictures["eye"] = {time_at(now_s - age_s), w.scene.things(i)};
+      w.health.check(seen);
+    }
+    if (of_another_clock) {
+      EXPECT_THAT(w.health.wrong_clock(), ::testing::HasSubstr("stamps of eye look 0.50 s early"));
+    } else {
+      EXPECT_EQ(w.health.wrong_clock(), "");
+    }
+  }
+}
+
 TEST(CameraHealth, EqualPicturesOfARobotThatStandsAreNoFault) {
   Watch w;
   const cv::Mat kept = Scene::clear_things(0);  // without noise
