@@ -381,6 +381,13 @@ void bind(Fields& f, SimulatedOptions& o) {
             "must be within 1000 m of the origin, where every world is");
   o.start_mention = f.where("start");
   f.file_or_inline("nominal_rig", o.nominal_rig);
+  bool exact = false;
+  if (!f.writing()) {  // what it stands for is written
+    f.word("errors", exact, {{"calibrated", false}, {"none", true}});
+  }
+  if (exact) {
+    o = as_believed(std::move(o));
+  }
   f("mounting_error", o.mounting_error);
   f("lens_error", o.lens_error);
   f("clock_error", o.clock_error);
@@ -396,6 +403,17 @@ void bind(Fields& f, SimulatedOptions& o) {
          {{"software", PainterKind::kSoftware},
           {"osmesa", PainterKind::kOsMesa},
           {"egl", PainterKind::kEgl}});
+}
+
+SimulatedOptions as_believed(SimulatedOptions options) {
+  options.mounting_error = {.sigma_deg = 0, .sigma_m = 0};
+  options.lens_error = {.sigma_focal_percent = 0, .sigma_centre_px = 0, .sigma_distortion = 0};
+  options.clock_error = {.sigma_s = 0};
+  WheelError& wheels = options.wheel_error;
+  wheels.diameter_difference = wheels.base_error = 0;
+  wheels.sigma_radius_percent = wheels.sigma_radius_ratio_percent = wheels.sigma_base_percent = 0;
+  wheels.exactly.reset();
+  return options;
 }
 
 Surroundings bare_surroundings(const World& world, const Body& body) {

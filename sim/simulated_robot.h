@@ -65,7 +65,12 @@ struct SimulatedOptions {
   TruthOptions truth;
   PainterKind renderer = PainterKind::kSoftware;
 };
+/// The errors as above, or `errors: none` for as_believed(); what is given besides counts.
 void bind(Fields& f, SimulatedOptions& o);
+
+/// The same of a robot that is as it believes to be: no error of mountings, lenses, clocks and the
+/// sizes of wheels. Wheels roll unevenly and slip all the same.
+SimulatedOptions as_believed(SimulatedOptions options);
 
 /// All that does not go together in the options, the believed rig and the body, by the keys of a
 /// mission: settings of cameras that the nominal rig has not, pictures that take longer than the

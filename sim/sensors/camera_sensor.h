@@ -41,10 +41,10 @@ struct AutoExposure {
 void bind(Fields& f, AutoExposure& o);
 
 /// What a camera's sensor does to the light its lens lets through. The defaults are a machine
-/// vision camera in a lit room, its exposure set by hand; the world's own brightness is what an
-/// exposure of `white_ms` at gain 1 shows.
+/// vision camera that exposes by itself; the world's own brightness is what an exposure of
+/// `white_ms` at gain 1 shows.
 struct SensorOptions {
-  std::variant<FixedExposure, AutoExposure> exposure;
+  std::variant<FixedExposure, AutoExposure> exposure = AutoExposure();
   double white_ms = 2;      ///< so long an exposure at gain 1 draws light 1 white
   double vignetting = 0.2;  ///< share of the light lost in the farthest corner, as cos^4 goes
   SensorNoise noise;

@@ -26,8 +26,8 @@ struct WheelOffset {
 void bind(Fields& f, WheelOffset& o);
 
 /// How the true wheels differ from what the robot believes of them. All zero: ticks are the only
-/// error. The defaults leave a raw odometry error of about a metre after ten minutes of exploring
-/// an office; see scenes/robots/pioneer3dx.yaml.
+/// error. The defaults are a base that was calibrated on its floor. They leave a raw odometry error
+/// of about a metre after ten minutes of exploring an office; see scenes/robots/pioneer3dx.yaml.
 struct WheelError {
   /// Standard deviation of a wheel's travel after one metre; it grows with the square root of the
   /// distance.
@@ -36,9 +36,9 @@ struct WheelError {
   double base_error = 0.003;            ///< of the wheel base, relative; the seed draws its sign
   double turn_slip = 0.006;  ///< each turn is felt by the wheels times 1 + N(0, turn_slip)
   /// Standard deviations of what is drawn besides; the parts are those of WheelOffset.
-  double sigma_radius_percent = 0;
-  double sigma_radius_ratio_percent = 0;
-  double sigma_base_percent = 0;
+  double sigma_radius_percent = 0.2;
+  double sigma_radius_ratio_percent = 0;    ///< diameter_difference stands for it
+  double sigma_base_percent = 0;            ///< base_error stands for it
   std::optional<WheelOffset> exactly = {};  ///< in place of all that is drawn of radii and base
 };
 void bind(Fields& f, WheelError& o);

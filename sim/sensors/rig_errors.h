@@ -15,10 +15,10 @@ namespace panoptes::sim {
 
 /// How far the true cameras are from where the nominal rig has them: turned about each axis of the
 /// body and moved along it by a normal draw. What is given exactly, by the camera's name, takes the
-/// draw's place.
+/// draw's place. The defaults of this and the two below are what a good calibration leaves.
 struct MountingError {
-  double sigma_deg = 0;
-  double sigma_m = 0;
+  double sigma_deg = 0.2;
+  double sigma_m = 0.003;
   std::map<std::string, MountingOffset> exactly = {};
 };
 void bind(Fields& f, MountingError& o);
@@ -33,9 +33,9 @@ void bind(Fields& f, LensOffset& o);
 
 /// How far the true lenses are from the nominal ones.
 struct LensError {
-  double sigma_focal_percent = 0;
-  double sigma_centre_px = 0;  ///< each way
-  double sigma_distortion = 0;
+  double sigma_focal_percent = 0.2;
+  double sigma_centre_px = 1;  ///< each way
+  double sigma_distortion = 0.002;
   std::map<std::string, LensOffset> exactly = {};
 };
 void bind(Fields& f, LensError& o);
@@ -43,12 +43,12 @@ void bind(Fields& f, LensError& o);
 /// By how much the stamps that cameras are told are later than the odometry's: constant, a camera
 /// its own. The picture is of the true instant.
 struct ClockError {
-  double sigma_s = 0;
-  std::map<std::string, double> exactly;  ///< seconds
+  double sigma_s = 0.005;
+  std::map<std::string, double> exactly = {};  ///< seconds
 };
 void bind(Fields& f, ClockError& o);
 
-/// All that the true rig has besides the nominal one.
+/// All that the true rig has besides the nominal one. Where every sigma is 0 it is the nominal one.
 struct RigErrors {
   MountingError mounting;
   LensError lens;

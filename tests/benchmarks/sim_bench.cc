@@ -39,7 +39,7 @@ std::unique_ptr<SimulatedRobot> robot_of(int which) {
       camera.intrinsics.distortion = BrownConrady{-0.25, 0.08, 0.0005, -0.0003, 0};
     }
   }
-  SimulatedOptions options;
+  SimulatedOptions options = as_believed({});  // the lenses are those that are named
   options.sensor.exposure = AutoExposure{};
   options.sensor.motion_blur = which == kBlur;
   auto robot = std::make_unique<SimulatedRobot>(options, office, Body{}, rig, Rng(1));

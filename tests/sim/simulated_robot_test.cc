@@ -67,8 +67,15 @@ Rig two_cameras() {
   return rig;
 }
 
+// What is wrong with it, and how it exposes, a test says itself.
+SimulatedOptions exact_robot() {
+  SimulatedOptions options = as_believed({});
+  options.sensor.exposure = FixedExposure{};
+  return options;
+}
+
 SimulatedOptions starting_at(double x_m, double y_m, double theta_rad = 0) {
-  SimulatedOptions options;
+  SimulatedOptions options = exact_robot();
   options.start = Pose2{x_m, y_m, theta_rad};
   return options;
 }
@@ -184,6 +191,33 @@ TEST(SimulatedOptions, AreReadWithAllTheirErrors) {
       name + ":1:1: world: missing; it must name the world's file\n" + name +
           ":1:19: sensors.front.vignettin: unknown key; did you mean vignetting?\n" + name +
           ":2:26: wheel_error.turn_slip: must be from 0 to 0.2, got -1");
+}
+
+TEST(SimulatedOptions, WithoutErrorsHaveThoseThatAreGivenAndNoOthers) {
+  const auto read = [](const std::string& text) {
+    return read_settings_text<SimulatedOptions>(
+        "world: " PANOPTES_SOURCE_DIR "/scenes/worlds/bare.yaml\n" + text, "m.yaml");
+  };
+  const std::string as_it_is = write_settings(read(""));
+  EXPECT_EQ(write_settings(read("errors: calibrated\n")), as_it_is);
+  const SimulatedOptions none = read("errors: none\n");
+  EXPECT_NE(write_settings(none), as_it_is);
+  EXPECT_EQ(write_settings(none), write_settings(as_believed(read(""))));
+  EXPECT_EQ(none.wheel_error.turn_slip, WheelError().turn_slip) << "no error of a belief";
+  const SimulatedOptions given = read(
+      "errors: none\nmounting_error: {sigma_deg: 1}\nclock_error: {exactly: {front: 0.01}}\n"
+      "wheel_error: {base_error: 0.01}\n");
+  EXPECT_EQ(given.mounting_error.sigma_deg, 1);
+  EXPECT_EQ(given.mounting_error.sigma_m, 0);
+  EXPECT_EQ(given.lens_error.sigma_centre_px, 0);
+  EXPECT_EQ(given.clock_error.sigma_s, 0);
+  EXPECT_EQ(given.clock_error.exactly.at("front"), 0.01);
+  EXPECT_EQ(given.wheel_error.base_error, 0.01);
+  EXPECT_EQ(given.wheel_error.sigma_radius_percent, 0);
+  const std::string written = write_settings(given);
+  EXPECT_EQ(write_settings(read_settings_text<SimulatedOptions>(written, "m.yaml")), written);
+  EXPECT_EQ(refusal([&] { read("errors: nome\n"); }),
+            "m.yaml:2:9: errors: must be one of calibrated, none, got nome; did you mean none?");
 }
 
 TEST(SimulatedOptions, FaultsSayWhatAndWhenAndOfACameraThatIsThere) {
@@ -757,7 +791,7 @@ TEST(SimulatedRobot, DeliversSetsLaterThanTheyAreTaken) {
 TEST(SimulatedRobot, OdometryIsOfTheStampNotOfTheDelivery) {
   SimulatedOptions options = starting_at(1, 1);
   options.trigger.latency_s = 0.1;
-  options.wheel_error = {0, 0, 0, 0};
+  options.wheel_error = {0, 0, 0, 0, 0};
   SimulatedRobot robot = robot_with(options);
   robot.observe(time_at(1));
   robot.drive({0.5, 0}, std::chrono::seconds(9));
@@ -1157,6 +1191,46 @@ TEST(TruthAndBelief, TheTruthTellsItsRigAndWheels) {
   EXPECT_NEAR(truth.rig->cameras.at("front").T_body_camera.translation.x(), 0.03, kRoundoff_m);
   EXPECT_NEAR(truth.wheels->left_radius_m, 1.02 * Body().wheel_radius_m, kRoundoff_m);
   EXPECT_NEAR(truth.wheels->base_m, 1.01 * Body().wheel_base_m, kRoundoff_m);
+}
+
+bool same_rig(const Rig& a, const Rig& b) {
+  return std::all_of(a.cameras.begin(), a.cameras.end(), [&](const auto& named) {
+    const RigCamera& camera = named.second;
+    const RigCamera& other = b.cameras.at(named.first);
+    return camera.T_body_camera.translation == other.T_body_camera.translation &&
+           camera.T_body_camera.rotation.coeffs() == other.T_body_camera.rotation.coeffs() &&
+           camera.intrinsics.fx_px == other.intrinsics.fx_px &&
+           camera.intrinsics.cx_px == other.intrinsics.cx_px &&
+           camera.intrinsics.distortion.index() == other.intrinsics.distortion.index() &&
+           camera.clock_offset_s == other.clock_offset_s;
+  });
+}
+
+TEST(TruthAndBelief, DifferUnlessTheOptionsSayOtherwise) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    SimulatedOptions options;
+    options.start = Pose2{1, 1, 0};
+    const SimulatedRobot usual = robot_with(options, seed);
+    for (const auto& [name, camera] : usual.true_rig().cameras) {
+      const RigCamera& told = usual.rig().cameras.at(name);
+      EXPECT_NE(camera.T_body_camera.translation, told.T_body_camera.translation);
+      EXPECT_NE(camera.T_body_camera.rotation.coeffs(), told.T_body_camera.rotation.coeffs());
+      EXPECT_NE(camera.intrinsics.fx_px, told.intrinsics.fx_px);
+      EXPECT_NE(camera.intrinsics.cx_px, told.intrinsics.cx_px);
+      EXPECT_FALSE(camera.intrinsics.is_pinhole());
+      EXPECT_NE(camera.clock_offset_s, told.clock_offset_s);
+    }
+    const TrueWheels wheels = *usual.truth()->wheels;
+    EXPECT_NE(wheels.left_radius_m + wheels.right_radius_m, 2 * Body().wheel_radius_m);
+    EXPECT_NE(wheels.left_radius_m, wheels.right_radius_m);
+    EXPECT_NE(wheels.base_m, Body().wheel_base_m);
+
+    const SimulatedRobot exact = robot_with(as_believed(options), seed);
+    EXPECT_TRUE(same_rig(exact.true_rig(), exact.rig()));
+    EXPECT_EQ(exact.truth()->wheels->left_radius_m, Body().wheel_radius_m);
+    EXPECT_EQ(exact.truth()->wheels->right_radius_m, Body().wheel_radius_m);
+    EXPECT_EQ(exact.truth()->wheels->base_m, Body().wheel_base_m);
+  }
 }
 
 TEST(TruthAndBelief, AKnockTurnsACameraFromItsInstantOn) {

@@ -117,7 +117,7 @@ TEST(Umbmark, RecoversTheWheelBaseAndTheDiameters) {
   const WheelError usual;
   for (const auto& [diameter_difference, base_error] :
        {std::pair(usual.diameter_difference, usual.base_error), std::pair(0.001, 0.01)}) {
-    const WheelError error{0, diameter_difference, base_error, 0};
+    const WheelError error{0, diameter_difference, base_error, 0, 0};
     for (const std::uint64_t seed : {1, 3, 4}) {  // three of the four pairs of signs
       const Recovered found = umbmark(error, seed);
       EXPECT_NEAR(std::abs(found.base_error), base_error, 0.02 * base_error);

@@ -86,7 +86,7 @@ TEST(Mission, TellsOnceOfSettingsThatAreGone) {
 }
 
 TEST(Mission, RefusesARigWithoutTheCameraARoleNeeds) {
-  const std::string rig = kScenes + "rigs/front-back-floor.yaml";
+  const std::string rig = kScenes + "rigs/front-back-edges.yaml";
   const std::vector<std::string> lines =
       faults({"rig.cameras.front.roles=[]", "rig.cameras.back.roles=[]"});
   ASSERT_EQ(lines.size(), 1U);
@@ -149,13 +149,46 @@ TEST(Mission, RefusesACameraInsideTheRobot) {
                   "and reaches 0.250 m from its middle; mount it above or farther out")));
 }
 
+TEST(Mission, NoneThatIsHereBelievesARobotThatIsExactlyAsItBelieves) {
+  int simulated = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(kScenes + "missions")) {
+    SCOPED_TRACE(entry.path().filename().string());
+    const auto mission = load_mission<ExploreMission>(entry.path().string());
+    const auto* robot = std::get_if<sim::SimulatedOptions>(&mission.platform);
+    if (robot == nullptr) {
+      continue;
+    }
+    ++simulated;
+    EXPECT_GT(robot->mounting_error.sigma_deg, 0);
+    EXPECT_GT(robot->mounting_error.sigma_m, 0);
+    EXPECT_GT(robot->lens_error.sigma_focal_percent, 0);
+    EXPECT_GT(robot->lens_error.sigma_centre_px, 0);
+    EXPECT_GT(robot->lens_error.sigma_distortion, 0);
+    EXPECT_GT(robot->clock_error.sigma_s, 0);
+    EXPECT_GT(robot->wheel_error.sigma_radius_percent, 0);
+    EXPECT_GT(robot->wheel_error.diameter_difference, 0);
+    EXPECT_GT(robot->wheel_error.base_error, 0);
+    EXPECT_TRUE(std::holds_alternative<sim::AutoExposure>(robot->sensor.exposure));
+    EXPECT_TRUE(std::holds_alternative<sim::PhotonNoise>(robot->sensor.noise));
+    EXPECT_TRUE(robot->sensor.motion_blur);
+    for (const auto& [name, camera] : mission.rig.cameras) {
+      const double off_axis_m = camera.T_body_camera.translation.head<2>().norm();
+      EXPECT_TRUE(!camera.is_loop() || off_axis_m > 0.1) << name << " stands on the axis";
+    }
+  }
+  EXPECT_GE(simulated, 14);
+  const auto exact = load_mission<ExploreMission>(kOffice, {"platform.errors=none"});
+  const auto& robot = std::get<sim::SimulatedOptions>(exact.platform);
+  EXPECT_EQ(write_settings(robot), write_settings(sim::as_believed(robot)));
+}
+
 TEST(Mission, WhatIsSetOfTheRigIsBelievedAndNoMore) {
   const auto as_written = load_mission<ExploreMission>(kOffice);
   const auto nominal_of = [](const ExploreMission& mission) {
     return std::get<sim::SimulatedOptions>(mission.platform).nominal_rig;
   };
   EXPECT_FALSE(nominal_of(as_written).has_value());
-  const std::string other = kScenes + "rigs/front-back-edges.yaml";
+  const std::string other = kScenes + "rigs/front-back-floor.yaml";
   for (const std::string& set :
        std::vector<std::string>{"rig.cameras.front.yaw_deg=2", "rig=" + other}) {
     const auto mission = load_mission<ExploreMission>(kOffice, {set});
@@ -191,7 +224,7 @@ TEST(Mission, RefusesErrorsOfCamerasThatTheRigHasNot) {
   EXPECT_THAT(faults({"platform.faults=[{camera: frnt, fault: knock, at_s: 1, yaw_deg: 1}]"}),
               testing::ElementsAre(testing::HasSubstr("the rig has no camera frnt; did you mean")));
   EXPECT_THAT(faults({"platform.faults=[{camera: front, fault: knock, at_s: 1, z_m: -0.9}]"}),
-              testing::ElementsAre(testing::HasSubstr("is mounted 0.110 m below the floor")));
+              testing::ElementsAre(testing::HasSubstr("is mounted 0.450 m below the floor")));
 }
 
 TEST(Mission, RefusesRequirementsThatNobodyCanCheck) {

@@ -327,7 +327,9 @@ TEST(CameraSensor, AutoExposureStopsAtItsLimits) {
 TEST(CameraSensor, NoiseIsDecidedBySeedCameraAndPictureAlone) {
   const auto image = [](std::uint64_t seed, const std::string& name, std::int64_t picture,
                         bool one_before = false) {
-    CameraSensor camera(name, kLens, {}, Rng(seed));
+    SensorOptions options;
+    options.exposure = FixedExposure{};
+    CameraSensor camera(name, kLens, options, Rng(seed));
     if (one_before) {
       camera.take(drawing(stripes), still, picture - 1, {});
     }

@@ -10,7 +10,7 @@ namespace panoptes::sim {
 namespace {
 
 constexpr double kStep_s = 1.0 / 120;
-const WheelError kPerfect{0, 0, 0, 0};
+const WheelError kPerfect{0, 0, 0, 0, 0};
 
 double tick_m(const Body& body) {
   return 2 * std::numbers::pi * body.wheel_radius_m / body.ticks_per_turn;
@@ -55,7 +55,7 @@ TEST(WheelEncoders, CountWholeTicks) {
 // The variance of a wheel's way is noise^2 * way, whatever the steps it is cut into.
 TEST(WheelEncoders, NoiseGrowsWithTheRootOfTheWayForAnyStep) {
   const Body body;
-  const WheelError only_noise{0.005, 0, 0, 0};
+  const WheelError only_noise{0.005, 0, 0, 0, 0};
   constexpr int kDraws = 1000;
   constexpr double kDistance_m = 4;
   for (const int steps : {10, 400}) {
@@ -82,14 +82,14 @@ TEST(WheelEncoders, DiametersAndBaseDifferByWhatWasAsked) {
   constexpr int kSeeds = 64;
   for (int seed = 0; seed < kSeeds; ++seed) {
     const Rng rng(static_cast<std::uint64_t>(seed));
-    WheelEncoders straight({0, 0.001, 0, 0}, body, rng);
+    WheelEncoders straight({0, 0.001, 0, 0, 0}, body, rng);
     straight.roll(1000, 0);
     const Ticks motion = straight.ticks();
     const double ratio = static_cast<double>(motion.right) / static_cast<double>(motion.left);
     EXPECT_NEAR(std::abs(ratio - 1), 0.001, 1e-5);  // a tick in 800 000 and second order
     left_larger += ratio > 1 ? 1 : 0;               // a larger wheel turns less
 
-    WheelEncoders turning({0, 0, 0.005, 0}, body, rng);
+    WheelEncoders turning({0, 0, 0.005, 0, 0}, body, rng);
     turning.roll(0, 1000);
     const double base_m = 2 * static_cast<double>(turning.ticks().right) * tick_m(body) / 1000;
     EXPECT_NEAR(std::abs(base_m / body.wheel_base_m - 1), 0.005, 1e-4);
@@ -102,7 +102,7 @@ TEST(WheelEncoders, DiametersAndBaseDifferByWhatWasAsked) {
 
 TEST(WheelEncoders, SlipIsDrawnOncePerTurn) {
   const Body body;
-  WheelEncoders encoders({0, 0, 0, 0.01}, body, Rng(3));
+  WheelEncoders encoders({0, 0, 0, 0.01, 0}, body, Rng(3));
   const auto felt = [&](double turn_rad, int steps) {
     const std::int64_t before = encoders.ticks().right;
     for (int i = 0; i < steps; ++i) {
@@ -166,7 +166,7 @@ TEST(WheelEncoders, SlipWhereTheFloorIsSlippery) {
 TEST(WheelEncoders, RoughFloorAddsToNoiseAndSlip) {
   const Body body;
   const std::array<TractionFactors, 2> rough{TractionFactors{0, 4}, TractionFactors{0, 4}};
-  for (const WheelError& error : {WheelError{0.003, 0, 0, 0}, WheelError{0, 0, 0, 0.005}}) {
+  for (const WheelError& error : {WheelError{0.003, 0, 0, 0, 0}, WheelError{0, 0, 0, 0.005, 0}}) {
     WheelEncoders plain(error, body, Rng(5));
     WheelEncoders off(error, body, Rng(5));
     plain.roll(0, 500);
@@ -224,9 +224,24 @@ TEST(WheelFactors, AreDrawnBySigmaBesidesTheFixedOnes) {
   EXPECT_NEAR(ratio2 / kDraws / 0.01, 1, three_sigma);
   EXPECT_NEAR(base2 / kDraws / 0.25, 1, three_sigma);
   // What was there before is drawn as before.
-  const WheelFactors fixed = wheel_factors(WheelError{}, Rng(7));
+  WheelError only_fixed;
+  only_fixed.sigma_radius_percent = 0;
+  const WheelFactors fixed = wheel_factors(only_fixed, Rng(7));
   constexpr double kRoundoff = 1e-12;
-  EXPECT_NEAR(std::abs(fixed.radius[0] - 1), WheelError{}.diameter_difference / 2, kRoundoff);
+  EXPECT_NEAR(std::abs(fixed.radius[0] - 1), only_fixed.diameter_difference / 2, kRoundoff);
+}
+
+TEST(WheelFactors, OfACalibratedBaseAreOffInEveryPart) {
+  constexpr int kDraws = 1000;
+  double radius2 = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const WheelFactors f = wheel_factors({}, Rng(static_cast<std::uint64_t>(i)));
+    radius2 += std::pow(100 * ((f.radius[0] + f.radius[1]) / 2 - 1), 2);
+    EXPECT_NEAR(std::abs(f.radius[0] / f.radius[1] - 1), 0.0006, 1e-6);  // of second order
+    constexpr double kRoundoff = 1e-12;
+    EXPECT_NEAR(std::abs(f.base - 1), 0.003, kRoundoff);
+  }
+  EXPECT_NEAR(radius2 / kDraws / (0.2 * 0.2), 1, 3 * std::sqrt(2.0 / kDraws));
 }
 
 TEST(WheelEncoders, LargerWheelsCountFewerTicks) {

@@ -14,6 +14,7 @@ namespace {
 using testing::HasSubstr;
 
 constexpr int kDraws = 1000;
+const RigErrors kNone{{0, 0}, {0, 0, 0}, {0}};
 
 Rig one_camera(const Distortion& distortion = NoDistortion{}) {
   Rig rig;
@@ -33,7 +34,7 @@ double three_sigma(int numbers) { return 3 * std::sqrt(2.0 / (numbers * kDraws))
 
 TEST(RigErrors, TheTrueRigIsTheNominalOneWithoutThem) {
   const Rig rig = one_camera();
-  EXPECT_EQ(write_settings(true_rig({}, rig, Rng(1))), write_settings(rig));
+  EXPECT_EQ(write_settings(true_rig(kNone, rig, Rng(1))), write_settings(rig));
 }
 
 TEST(RigErrors, TurnAndMoveEveryAxisByItsSigma) {
@@ -77,14 +78,41 @@ TEST(RigErrors, LensesAndClocksAreOffByTheirSigma) {
   EXPECT_NEAR(clock2 / kDraws / (0.005 * 0.005), 1, three_sigma(1));
 }
 
+TEST(RigErrors, AreWhatAGoodCalibrationLeavesWhereNothingIsSaid) {
+  const RigCamera nominal = one_camera().cameras.at("front");
+  double turn2 = 0;
+  double shift2 = 0;
+  double focal2 = 0;
+  double centre2 = 0;
+  double distortion2 = 0;
+  double clock2 = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const RigCamera camera = drawn({}, i);
+    const Pose3& pose = camera.T_body_camera;
+    const Intrinsics& lens = camera.intrinsics;
+    turn2 += std::pow(rad_to_deg(pose.rotation.angularDistance(nominal.T_body_camera.rotation)), 2);
+    shift2 += (pose.translation - nominal.T_body_camera.translation).squaredNorm();
+    focal2 += std::pow(100 * (lens.fx_px / nominal.intrinsics.fx_px - 1), 2);
+    centre2 += std::pow(lens.cx_px - nominal.intrinsics.cx_px, 2);
+    distortion2 += std::pow(std::get<BrownConrady>(lens.distortion).k1, 2);
+    clock2 += std::pow(camera.clock_offset_s, 2);
+  }
+  EXPECT_NEAR(turn2 / kDraws / 3 / (0.2 * 0.2), 1, three_sigma(3));
+  EXPECT_NEAR(shift2 / kDraws / 3 / (0.003 * 0.003), 1, three_sigma(3));
+  EXPECT_NEAR(focal2 / kDraws / (0.2 * 0.2), 1, three_sigma(1));
+  EXPECT_NEAR(centre2 / kDraws, 1, three_sigma(1));
+  EXPECT_NEAR(distortion2 / kDraws / (0.002 * 0.002), 1, three_sigma(1));
+  EXPECT_NEAR(clock2 / kDraws / (0.005 * 0.005), 1, three_sigma(1));
+}
+
 TEST(RigErrors, OfOneKindAreDrawnWhateverTheOthersAre) {
-  RigErrors mounting;
+  RigErrors mounting = kNone;
   mounting.mounting.sigma_deg = 1;
   RigErrors all = mounting;
   all.lens = {0.2, 1, 0.01, {}};
   all.clock.sigma_s = 0.005;
   RigErrors others = all;
-  others.mounting = {};
+  others.mounting = {0, 0, {}};
   EXPECT_EQ(drawn(all, 4).T_body_camera.rotation.coeffs(),
             drawn(mounting, 4).T_body_camera.rotation.coeffs());
   EXPECT_EQ(drawn(all, 4).intrinsics.fx_px, drawn(others, 4).intrinsics.fx_px);
@@ -149,7 +177,7 @@ TEST(RigErrors, OfCamerasThatTheRigHasNotAreRefused) {
 }
 
 TEST(RigErrors, ALensThatTheSeedMakesImpossibleIsRefusedWithItsErrors) {
-  RigErrors errors;
+  RigErrors errors = kNone;
   errors.lens.sigma_distortion = 0.2;
   int refused = 0;
   for (int seed = 0; seed < 20; ++seed) {
