@@ -73,18 +73,18 @@ void RigCheck::add_odometry(Time stamp, double theta_rad) {
   }
 }
 
-// By the wheels; no number where they told nothing.
+// By the wheels; no number where they told nothing. A stamp that a clock sets a little before or
+// after all that they told has the motion go on.
 double RigCheck::turned_rad(Time from, Time to) const {
+  constexpr Duration kGoesOn = std::chrono::milliseconds(50);
   const auto theta = [&](Time at) {
-    const auto after = std::lower_bound(
-        odometry_.begin(), odometry_.end(), at,
-        [](const std::pair<Time, double>& told, Time time) { return told.first < time; });
-    if (after == odometry_.end() || (after == odometry_.begin() && after->first != at)) {
+    if (odometry_.size() < 2 || at < odometry_.front().first - kGoesOn ||
+        at > odometry_.back().first + kGoesOn) {
       return std::numeric_limits<double>::quiet_NaN();
     }
-    if (after->first == at) {
-      return after->second;
-    }
+    const auto after = std::lower_bound(
+        odometry_.begin() + 1, odometry_.end() - 1, at,
+        [](const std::pair<Time, double>& told, Time time) { return told.first < time; });
     const auto before = after - 1;
     const double share = to_seconds(at - before->first) / to_seconds(after->first - before->first);
     return before->second + share * wrap_angle(after->second - before->second);

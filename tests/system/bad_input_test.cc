@@ -11,7 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::string kOfficeWorld = kScenes + "worlds/office.yaml";
-const std::string kRig = kScenes + "rigs/front-back-floor.yaml";
+const std::string kRig = kScenes + "rigs/front-back-edges.yaml";
 
 // Lines 1 and 2, platform in line 3, `more` from line 4 on.
 std::string mission_of(const std::string& platform, const std::string& more = "") {

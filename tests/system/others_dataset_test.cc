@@ -32,6 +32,8 @@ const std::vector<std::string> kToAndFro{
     "drive={route: {waypoints: [{x_m: 4.95, y_m: 1.2}, {x_m: 4.95, y_m: 4.0}, "
     "{x_m: 4.95, y_m: 1.2}]}}",
     "--set",
+    "platform.clock_error.sigma_s=0",  // the first frame set, at 0, is of front's picture
+    "--set",
     "platform.trigger={groups: {a: {cameras: [back], offset_s: 0.007}, b: {cameras: [floor], "
     "offset_s: 0.011}}}",
     "--set",

@@ -43,7 +43,8 @@ struct Robot {
   LoopCameras believed = testing::front_and_back();
   LoopCameras truth = believed;
   std::vector<double> stamp_late_s = std::vector<double>(believed.size(), 0.0);
-  double wheels_turn = 1;  // of the truth
+  std::vector<double> told_late_s = std::vector<double>(believed.size(), 0.0);  // stamped so, too
+  double wheels_turn = 1;                                                       // of the truth
 };
 
 // What is said of the rig, and after how long; "" when a minute of driving shows no fault.
@@ -65,7 +66,7 @@ std::pair<std::string, double> fault_of(const Robot& robot) {
     }
     Pose2 T_last_here = pose_at(keyframe_s).inverse() * pose_at(at_s);
     T_last_here.theta_rad *= robot.wheels_turn;
-    const PictureTimes times{{}, std::vector<double>(robot.truth.size(), 0.0)};
+    const PictureTimes times{{}, robot.told_late_s};
     check.add_keyframe(time_at(at_s), times, features, T_last_here);
     if (!check.fault().empty()) {
       return {check.fault(), at_s};
@@ -105,6 +106,23 @@ TEST(RigCheck, SwappedCamerasAreNamed) {
   Robot robot;
   std::swap(robot.truth[0], robot.truth[1]);
   EXPECT_THAT(fault_of(robot).first, HasSubstr("front and back look swapped"));
+}
+
+// Of pictures of one instant, stamped by clocks that a good calibration leaves: some later than
+// all that the wheels told.
+TEST(RigCheck, ClocksAFewMillisecondsOffHideNoFault) {
+  for (const double late_s : {-0.01, 0.005, 0.01}) {
+    SCOPED_TRACE(late_s);
+    Robot sound;
+    sound.told_late_s = {late_s, -late_s};
+    EXPECT_THAT(fault_of(sound).first, IsEmpty());
+    Robot swapped = sound;
+    std::swap(swapped.truth[0], swapped.truth[1]);
+    EXPECT_THAT(fault_of(swapped).first, HasSubstr("front and back look swapped"));
+    Robot wide = sound;
+    wide.truth[1].intrinsics = pinhole(320, 240, deg_to_rad(96));
+    EXPECT_THAT(fault_of(wide).first, HasSubstr("the field of view of back looks wrong"));
+  }
 }
 
 TEST(RigCheck, ACameraThatLooksTheOtherWayIsNamed) {
