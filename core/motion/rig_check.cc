@@ -202,12 +202,12 @@ bool RigCheck::has_driven(int camera) const {
          seen.looks.front().flow_px >= kFewestFlow_px;
 }
 
-// What a camera shows of turns on the spot, as a share of what the wheels turn; no number before it
-// is known.
-double RigCheck::turn_ratio(int camera) const {
+// What a camera shows of turns on the spot, as a share of what the wheels turned so long before its
+// stamps; no number before it is known.
+double RigCheck::turn_ratio(int camera, Duration before) const {
   std::vector<double> ratios;
   for (const Turn& turn : seen_[camera].turns) {
-    const double by_wheels = turned_rad(turn.from, turn.to);
+    const double by_wheels = turned_rad(turn.from - before, turn.to - before);
     if (std::abs(by_wheels) >= kTurned_rad) {
       ratios.push_back(turn.seen_rad / by_wheels);
     }
@@ -284,13 +284,14 @@ std::string RigCheck::wrong_clock() const {
   constexpr double kGain_rad = 0.3;    // three such turns
   for (int camera = 0; camera < static_cast<int>(believed_.size()); ++camera) {
     const std::vector<Turn>& turns = seen_[camera].turns;
-    const double ratio = turn_ratio(camera);
-    if (!std::isfinite(ratio)) {
+    if (static_cast<int>(turns.size()) < kFewestTurns) {
       continue;
     }
+    // stamps that are wrong tell no ratio either: each clock has its own
     const auto cost = [&](double late_s) {
       double sum = 0;
       const auto by = from_seconds(late_s);
+      const double ratio = turn_ratio(camera, by);
       for (const Turn& turn : turns) {
         const double off = turn.seen_rad - ratio * turned_rad(turn.from - by, turn.to - by);
         sum += std::isfinite(off) ? std::min(std::abs(off), kUnlike_rad) : 0.5 * kUnlike_rad;

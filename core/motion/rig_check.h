@@ -62,7 +62,7 @@ class RigCheck {
   void add_drive(int camera, const Pose2& T_last_here, const LocalFeatures& before,
                  const LocalFeatures& here, const std::vector<FeatureMatch>& matches);
   bool has_driven(int camera) const;
-  double turn_ratio(int camera) const;
+  double turn_ratio(int camera, Duration before = {}) const;
   const Look* other_look(int camera) const;
   int camera_told_to(const Look& look) const;
   std::string wrong_look() const;

@@ -93,7 +93,7 @@ TEST_F(BadInput, SettingsOfNothing) {
 TEST_F(BadInput, RigsThatWillNotDo) {
   expect_refused(2,
                  kRig +
-                     ":7:1: rig: has no camera with the role loop_front; SLAM in "
+                     ":8:1: rig: has no camera with the role loop_front; SLAM in "
                      "'explore-office' needs a camera for loops, whose role begins with loop_, and "
                      "one for the floor",
                  {"--set", "rig.cameras.front.roles=[]", "--set", "rig.cameras.back.roles=[]"},
