@@ -15,9 +15,9 @@ class RigFaults : public SystemTest {
  protected:
   void expect_named(const std::string& error, const std::string& fault) {
     SCOPED_TRACE(error);
-    const Said said = explore(kOffice, fault,
-                              {"--seed", "3", "--duration", "60", "--set", "require=[]", "--set",
-                               "platform." + error});
+    const Said said = explore(
+        kOffice, fault,
+        {"--seed", "3", "--duration", "60", "--set", "require=[]", "--set", "platform." + error});
     EXPECT_EQ(said.status, 1);
     EXPECT_THAT(said.out, ::testing::StartsWith("failed (" + fault));
     EXPECT_EQ(metrics(fault)["outcome"], "failed");
