@@ -23,15 +23,19 @@ constexpr int kFewestDrives = 4;
 constexpr int kKeyframes = 400;  // after so many the rig file has been checked
 constexpr double kSteep_rad = deg_to_rad(75);
 constexpr double kTurned_rad = deg_to_rad(4);  // turns that are told apart from noise
-constexpr double kLensTolerance = 0.12;        // of what a turn shows
-constexpr double kNearer = 1.5;                // than along drives, as turns may show a room
+constexpr double kLensTolerance = 0.1;         // of what a turn shows
+constexpr double kFarShare = 0.25;  // of a picture of a turn is about as far as drives show
+constexpr double kFarther = 3;      // than along drives
+constexpr double kNearer = 1.5;
 constexpr double kFewestFlow_px = 1000;
 
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+double quantile(std::vector<double>& values, double share) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * values.size());
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
 }
+
+double median(std::vector<double>& values) { return quantile(values, 0.5); }
 
 Mat3 about_vertical(double turn_rad) {
   return Eigen::AngleAxisd(turn_rad, Vec3::UnitZ()).toRotationMatrix();
@@ -149,9 +153,13 @@ void RigCheck::add_turn(int camera, Time from, Time to, const LocalFeatures& bef
       turns_rad.push_back(wrap_angle(std::atan2(a.y(), a.x()) - std::atan2(b.y(), b.x())));
     }
   }
-  if (static_cast<int>(turns_rad.size()) >= kFewestMatches) {
-    seen_[camera].turns.push_back({from, to, median(turns_rad)});
+  if (static_cast<int>(turns_rad.size()) < kFewestMatches) {
+    return;
   }
+  const double seen_rad = median(turns_rad);
+  const bool far_turns_less = (ahead_m(believed) > 0) == (seen_rad > 0);
+  const double far_rad = quantile(turns_rad, far_turns_less ? kFarShare : 1 - kFarShare);
+  seen_[camera].turns.push_back({from, to, seen_rad, far_rad});
 }
 
 void RigCheck::add_drive(int camera, const Pose2& T_last_here, const LocalFeatures& before,
@@ -202,14 +210,14 @@ bool RigCheck::has_driven(int camera) const {
          seen.looks.front().flow_px >= kFewestFlow_px;
 }
 
-// What a camera shows of turns on the spot, as a share of what the wheels turned so long before its
-// stamps; no number before it is known.
-double RigCheck::turn_ratio(int camera, Duration before) const {
+// What a camera shows of turns on the spot, or of what stands far in them, as a share of what the
+// wheels turned so long before its stamps; no number before it is known.
+double RigCheck::turn_ratio(int camera, double Turn::*seen_rad, Duration before) const {
   std::vector<double> ratios;
   for (const Turn& turn : seen_[camera].turns) {
     const double by_wheels = turned_rad(turn.from - before, turn.to - before);
     if (std::abs(by_wheels) >= kTurned_rad) {
-      ratios.push_back(turn.seen_rad / by_wheels);
+      ratios.push_back(turn.*seen_rad / by_wheels);
     }
   }
   if (static_cast<int>(ratios.size()) < kFewestTurns) {
@@ -247,7 +255,7 @@ int RigCheck::camera_told_to(const Look& look) const {
 std::string RigCheck::wrong_look() const {
   for (int camera = 0; camera < static_cast<int>(believed_.size()); ++camera) {
     const std::string& name = believed_[camera].name;
-    if (turn_ratio(camera) < -0.5) {
+    if (turn_ratio(camera, &Turn::seen_rad) < -0.5) {
       return fmt::format(
           "{} looks mirrored or upside down: what it shows turns the wrong way; see its roll_deg "
           "in the rig file, and whether its driver mirrors pictures",
@@ -291,7 +299,7 @@ std::string RigCheck::wrong_clock() const {
     const auto cost = [&](double late_s) {
       double sum = 0;
       const auto by = from_seconds(late_s);
-      const double ratio = turn_ratio(camera, by);
+      const double ratio = turn_ratio(camera, &Turn::seen_rad, by);
       for (const Turn& turn : turns) {
         const double off = turn.seen_rad - ratio * turned_rad(turn.from - by, turn.to - by);
         sum += std::isfinite(off) ? std::min(std::abs(off), kUnlike_rad) : 0.5 * kUnlike_rad;
@@ -324,15 +332,15 @@ std::string RigCheck::wrong_clock() const {
 std::string RigCheck::wrong_lens() const {
   std::vector<double> off;
   for (int camera = 0; camera < static_cast<int>(believed_.size()); ++camera) {
-    const double ratio = turn_ratio(camera);
+    const double ratio = turn_ratio(camera, &Turn::far_rad);
     if (!std::isfinite(ratio) || !has_driven(camera)) {
       return "";
     }
     // what stands near shows more of a turn to a camera ahead of the axis
     std::vector<double> inverse_depths_m = seen_[camera].inverse_depths_m;
-    const double by_depth = kNearer * ahead_m(believed_[camera]) * median(inverse_depths_m);
-    off.push_back(
-        ratio / std::clamp(ratio, 1 + std::min(0.0, by_depth), 1 + std::max(0.0, by_depth)) - 1);
+    const double by_depth = ahead_m(believed_[camera]) * std::max(0.0, median(inverse_depths_m));
+    const auto [lower, upper] = std::minmax({by_depth / kFarther, by_depth * kNearer});
+    off.push_back(ratio / std::clamp(ratio, 1 + lower, 1 + upper) - 1);
   }
   const auto [least, most] = std::minmax_element(off.begin(), off.end());
   if (off.size() > 1 && (*least > kLensTolerance || *most < -kLensTolerance)) {

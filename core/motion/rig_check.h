@@ -40,7 +40,8 @@ class RigCheck {
   struct Turn {
     Time from;
     Time to;
-    double seen_rad = 0;
+    double seen_rad = 0;  ///< by most,
+    double far_rad = 0;   ///< and by what stands far: the turn itself
   };
   /// A way of looking that the camera may truly have.
   struct Look {
@@ -62,7 +63,7 @@ class RigCheck {
   void add_drive(int camera, const Pose2& T_last_here, const LocalFeatures& before,
                  const LocalFeatures& here, const std::vector<FeatureMatch>& matches);
   bool has_driven(int camera) const;
-  double turn_ratio(int camera, Duration before = {}) const;
+  double turn_ratio(int camera, double Turn::*seen_rad, Duration before = {}) const;
   const Look* other_look(int camera) const;
   int camera_told_to(const Look& look) const;
   std::string wrong_look() const;

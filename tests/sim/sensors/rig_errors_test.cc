@@ -101,7 +101,7 @@ TEST(RigErrors, AreWhatAGoodCalibrationLeavesWhereNothingIsSaid) {
   EXPECT_NEAR(shift2 / kDraws / 3 / (0.003 * 0.003), 1, three_sigma(3));
   EXPECT_NEAR(focal2 / kDraws / (0.2 * 0.2), 1, three_sigma(1));
   EXPECT_NEAR(centre2 / kDraws, 1, three_sigma(1));
-  EXPECT_NEAR(distortion2 / kDraws / (0.002 * 0.002), 1, three_sigma(1));
+  EXPECT_NEAR(distortion2 / kDraws / (0.0005 * 0.0005), 1, three_sigma(1));
   EXPECT_NEAR(clock2 / kDraws / (0.005 * 0.005), 1, three_sigma(1));
 }
 
