@@ -157,8 +157,10 @@ void RigCheck::add_turn(int camera, Time from, Time to, const LocalFeatures& bef
     return;
   }
   const double seen_rad = median(turns_rad);
-  const bool far_turns_less = (ahead_m(believed) > 0) == (seen_rad > 0);
-  const double far_rad = quantile(turns_rad, far_turns_less ? kFarShare : 1 - kFarShare);
+  double far_rad = seen_rad;
+  if (const double by_m = ahead_m(believed); std::abs(by_m) > kOnTheSpot_m) {
+    far_rad = quantile(turns_rad, (by_m > 0) == (seen_rad > 0) ? kFarShare : 1 - kFarShare);
+  }
   seen_[camera].turns.push_back({from, to, seen_rad, far_rad});
 }
 
