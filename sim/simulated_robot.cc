@@ -796,6 +796,9 @@ std::optional<Truth> SimulatedRobot::truth() const {
   truth.path_m = drive_world_.path_m();
   if (!true_rig_.cameras.empty()) {
     truth.rig = true_rig_;
+    for (auto& [name, camera] : truth.rig->cameras) {
+      camera.T_body_camera = knocked(faults_, name, now_, camera.T_body_camera);
+    }
   }
   truth.wheels = encoders_.wheels();
   return truth;

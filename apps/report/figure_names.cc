@@ -195,6 +195,8 @@ const std::vector<std::string>& figure_names() {
       "rig.*.error_chi2",
       "rig.*.error_freedom",
       "rig.*.error_inside_95",
+      "rig.*.knocks",
+      "rig.*.knocked_s",
   });
   return kNames;
 }

@@ -226,6 +226,11 @@ void put_learned(Json& metrics, const FinishedRun& run, const RunFindings& f) {
   if (run.info.rig) {
     const Rig* true_rig = truth != nullptr && truth->rig ? &*truth->rig : nullptr;
     Json rig = rig_json(learned_cameras(*run.result.rig, *run.info.rig, true_rig));
+    for (const KnockReport& knock : run.result.rig->knocks) {
+      Json& camera = rig[knock.camera];
+      camera["knocks"] = camera.value("knocks", 0) + 1;
+      camera["knocked_s"] = to_seconds(knock.found.time_since_epoch());
+    }
     if (!rig.empty()) {
       metrics["rig"] = std::move(rig);
     }

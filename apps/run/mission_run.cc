@@ -119,6 +119,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
   const Duration deadline = std::min(from_seconds(mission.frame_deadline_s), pilot->longest_wait());
   const Duration valid_for =
       std::min(from_seconds(mission.command_valid_for_s), pilot->longest_command());
+  std::size_t knocks = 0;
   const auto drive = [&] {
     while (!finished(*pilot, open) &&
            !stop_condition.reached(robot.now(), keyframe_count(slam.get()))) {
@@ -128,6 +129,9 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
       clock.begin("step");
       const SlamStep at = slam ? slam->step(seen) : SlamStep{};
       PilotStep step = pilot->step(seen, at);
+      for (; slam && knocks < slam->knocks().size(); ++knocks) {
+        std::fprintf(stderr, "%s\n", told(slam->knocks()[knocks]).c_str());
+      }
       if (std::string fault = slam ? slam->rig_fault() : ""; !fault.empty()) {
         step.command_body = {};
         step.reason = fault;

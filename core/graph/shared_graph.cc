@@ -129,14 +129,6 @@ Eigen::MatrixXd state_covariance(const SharedGraph& graph) {
   return SharedUncertainty(graph).states();
 }
 
-namespace {
-
-/// What a joint edge says of the states alone, its poses integrated out.
-struct StateSystem {
-  Eigen::MatrixXd information;
-  Eigen::VectorXd gradient;  ///< at the states as they are
-};
-
 StateSystem of_states(const JointEdge& joint, const Eigen::VectorXd& state) {
   const auto poses = static_cast<Eigen::Index>(3 * joint.T_first_node.size());
   const Eigen::Index states = state.size();
@@ -151,7 +143,33 @@ StateSystem of_states(const JointEdge& joint, const Eigen::VectorXd& state) {
   return of;
 }
 
+namespace {
+
+void forget(JointEdge& joint, Eigen::Index first, Eigen::Index count) {
+  joint.information.middleRows(first, count).setZero();
+  joint.information.middleCols(first, count).setZero();
+  joint.gradient.segment(first, count).setZero();
+}
+
 }  // namespace
+
+void hold(JointEdge& joint, int first, int count, const Eigen::VectorXd& state) {
+  const Eigen::Index at = joint.information.rows() - joint.state.size() + first;
+  const Eigen::VectorXd off = (state - joint.state).segment(first, count);
+  joint.gradient += joint.information.middleCols(at, count) * off;
+  forget(joint, at, count);
+}
+
+void hold(SharedEdge& shared, int first, int count, const Eigen::VectorXd& state) {
+  if (shared.by_state.size() == 0) {
+    return;
+  }
+  Eigen::VectorXd held = shared.state;
+  held.segment(first, count) = state.segment(first, count);
+  shared.edge = at_state(shared, held);
+  shared.state = held;
+  shared.by_state.middleCols(first, count).setZero();
+}
 
 double variance_factor(const SharedGraph& graph) {
   const Eigen::Index states = graph.state.size();

@@ -70,6 +70,18 @@ class SharedUncertainty {
 
 Eigen::MatrixXd state_covariance(const SharedGraph& graph);
 
+/// What a joint edge says of the states alone, its poses integrated out.
+struct StateSystem {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;  ///< at the states as they are
+};
+StateSystem of_states(const JointEdge& joint, const Eigen::VectorXd& state);
+
+/// From here on `count` states from `first` on are others than those that the edge was measured
+/// with: it reads as if those had been as in `state`, and says nothing of them.
+void hold(JointEdge& joint, int first, int count, const Eigen::VectorXd& state);
+void hold(SharedEdge& shared, int first, int count, const Eigen::VectorXd& state);
+
 /// By how much more joint edges disagree on the states than they claim: the variance of unit weight
 /// over what they show beyond the prior, never below 1.
 double variance_factor(const SharedGraph& graph);

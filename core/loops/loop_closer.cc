@@ -229,6 +229,17 @@ LoopCameras LoopCloser::cameras_at(int keyframe, const SharedGraph& graph) const
   return at_keyframe(cameras_, graph.state, places_[keyframe].place.taken);
 }
 
+void LoopCloser::forget(int camera, int keyframe) {
+  for (int k = 0; k < std::min(keyframe, static_cast<int>(places_.size())); ++k) {
+    Remembered& place = places_[k];
+    if (!place.place.features.empty()) {
+      place.place.features[camera] = LocalFeatures();
+    }
+    place.depths = PlaceDepths();
+    place.depths_until = -1;
+  }
+}
+
 const PlaceDepths& LoopCloser::depths(int keyframe, const SharedGraph& graph) {
   Remembered& here = places_[keyframe];
   constexpr int kNeighbours = 2;  // to each side: half a metre of baseline

@@ -122,6 +122,10 @@ class LoopCloser {
   std::vector<ClosureReport> close(LoopPlace place, const SharedGraph& graph,
                                    const ContourSource& contours);
 
+  /// What a camera showed at keyframes before `keyframe` is not compared any more: it sits
+  /// otherwise now.
+  void forget(int camera, int keyframe);
+
   const LoopPlace& place(int keyframe) const {
     return places_.at(static_cast<std::size_t>(keyframe)).place;
   }

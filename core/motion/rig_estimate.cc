@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "core/base/check.h"
 #include "core/camera/lens_correction.h"
 #include "core/camera/mounting.h"
@@ -90,6 +92,15 @@ RigCamera refined(const RigCamera& believed, const Intrinsics& pinhole, CameraCo
 }
 
 }  // namespace
+
+std::string told(const KnockReport& knock) {
+  return fmt::format(
+      "camera {}: knocked by about {:.1f} degrees and {:.0f} mm, found after {:.0f} s; its "
+      "mounting is "
+      "learned anew, and places from before are recognised by the other cameras alone",
+      knock.camera, rad_to_deg(knock.turned_rad), 1000 * knock.shifted_m,
+      to_seconds(knock.found - knock.since));
+}
 
 Eigen::MatrixXd systematic_covariance(const LoopCameras& cameras) {
   constexpr double kOff_px = 0.1;

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include <Eigen/Core>
 
+#include "core/base/time.h"
 #include "core/camera/rig.h"
 #include "core/motion/rig_correction.h"
 
@@ -10,12 +14,26 @@ namespace panoptes {
 
 using CameraCovariance = Eigen::Matrix<double, kCameraStates, kCameraStates>;
 
+/// A loop camera that sits otherwise than it did: what had been learned of its mounting has begun
+/// anew, and no place from before is recognised by it.
+struct KnockReport {
+  std::string camera;
+  Time since;  ///< at the latest
+  Time found;
+  double turned_rad = 0;
+  double shifted_m = 0;
+};
+
+/// In words, for people.
+std::string told(const KnockReport& knock);
+
 /// What a run has learned of its loop cameras and its wheels, against what it believed of them.
 struct RigEstimate {
   LoopCameras believed;  ///< of the pictures that were looked at, which are straightened
   RigState state;
   Eigen::MatrixXd covariance;        ///< of the state, as it is known at the end,
   Eigen::MatrixXd prior_covariance;  ///< and as it was before anything was seen
+  std::vector<KnockReport> knocks = {};
 };
 
 /// What no run makes surer, however long: of every thing a picture shows, corners found a tenth of

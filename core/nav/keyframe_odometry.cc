@@ -59,9 +59,9 @@ BundleSolution KeyframeOdometry::adjust(int first, const RigPriorState& rig) con
   return adjust_bundle(options, cameras_, rig, frames, tracks, start);
 }
 
-KeyframeOdometry::Motion KeyframeOdometry::add(const BundleFrame& frame,
-                                               const PlaceFeatures& features,
-                                               const RigPriorState& rig) {
+// Takes in the next keyframe: its features go on the tracks, its motion by the wheels is a start.
+void KeyframeOdometry::follow(const BundleFrame& frame, const PlaceFeatures& features,
+                              const RigState& state) {
   PANOPTES_CHECK(features.size() == cameras_.size(), "a picture's features a camera");
   ++newest_;
   std::vector<std::vector<int>> tracks_here(cameras_.size());
@@ -88,30 +88,48 @@ KeyframeOdometry::Motion KeyframeOdometry::add(const BundleFrame& frame,
   last_tracks_ = std::move(tracks_here);
   frames_.push_back(frame);
   const Vec3 by_state =
-      frame.by_wheels
-          ? (frame.by_wheels(frame.T_before_here) * rig.state.tail<kWheelStates>()).eval()
-          : Vec3::Zero().eval();
+      frame.by_wheels ? (frame.by_wheels(frame.T_before_here) * state.tail<kWheelStates>()).eval()
+                      : Vec3::Zero().eval();
   T_before_here_.push_back({frame.T_before_here.x_m + by_state.x(),
                             frame.T_before_here.y_m + by_state.y(),
                             wrap_angle(frame.T_before_here.theta_rad + by_state.z())});
+}
+
+JointEdge KeyframeOdometry::bundle(int first, const std::vector<BundleFrame>& frames,
+                                   const std::vector<PlaceFeatures>& features,
+                                   const RigPriorState& rig) const {
+  KeyframeOdometry alone(options_, features_, cameras_);
+  alone.noise_px_ = noise_px_;
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    alone.follow(frames[k], features[k], rig.state);
+  }
+  return joint_edge(first, alone.adjust(0, rig));
+}
+
+KeyframeOdometry::Motion KeyframeOdometry::add(const BundleFrame& frame,
+                                               const PlaceFeatures& features,
+                                               const RigPriorState& rig) {
+  follow(frame, features, rig.state);
   Motion motion;
   if (newest_ == 0) {
     return motion;
   }
-  const int live_first = std::max(kept_first_, bundle_first_ - options_.before);
-  const BundleSolution live = adjust(live_first, {rig.state, {}});
-  for (int k = live_first + 1; k <= newest_; ++k) {
+  const bool full = newest_ - bundle_first_ == options_.keyframes;
+  // a full bundle is adjusted by itself, with the states free
+  const int first = full ? bundle_first_ : std::max(kept_first_, bundle_first_ - options_.before);
+  const BundleSolution solution = full ? adjust(first, rig) : adjust(first, {rig.state, {}});
+  for (int k = first + 1; k <= newest_; ++k) {
     T_before_here_[k - kept_first_] =
-        live.T_first_frame[k - live_first - 1].inverse() * live.T_first_frame[k - live_first];
+        solution.T_first_frame[k - first - 1].inverse() * solution.T_first_frame[k - first];
   }
-  noise_px_ = live.noise_px;
+  noise_px_ = solution.noise_px;
   motion.T_last_here = T_before_here_.back();
-  if (newest_ - bundle_first_ < options_.keyframes) {
-    std::vector<SharedEdge> edges = pairwise_edges(joint_edge(live_first, live), rig.state);
-    motion.open.assign(edges.begin() + (bundle_first_ - live_first), edges.end());
+  if (!full) {
+    std::vector<SharedEdge> edges = pairwise_edges(joint_edge(first, solution), rig.state);
+    motion.open.assign(edges.begin() + (bundle_first_ - first), edges.end());
     return motion;
   }
-  motion.closed = joint_edge(bundle_first_, adjust(bundle_first_, rig));
+  motion.closed = joint_edge(bundle_first_, solution);
   bundle_first_ = newest_;
   const int forget = std::max(kept_first_, newest_ - options_.before) - kept_first_;
   frames_.erase(frames_.begin(), frames_.begin() + forget);

@@ -38,7 +38,13 @@ class KeyframeOdometry {
   /// `place` has features of each loop camera. Of the first one the motion is none.
   Motion add(const BundleFrame& frame, const PlaceFeatures& features, const RigPriorState& rig);
 
+  /// One bundle of keyframes, each with what is seen from it: what add() would make of them now,
+  /// were they the newest. `first` is the number of the first keyframe.
+  JointEdge bundle(int first, const std::vector<BundleFrame>& frames,
+                   const std::vector<PlaceFeatures>& features, const RigPriorState& rig) const;
+
  private:
+  void follow(const BundleFrame& frame, const PlaceFeatures& features, const RigState& state);
   BundleSolution adjust(int first, const RigPriorState& rig) const;
 
   BundleOdometryOptions options_;

@@ -158,9 +158,110 @@ Pose2 Localiser::link_to_last(Time taken, const LoopPlace& place, const Pose2& T
   graph_.edges.insert(graph_.edges.end(), motion.open.begin(), motion.open.end());
   graph_.edges.insert(graph_.edges.end(), headings_.begin(), headings_.end());
   if (motion.closed) {
+    const double factor = variance_factor(graph_);
+    const std::optional<Knock> knock = knock_check_.add(
+        *motion.closed, graph_.state, known_covariance(state_information_, factor), factor);
     graph_.joints.push_back(*std::move(motion.closed));
+    adjusted_about_.push_back(graph_.state);
+    if (knock) {
+      begin_anew(*knock, place);
+    }
   }
   return motion.T_last_here;
+}
+
+// A bundle from what its keyframes saw, but for one camera.
+JointEdge Localiser::adjusted_anew(const JointEdge& joint, const RigPriorState& rig,
+                                   const LoopPlace& newest, int without) const {
+  const int last = joint.first + static_cast<int>(joint.T_first_node.size());
+  std::vector<PlaceFeatures> features;
+  for (int k = joint.first; k <= last; ++k) {
+    features.push_back(k < static_cast<int>(keyframes_.size()) ? closer_.place(k).features
+                                                               : newest.features);
+    features.back().resize(believed_.size());
+    if (without >= 0) {
+      features.back()[without] = {};
+    }
+  }
+  return keyframe_odometry_.bundle(
+      joint.first, {frames_.begin() + joint.first, frames_.begin() + last + 1}, features, rig);
+}
+
+// The first bundles were linearised about a rig that was hardly known. The first of those from
+// which it has gone far is adjusted again: one a keyframe.
+void Localiser::linearise_again(const LoopPlace& newest) {
+  constexpr double kFar_rad = deg_to_rad(0.15);
+  constexpr double kFar_m = 0.002;
+  constexpr double kFar = 0.001;
+  constexpr double kFar_px = 0.4;
+  constexpr double kFar_s = 0.001;
+  RigState far = RigState::Constant(graph_.state.size(), kFar);
+  for (int camera = 0; camera < static_cast<int>(believed_.size()); ++camera) {
+    const int first = camera_state(camera);
+    far.segment<3>(first + kRotation).setConstant(kFar_rad);
+    far.segment<2>(first + kPosition).setConstant(kFar_m);
+    far.segment<2>(first + kCentre).setConstant(kFar_px);
+    far[first + kClock] = kFar_s;
+  }
+  for (std::size_t k = settled_; k < graph_.joints.size(); ++k) {
+    JointEdge& joint = graph_.joints[k];
+    if (((graph_.state - adjusted_about_[k]).cwiseAbs().array() > far.array()).any()) {
+      joint = adjusted_anew(joint, {graph_.state, state_information_}, newest, -1);
+      adjusted_about_[k] = graph_.state;
+      return;
+    }
+  }
+}
+
+// What bundles showed of the camera before it was knocked is of another mounting; those since are
+// adjusted anew, the ones during which it was knocked without it.
+void Localiser::begin_anew(const Knock& knock, const LoopPlace& newest) {
+  constexpr double kTurned_rad = deg_to_rad(3);
+  constexpr double kShifted_m = 0.03;
+  MountingChange sigmas;
+  sigmas << kTurned_rad, kTurned_rad, kTurned_rad, kShifted_m, kShifted_m;
+  const int state = camera_state(knock.camera);
+  Eigen::MatrixXd covariance = state_information_.inverse();
+  covariance.middleRows<kMountingStates>(state).setZero();
+  covariance.middleCols<kMountingStates>(state).setZero();
+  covariance.diagonal().segment<kMountingStates>(state) = sigmas.cwiseAbs2();
+  graph_.prior_information.diagonal().segment<kMountingStates>(state) =
+      sigmas.cwiseAbs2().cwiseInverse();
+  const RigState before = graph_.state;
+  graph_.state.segment<kMountingStates>(state) += knock.change;
+  const RigPriorState now{graph_.state, covariance.inverse()};
+
+  std::vector<JointEdge>& joints = graph_.joints;
+  const auto after = joints.end() - knock.bundles + 1;  // the first that shows it as it sits now
+  const auto during = after - std::min<std::ptrdiff_t>(2, after - joints.begin());
+  std::for_each(joints.begin(), during,
+                [&](JointEdge& joint) { hold(joint, state, kMountingStates, before); });
+  for (auto joint = during; joint != joints.end(); ++joint) {
+    *joint = adjusted_anew(*joint, now, newest, joint < after ? knock.camera : -1);
+    adjusted_about_[joint - joints.begin()] = now.state;
+  }
+  settled_ = std::max(0, static_cast<int>(after - joints.begin()));
+  const auto is_between = [&](const SharedEdge& shared) { return shared.edge.to > during->first; };
+  for (std::vector<SharedEdge>* edges : {&graph_.edges, &headings_}) {
+    std::erase_if(*edges, is_between);
+    for (SharedEdge& shared : *edges) {
+      hold(shared, state, kMountingStates, before);
+    }
+  }
+  closer_.forget(knock.camera, after->first);
+  knock_check_.begin_anew();
+  knocks_.push_back({believed_[knock.camera].name, keyframes_[during->first].stamp,
+                     keyframes_.back().stamp, knock.change.head<3>().norm(),
+                     knock.change.tail<2>().norm()});
+}
+
+// What the last bundle showed moves all keyframes. Not in the step that made it, which takes long
+// enough.
+void Localiser::relax_bundle(Located& out) {
+  relax(graph_);
+  state_information_ = state_covariance(graph_).inverse();
+  bundle_to_relax_ = false;
+  out.relaxed = true;
 }
 
 void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlace& place,
@@ -185,9 +286,9 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
     }
   }
   if (graph_.joints.size() > joints) {
-    relax(graph_);
-    state_information_ = state_covariance(graph_).inverse();
-    out.relaxed = true;
+    bundle_to_relax_ = true;
+  } else if (options_.visual_heading) {
+    linearise_again(place);
   }
   last_signature_ = place.signature;
   keyframes_.push_back(keyframe);
@@ -240,15 +341,22 @@ void Localiser::close_loops(LoopPlace place, const ContourSource& contours, Loca
   }
 }
 
-RigEstimate Localiser::rig_estimate() const {
+// Of the states whose information by the graph alone this is: as keyframes disagree, and no surer
+// than pictures are.
+Eigen::MatrixXd Localiser::known_covariance(const Eigen::MatrixXd& information,
+                                            double variance_factor) const {
   const Eigen::MatrixXd& prior = graph_.prior_information;
-  const Eigen::MatrixXd told =
-      (state_covariance(graph_).inverse() - prior) / variance_factor(graph_);
+  const Eigen::MatrixXd told = (information - prior) / variance_factor;
   const Eigen::MatrixXd unsurer = Eigen::MatrixXd::Identity(prior.rows(), prior.cols()) +
                                   systematic_covariance(believed_) * told;
   const Eigen::MatrixXd known = told * unsurer.inverse();
-  return {believed_, graph_.state, (prior + 0.5 * (known + known.transpose())).inverse(),
-          prior.inverse()};
+  return (prior + 0.5 * (known + known.transpose())).inverse();
+}
+
+RigEstimate Localiser::rig_estimate() const {
+  return {believed_, graph_.state,
+          known_covariance(state_covariance(graph_).inverse(), variance_factor(graph_)),
+          graph_.prior_information.inverse(), knocks_};
 }
 
 Located Localiser::step(const Observation& seen, const ContourSource& contours,
@@ -265,6 +373,9 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
       place.partial = std::find(views->begin(), views->end(), nullptr) != views->end();
       place.signature = signature_of(*views);
       if (keyframes_.empty() || keyframe_due(out.T_last_body, place)) {
+        if (bundle_to_relax_) {
+          relax_bundle(out);
+        }
         place.features = features_of(*views);
         const auto first = std::find_if(views->begin(), views->end(),
                                         [](const Picture* view) { return view != nullptr; });
@@ -275,6 +386,9 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
     }
   }
   const StageScope scope(listener, "slam");
+  if (bundle_to_relax_ && !out.keyframe_made) {
+    relax_bundle(out);
+  }
   if (out.keyframe_made) {
     look_back(place);
     close_loops(std::move(place), contours, out);

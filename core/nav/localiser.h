@@ -16,6 +16,7 @@
 #include "core/motion/rig_estimate.h"
 #include "core/nav/heading_edge.h"
 #include "core/nav/keyframe_odometry.h"
+#include "core/nav/knock_check.h"
 #include "core/nav/stage.h"
 #include "core/odometry/make_odometry.h"
 #include "core/vision/camera_health.h"
@@ -91,6 +92,7 @@ class Localiser {
   RigEstimate rig_estimate() const;
   /// See RigCheck.
   const std::string& rig_fault() const { return rig_check_.fault(); }
+  const std::vector<KnockReport>& knocks() const { return knocks_; }
   const LoopCameras& cameras() const { return believed_; }
   const LoopPlace& place(int keyframe) const { return closer_.place(keyframe); }
 
@@ -101,10 +103,17 @@ class Localiser {
   std::optional<Views> views_of(const Observation& seen, const CameraReports& reports) const;
   PlaceSignature signature_of(const Views& views) const;
   bool keyframe_due(const Pose2& T_last_body, const LoopPlace& now) const;
+  void relax_bundle(Located& out);
   void add_keyframe(const Observation& seen, Time taken, const LoopPlace& place, Located& out);
   PlaceFeatures features_of(const Views& views) const;
   PictureTimes times_of(const Views& views, Time taken, const Twist2& twist_body) const;
   Pose2 link_to_last(Time taken, const LoopPlace& place, const Pose2& T_last_body);
+  Eigen::MatrixXd known_covariance(const Eigen::MatrixXd& information,
+                                   double variance_factor) const;
+  JointEdge adjusted_anew(const JointEdge& joint, const RigPriorState& rig, const LoopPlace& newest,
+                          int without) const;
+  void linearise_again(const LoopPlace& newest);
+  void begin_anew(const Knock& knock, const LoopPlace& newest);
   void look_back(const LoopPlace& place);
   void close_loops(LoopPlace place, const ContourSource& contours, Located& out);
 
@@ -112,10 +121,15 @@ class Localiser {
   const OdometrySource& odometry_;
   LoopCameras believed_;
   RigCheck rig_check_;
+  KnockCheck knock_check_;
+  std::vector<KnockReport> knocks_;
   KeyframeOdometry keyframe_odometry_;
   LoopCloser closer_;
   std::vector<Keyframe> keyframes_;
-  std::vector<BundleFrame> frames_;   // of each keyframe
+  std::vector<BundleFrame> frames_;       // of each keyframe
+  std::vector<RigState> adjusted_about_;  // of each of the graph's joints: the rig as it was known
+  bool bundle_to_relax_ = false;
+  int settled_ = 0;                   // of the graph's joints: they stay as they are
   std::vector<SharedEdge> headings_;  // between keyframes that look the same way
   SharedGraph graph_;
   Eigen::MatrixXd state_information_;  // of its states, as far as bundles have shown them

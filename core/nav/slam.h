@@ -51,6 +51,7 @@ class Slam {
   const LoopCameras& loop_cameras() const { return localiser_.cameras(); }
   /// Why no map by this rig would be right; empty while nothing looks wrong in kind.
   std::string rig_fault() const;
+  const std::vector<KnockReport>& knocks() const { return localiser_.knocks(); }
   RigEstimate rig_estimate() const { return localiser_.rig_estimate(); }
   /// What a keyframe looked like, and the floor around each as it was seen from there.
   const LoopPlace& place(int keyframe) const { return localiser_.place(keyframe); }

@@ -1250,8 +1250,11 @@ TEST(TruthAndBelief, AKnockTurnsACameraFromItsInstantOn) {
   const Vec2 after = brightest_px(seen.pictures.at("front").bgr);
   EXPECT_NEAR(after.x() - before.x(),
               rig.cameras.at("front").intrinsics.fx_px * std::tan(deg_to_rad(1.5)), kPixel_px);
-  EXPECT_EQ(robot.truth()->rig->cameras.at("front").T_body_camera.translation,
-            rig.cameras.at("front").T_body_camera.translation);
+  const Pose3 T_body_camera = robot.truth()->rig->cameras.at("front").T_body_camera;
+  EXPECT_EQ(T_body_camera.translation, rig.cameras.at("front").T_body_camera.translation);
+  EXPECT_NEAR(
+      T_body_camera.rotation.angularDistance(rig.cameras.at("front").T_body_camera.rotation),
+      deg_to_rad(1.5), 1e-9);
 }
 
 TEST(TruthAndBelief, ErrorsOfNothingLeaveTheBits) {

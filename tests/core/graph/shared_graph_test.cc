@@ -188,6 +188,34 @@ TEST(SharedGraph, APathIsNeverSurerThanItsMarginal) {
   }
 }
 
+// Held at a value, states that change afterwards move nothing that was measured before.
+TEST(SharedGraph, EdgesThatAreHeldFollowTheirStatesNoMore) {
+  for (const bool joined : {false, true}) {
+    Turns turns(13, joined);
+    turns.close(Rng(14));
+    relax(turns.graph);
+    SharedGraph held = turns.graph;
+    const Eigen::VectorXd as_measured = held.state;
+    for (JointEdge& joint : held.joints) {
+      hold(joint, 0, 1, as_measured);
+    }
+    for (SharedEdge& shared : held.edges) {
+      hold(shared, 0, 1, as_measured);
+    }
+    held.state[0] += 0.3;
+    relax(held);
+    // their own prior is all that is left of them
+    EXPECT_NEAR(held.state[0], 0, 1e-9);
+    EXPECT_NEAR(state_covariance(held)(0, 0), 1 / held.prior_information(0, 0),
+                1e-6 / held.prior_information(0, 0));
+    for (std::size_t k = 0; k < turns.truth.size(); ++k) {
+      const Pose2 off = turns.graph.T_map_node[k].inverse() * held.T_map_node[k];
+      EXPECT_LT(off.position().norm(), 1e-4) << k;
+      EXPECT_LT(std::abs(off.theta_rad), 1e-4) << k;
+    }
+  }
+}
+
 TEST(SharedGraph, SameBitsEveryTime) {
   Turns first(9, true);
   Turns second(9, true);

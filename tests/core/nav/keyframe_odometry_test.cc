@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -102,6 +103,40 @@ TEST(KeyframeOdometry, GoesByTheWheelsAndTheirStatesWithoutPictures) {
   const Pose2 told = odometry.add(frame, none, rig).T_last_here;
   EXPECT_NEAR(told.x_m, frame.T_before_here.x_m, 1e-6);
   EXPECT_NEAR(told.theta_rad, frame.T_before_here.theta_rad * (1 - 0.02), 1e-3);
+}
+
+TEST(KeyframeOdometry, MakesABundleOnceMore) {
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(1200, 3, Rng(13));
+  const BundleOdometryOptions options;
+  KeyframeOdometry odometry(options, {}, cameras);
+  Rng rng(14);
+  std::vector<BundleFrame> frames;
+  std::vector<PlaceFeatures> features;
+  std::optional<JointEdge> closed;
+  Pose2 truth;
+  for (int k = 0; k <= options.keyframes; ++k) {
+    const Pose2 step{0.2, 0, 0.1};
+    truth = truth * step;
+    frames.push_back(frame_of(cameras, step, rng));
+    features.push_back(room.seen_from(cameras, truth, kNoise_px, 0.1, Rng(100 + k)));
+    closed = odometry.add(frames.back(), features.back(), exact(cameras)).closed;
+  }
+  ASSERT_TRUE(closed);
+  const JointEdge again = odometry.bundle(0, frames, features, exact(cameras));
+  ASSERT_EQ(again.T_first_node.size(), closed->T_first_node.size());
+  for (std::size_t k = 0; k < again.T_first_node.size(); ++k) {
+    const Pose2 off = closed->T_first_node[k].inverse() * again.T_first_node[k];
+    EXPECT_LT(off.position().norm(), 0.002) << k;
+    EXPECT_LT(rad_to_deg(std::abs(off.theta_rad)), 0.02) << k;
+  }
+  // without one camera it is vaguer
+  for (PlaceFeatures& place : features) {
+    place[0] = {};
+  }
+  const JointEdge by_other = odometry.bundle(0, frames, features, exact(cameras));
+  EXPECT_LT(by_other.information.diagonal().head<3>().maxCoeff(),
+            0.8 * again.information.diagonal().head<3>().maxCoeff());
 }
 
 TEST(KeyframeOdometry, GivesTheSameBitsAgain) {

@@ -259,6 +259,50 @@ TEST(Localiser, MakesKeyframesWithoutACameraThatIsLost) {
   }
 }
 
+// There and back and round, in a room.
+Pose2 moved_at(int keyframe) {
+  return keyframe % 12 < 4 ? Pose2{0.25, 0, 0.04} : Pose2{0, 0, deg_to_rad(15)};
+}
+
+TEST(Localiser, LearnsACameraAnewThatIsKnocked) {
+  constexpr int kKnockedAt = 56;
+  test::RoomRobot robot(11);
+  Localiser localiser({}, kWheels, robot.rig(), Rng(11));
+  Pose2 T_scene_body{-1, -0.5, 0};
+  const Pose2 T_scene_map = T_scene_body;
+  Pose2 T_odom_body;
+  Located at = localiser.step(robot.look(0, T_scene_body, T_odom_body), no_contours);
+  for (int k = 1; k <= 86; ++k) {
+    if (k == kKnockedAt) {
+      EXPECT_THAT(localiser.knocks(), testing::IsEmpty());
+      robot.knock("front", Eigen::AngleAxisd(deg_to_rad(2), Vec3::UnitY()));
+    }
+    const Pose2 moved = moved_at(k);
+    T_scene_body = T_scene_body * moved;
+    T_odom_body = T_odom_body * moved;
+    at = localiser.step(robot.look(k, T_scene_body, T_odom_body), no_contours);
+  }
+  ASSERT_EQ(localiser.knocks().size(), 1U);
+  const KnockReport& knock = localiser.knocks().front();
+  EXPECT_EQ(knock.camera, "front");
+  EXPECT_NEAR(rad_to_deg(knock.turned_rad), 2, 0.5);
+  EXPECT_LE(knock.since, time_at(kKnockedAt));
+  EXPECT_THAT(told(knock), testing::HasSubstr("front: knocked by about"));
+  const RigEstimate rig = localiser.rig_estimate();
+  ASSERT_EQ(rig.believed[0].name, "front");
+  EXPECT_NEAR(rad_to_deg(rig.state[camera_state(0) + kRotation + 1]), 2, 0.3);
+  // no bundle since is left as it looked at first
+  const int pitch = camera_state(0) + kRotation + 1;
+  for (const JointEdge& joint : localiser.graph().joints) {
+    if (joint.first > kKnockedAt && joint.first < 75) {
+      EXPECT_NEAR(rad_to_deg(joint.state[pitch]), rad_to_deg(rig.state[pitch]), 0.2);
+    }
+  }
+  const Pose2 error = (T_scene_map * at.T_map_body).inverse() * T_scene_body;
+  EXPECT_LT(error.position().norm(), 0.05);
+  EXPECT_LT(std::abs(rad_to_deg(error.theta_rad)), 1);
+}
+
 TEST(Localiser, RefusesARigThatCannotRecognisePlaces) {
   test::RoomRobot robot(5);
   Rig rig = robot.rig();

@@ -48,7 +48,12 @@ Observation RoomRobot::look(double at_s, const Pose2& T_scene_body, const Pose2&
   seen.stamp = time_at(at_s);
   seen.odometry.T_odom_body = T_odom_body;
   for (const auto& [name, camera] : rig_.cameras) {
-    seen.pictures[name] = {seen.stamp, draw(scene_, camera, T_scene_body, rng_)};
+    RigCamera as_it_sits = camera;
+    if (const auto knock = knocks_.find(name); knock != knocks_.end()) {
+      Eigen::Quaterniond& rotation = as_it_sits.T_body_camera.rotation;
+      rotation = Eigen::Quaterniond(knock->second) * rotation;
+    }
+    seen.pictures[name] = {seen.stamp, draw(scene_, as_it_sits, T_scene_body, rng_)};
   }
   return seen;
 }

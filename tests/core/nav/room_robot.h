@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <map>
+#include <string>
+
+#include <Eigen/Geometry>
+
 #include "core/camera/observation.h"
 #include "core/geometry/body.h"
 #include "tests/core/map/floor_scene.h"
@@ -21,6 +26,9 @@ class RoomRobot {
   /// From now on it has another floor camera, which looks back.
   void look_back_at_the_floor();
 
+  /// From now on a camera is turned so about the body's axes, which its rig file does not say.
+  void knock(const std::string& camera, const Eigen::AngleAxisd& turn) { knocks_[camera] = turn; }
+
   /// From now on its cameras see 90 degrees through such lenses.
   void bend(const Distortion& distortion);
 
@@ -28,6 +36,7 @@ class RoomRobot {
   Rng rng_;
   FloorScene scene_;
   Rig rig_;
+  std::map<std::string, Eigen::AngleAxisd> knocks_;
 };
 
 }  // namespace panoptes::test

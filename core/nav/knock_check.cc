@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/nav/knock_check.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "core/geometry/pose2.h"
+
+namespace panoptes {
+namespace {
+
+// Bundles that are looked at together: a turned camera shows within three, one that is shifted
+// takes many.
+constexpr std::array<int, 5> kWindows{3, 4, 5, 8, 12};
+// Of the change's five freedoms: by chance once in 10^4 tests, each with one bundle left out.
+constexpr double kLeastGain = 25;
+constexpr double kPlainly = 2;  // times what any other camera's jump would explain
+// The first bundles are linearised about a rig that is hardly known.
+constexpr int kSettled = 8;
+constexpr double kTurned_rad = deg_to_rad(2);
+constexpr double kShifted_m = 0.02;
+
+StateSystem at_state(const StateSystem& shows, const RigState& of, const RigState& state) {
+  return {shows.information, shows.gradient + shows.information * (state - of)};
+}
+
+}  // namespace
+
+// What the bundles from `first` on show together, about what was known before them.
+StateSystem KnockCheck::sum_of(int first) const {
+  const RigState& state = bundles_[first].state;
+  StateSystem sum{Eigen::MatrixXd::Zero(state.size(), state.size()), RigState::Zero(state.size())};
+  for (std::size_t k = first; k < bundles_.size(); ++k) {
+    const StateSystem one = at_state(bundles_[k].shows, bundles_[k].state, state);
+    sum.information += one.information;
+    sum.gradient += one.gradient;
+  }
+  return sum;
+}
+
+KnockCheck::Gain KnockCheck::gain(const Bundle& before, const StateSystem& shown,
+                                  int camera) const {
+  const Eigen::Index states = before.state.size();
+  const Eigen::MatrixXd M = shown.information / before.variance_factor;
+  const Eigen::PartialPivLU<Eigen::MatrixXd> spread(Eigen::MatrixXd::Identity(states, states) +
+                                                    M * before.covariance);
+  const int first = camera_state(camera);
+  const Eigen::MatrixXd known = spread.solve(M.middleCols(first, kMountingStates));
+  const RigState off = -spread.solve(shown.gradient / before.variance_factor);
+  using Square = Eigen::Matrix<double, kMountingStates, kMountingStates>;
+  Square information = known.middleRows(first, kMountingStates);
+  information = 0.5 * (information + information.transpose()).eval();
+  MountingChange sigmas;
+  sigmas << kTurned_rad, kTurned_rad, kTurned_rad, kShifted_m, kShifted_m;
+  information.diagonal() += sigmas.cwiseAbs2().cwiseInverse();
+  const MountingChange right = off.segment<kMountingStates>(first);
+  Gain of;
+  of.change = information.ldlt().solve(right);
+  of.chi2 = right.dot(of.change);
+  return of;
+}
+
+// By what the bundles since explain best.
+Knock KnockCheck::since_when(int camera) const {
+  Knock knock{camera};
+  double most = 0;
+  const int count = static_cast<int>(bundles_.size());
+  for (int bundles = kWindows.front(); bundles <= count; ++bundles) {
+    const Gain one = gain(bundles_[count - bundles], sum_of(count - bundles), camera);
+    if (one.chi2 > most) {
+      most = one.chi2;
+      knock.bundles = bundles;
+      knock.change = one.change;
+    }
+  }
+  return knock;
+}
+
+std::optional<Knock> KnockCheck::add(const JointEdge& bundle, const RigState& state,
+                                     const Eigen::MatrixXd& covariance, double variance_factor) {
+  if (++seen_ <= kSettled) {
+    return std::nullopt;
+  }
+  bundles_.push_back({of_states(bundle, state), state, covariance, variance_factor});
+  if (static_cast<int>(bundles_.size()) > kWindows.back()) {
+    bundles_.pop_front();
+  }
+  const int cameras = static_cast<int>(state.size() - kWheelStates) / kCameraStates;
+  const int count = static_cast<int>(bundles_.size());
+  for (const int window : kWindows) {
+    if (window > count) {
+      break;
+    }
+    const int first = count - window;
+    const Bundle& before = bundles_[first];
+    const StateSystem all = sum_of(first);
+    int knocked = 0;
+    Gain best;
+    double second = 0;
+    for (int camera = 0; camera < cameras; ++camera) {
+      const Gain one = gain(before, all, camera);
+      second = std::max(second, std::min(one.chi2, best.chi2));
+      if (one.chi2 > best.chi2) {
+        best = one;
+        knocked = camera;
+      }
+    }
+    if (best.chi2 < std::max(kLeastGain, kPlainly * second)) {
+      continue;
+    }
+    double least = best.chi2;
+    for (int out = 0; out < window; ++out) {
+      const Bundle& odd = bundles_[first + out];
+      const StateSystem one = at_state(odd.shows, odd.state, before.state);
+      const StateSystem rest{all.information - one.information, all.gradient - one.gradient};
+      least = std::min(least, gain(before, rest, knocked).chi2);
+    }
+    if (least >= kLeastGain) {
+      return since_when(knocked);
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace panoptes
