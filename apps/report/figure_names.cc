@@ -53,8 +53,9 @@ std::vector<std::string> with_families(std::vector<std::string> names) {
   }
   for (const std::string learned :
        {"rig.*.yaw_correction_deg", "rig.*.pitch_correction_deg", "rig.*.roll_correction_deg",
-        "rig.*.x_correction_m", "rig.*.y_correction_m", "rig.*.clock_offset_s",
-        "rig.*.centre_bearing_correction_deg", "wheels.radius_ratio", "wheels.base"}) {
+        "rig.*.x_correction_m", "rig.*.y_correction_m", "rig.*.z_correction_m",
+        "rig.*.clock_offset_s", "rig.*.centre_bearing_correction_deg", "wheels.radius_ratio",
+        "wheels.base"}) {
     for (const std::string of : {"", "_sigma", "_error"}) {
       names.push_back(learned + of);
     }

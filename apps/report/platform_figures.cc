@@ -48,6 +48,7 @@ Json camera_json(const LearnedCamera& camera) {
   put_learned(one, "roll_correction_deg", camera.roll_rad, degrees);
   put_learned(one, "x_correction_m", camera.x_m);
   put_learned(one, "y_correction_m", camera.y_m);
+  put_learned(one, "z_correction_m", camera.z_m);
   put_learned(one, "clock_offset_s", camera.clock_s);
   put_learned(one, "centre_bearing_correction_deg", camera.centre_bearing_rad, degrees);
   if (camera.centre_bearing_rad && camera.centre_bearing_rad->error) {

@@ -226,10 +226,20 @@ void put_learned(Json& metrics, const FinishedRun& run, const RunFindings& f) {
   if (run.info.rig) {
     const Rig* true_rig = truth != nullptr && truth->rig ? &*truth->rig : nullptr;
     Json rig = rig_json(learned_cameras(*run.result.rig, *run.info.rig, true_rig));
+    Json knocks = Json::array();
     for (const KnockReport& knock : run.result.rig->knocks) {
       Json& camera = rig[knock.camera];
       camera["knocks"] = camera.value("knocks", 0) + 1;
       camera["knocked_s"] = to_seconds(knock.found.time_since_epoch());
+      knocks.push_back({{"time_s", to_seconds(knock.found.time_since_epoch())},
+                        {"since_s", to_seconds(knock.since.time_since_epoch())},
+                        {"camera", knock.camera},
+                        {"turned_deg", rad_to_deg(knock.turned_rad)},
+                        {"shifted_m", knock.shifted_m},
+                        {"done", "mounting learned anew"}});
+    }
+    if (!knocks.empty()) {
+      rig["knocks"] = std::move(knocks);
     }
     if (!rig.empty()) {
       metrics["rig"] = std::move(rig);

@@ -19,8 +19,8 @@ constexpr double kObservedShare = 0.5;                 // of the prior's varianc
 constexpr double kMostElevation_rad = deg_to_rad(60);  // beyond it a bearing says little
 
 // What chi-squared of 1, 2, ... degrees of freedom is below, 95 times in 100.
-constexpr std::array<double, kCameraStates> kChi2_95 = {3.841,  5.991,  7.815,  9.488, 11.070,
-                                                        12.592, 14.067, 15.507, 16.919};
+constexpr std::array<double, kCameraStates> kChi2_95 = {3.841,  5.991,  7.815,  9.488,  11.070,
+                                                        12.592, 14.067, 15.507, 16.919, 18.307};
 
 /// Of the states of one camera, or of the wheels.
 template <int kStates>
@@ -68,8 +68,8 @@ CameraCorrection true_correction(const LoopCamera& straight, const RigCamera& be
       (truth.T_body_camera.rotation * believed.T_body_camera.rotation.conjugate()).normalized());
   CameraCorrection state;
   state.segment<3>(kRotation) = wrap_angle(turn.angle()) * turn.axis();
-  state.segment<2>(kPosition) =
-      (truth.T_body_camera.translation - believed.T_body_camera.translation).head<2>();
+  state.segment<3>(kPosition) =
+      truth.T_body_camera.translation - believed.T_body_camera.translation;
   state[kFocal] = lens.focal_ratio;
   state.segment<2>(kCentre) = lens.centre_px;
   state[kClock] = truth.clock_offset_s - believed.clock_offset_s;
@@ -133,6 +133,7 @@ LearnedCamera learned_camera(const EstimatedCamera& of, const LoopCamera& straig
   learned.yaw_rad = mounting(2);
   learned.x_m = state(kPosition, 0);
   learned.y_m = state(kPosition + 1, 0);
+  learned.z_m = state(kHeight, 0);
   learned.clock_s = state(kClock, believed_clock_s);
   learned.centre_bearing_rad = learned_bearing(of, straight);
   if (!of.truth) {

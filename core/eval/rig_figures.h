@@ -26,6 +26,7 @@ struct LearnedCamera {
   std::optional<LearnedValue> yaw_rad;
   std::optional<LearnedValue> x_m;
   std::optional<LearnedValue> y_m;
+  std::optional<LearnedValue> z_m;      ///< where another camera met what it saw
   std::optional<LearnedValue> clock_s;  ///< its whole offset, as a rig file has it
   /// Correction of where the picture's centre looks, about the vertical: yaw and principal point,
   /// of which pictures hardly tell which is which. Empty where it looks steeply up or down, too.

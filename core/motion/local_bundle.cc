@@ -16,7 +16,7 @@ namespace panoptes {
 namespace {
 
 using Mat23 = Eigen::Matrix<double, 2, 3>;
-using Mat29 = Eigen::Matrix<double, 2, kCameraStates>;
+using CameraJacobian = Eigen::Matrix<double, 2, kCameraStates>;
 
 constexpr double kBehind =
     0.05;  // of the depth at the first keyframe: too near the picture's plane
@@ -83,7 +83,7 @@ struct Residual {
   Vec2 by_depth_on_axis;  // by_point's last column, were the camera on the axis of turning
   Mat23 by_anchor;        // x, y, theta of the keyframe that saw it first
   Mat23 by_frame;
-  Mat29 by_camera;
+  CameraJacobian by_camera;
 };
 
 // How a camera at one keyframe sees what it saw first at another.
@@ -469,7 +469,7 @@ class Bundle {
         B.middleRows<3>(0) += anchor.transpose() * here.by_point;
       }
       if (with_states) {
-        const Mat29 camera = weight * here.by_camera;
+        const CameraJacobian camera = weight * here.by_camera;
         H.block<kCameraStates, kCameraStates>(states_at, states_at) +=
             camera.transpose() * here.by_camera;
         g.segment<kCameraStates>(states_at) += camera.transpose() * here.r;

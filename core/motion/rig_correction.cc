@@ -10,7 +10,7 @@ namespace panoptes {
 Pose3 corrected(const Pose3& T_body_camera, const CameraCorrection& by) {
   Pose3 T = T_body_camera;
   T.rotation = (turned_by(by.segment<3>(kRotation)) * T.rotation).normalized();
-  T.translation.head<2>() += by.segment<2>(kPosition);
+  T.translation += by.segment<3>(kPosition);
   return T;
 }
 

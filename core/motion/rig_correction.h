@@ -12,15 +12,17 @@
 namespace panoptes {
 
 /// What a run can learn of one loop camera, as the difference of what is true from what the rig
-/// file says: where each entry of the vector lies. The height is not among them: on a flat floor
-/// nothing shows it.
+/// file says: where each entry of the vector lies. Motion over a flat floor does not show the
+/// height; where one camera meets what another one saw, how much higher it stands is shown against
+/// the scale.
 enum CameraParameter : int {
   kRotation = 0,  ///< rad, about the body's x, y, z: T_body_camera.rotation = Exp(.) * believed
-  kPosition = 3,  ///< m, along the body's x and y
-  kFocal = 5,     ///< share of both focal lengths
-  kCentre = 6,    ///< px, of the principal point
-  kClock = 8,     ///< s, how much later than the odometry's clock says its stamps are
-  kCameraStates = 9
+  kPosition = 3,  ///< m, along the body's x, y and z
+  kHeight = 5,
+  kFocal = 6,   ///< share of both focal lengths
+  kCentre = 7,  ///< px, of the principal point
+  kClock = 9,   ///< s, how much later than the odometry's clock says its stamps are
+  kCameraStates = 10
 };
 
 /// And of the wheels, after the states of all cameras.

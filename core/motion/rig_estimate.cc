@@ -30,13 +30,13 @@ RigCamera corrected(const RigCamera& believed, const Intrinsics& pinhole,
   return camera;
 }
 
-/// Roll, pitch, yaw, x, y, share of the focal lengths, principal point and clock of `camera` as
+/// Roll, pitch, yaw, x, y, z, share of the focal lengths, principal point and clock of `camera` as
 /// differences from `believed`, in the order of the states: what a rig file has sigmas of.
 CameraCorrection in_the_file(const RigCamera& believed, const RigCamera& camera) {
   const MountingOffset offset = mounting_offset(believed.T_body_camera, camera.T_body_camera);
   CameraCorrection all;
   all.segment<3>(kRotation) = offset.rotation_rad;
-  all.segment<2>(kPosition) = offset.shift_m.head<2>();
+  all.segment<3>(kPosition) = offset.shift_m;
   all[kFocal] = camera.intrinsics.fx_px / believed.intrinsics.fx_px - 1;
   all[kCentre] = camera.intrinsics.cx_px - believed.intrinsics.cx_px;
   all[kCentre + 1] = camera.intrinsics.cy_px - believed.intrinsics.cy_px;
@@ -79,7 +79,7 @@ RigCamera refined(const RigCamera& believed, const Intrinsics& pinhole, CameraCo
   for (int k = 0; k < 3; ++k) {
     sigma.rotation_rad[k] = left_of(sigma.rotation_rad[k], left[kRotation + k]);
   }
-  for (int k = 0; k < 2; ++k) {
+  for (int k = 0; k < 3; ++k) {
     sigma.position_m[k] = left_of(sigma.position_m[k], left[kPosition + k]);
   }
   if (sound) {
@@ -112,7 +112,7 @@ Eigen::MatrixXd systematic_covariance(const LoopCameras& cameras) {
     const double off_rad = kOff_px / lens.fx_px;
     auto s = sigma.segment<kCameraStates>(camera_state(camera));
     s.segment<3>(kRotation).setConstant(off_rad);
-    s.segment<2>(kPosition).setConstant(off_rad * kNear_m);
+    s.segment<3>(kPosition).setConstant(off_rad * kNear_m);
     s[kFocal] = kOff_px / (lens.width_px / 2.0);
     s.segment<2>(kCentre).setConstant(kOff_px);
     s[kClock] = off_rad / kTurn_radps;

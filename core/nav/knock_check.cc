@@ -17,7 +17,8 @@ namespace {
 // Bundles that are looked at together: a turned camera shows within three, one that is shifted
 // takes many.
 constexpr std::array<int, 5> kWindows{3, 4, 5, 8, 12};
-// Of the change's five freedoms: by chance once in 10^4 tests, each with one bundle left out.
+// Of the change's five freedoms that bundles show: by chance once in 10^4 tests, each with one
+// bundle left out.
 constexpr double kLeastGain = 25;
 constexpr double kPlainly = 2;  // times what any other camera's jump would explain
 // The first bundles are linearised about a rig that is hardly known.
@@ -56,7 +57,7 @@ KnockCheck::Gain KnockCheck::gain(const Bundle& before, const StateSystem& shown
   Square information = known.middleRows(first, kMountingStates);
   information = 0.5 * (information + information.transpose()).eval();
   MountingChange sigmas;
-  sigmas << kTurned_rad, kTurned_rad, kTurned_rad, kShifted_m, kShifted_m;
+  sigmas << kTurned_rad, kTurned_rad, kTurned_rad, kShifted_m, kShifted_m, kShifted_m;
   information.diagonal() += sigmas.cwiseAbs2().cwiseInverse();
   const MountingChange right = off.segment<kMountingStates>(first);
   Gain of;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include <Eigen/LU>
 
@@ -24,7 +25,7 @@ RigState prior_sigmas(const LoopCameras& cameras, const WheelPrior& wheels) {
     const CameraSigmas& told = cameras[camera].sigma;
     auto s = sigmas.segment<kCameraStates>(camera_state(camera));
     s.segment<3>(kRotation) = told.rotation_rad;
-    s.segment<2>(kPosition) = told.position_m.head<2>();
+    s.segment<3>(kPosition) = told.position_m;
     s[kFocal] = told.focal_ratio;
     s.segment<2>(kCentre).setConstant(told.centre_px);
     s[kClock] = told.clock_s;
@@ -200,6 +201,7 @@ void Localiser::linearise_again(const LoopPlace& newest) {
     const int first = camera_state(camera);
     far.segment<3>(first + kRotation).setConstant(kFar_rad);
     far.segment<2>(first + kPosition).setConstant(kFar_m);
+    far[first + kHeight] = std::numeric_limits<double>::infinity();  // bundles do not show it
     far.segment<2>(first + kCentre).setConstant(kFar_px);
     far[first + kClock] = kFar_s;
   }
@@ -219,7 +221,7 @@ void Localiser::begin_anew(const Knock& knock, const LoopPlace& newest) {
   constexpr double kTurned_rad = deg_to_rad(3);
   constexpr double kShifted_m = 0.03;
   MountingChange sigmas;
-  sigmas << kTurned_rad, kTurned_rad, kTurned_rad, kShifted_m, kShifted_m;
+  sigmas << kTurned_rad, kTurned_rad, kTurned_rad, kShifted_m, kShifted_m, kShifted_m;
   const int state = camera_state(knock.camera);
   Eigen::MatrixXd covariance = state_information_.inverse();
   covariance.middleRows<kMountingStates>(state).setZero();
@@ -252,7 +254,7 @@ void Localiser::begin_anew(const Knock& knock, const LoopPlace& newest) {
   knock_check_.begin_anew();
   knocks_.push_back({believed_[knock.camera].name, keyframes_[during->first].stamp,
                      keyframes_.back().stamp, knock.change.head<3>().norm(),
-                     knock.change.tail<2>().norm()});
+                     knock.change.segment<2>(kPosition).norm()});
 }
 
 // What the last bundle showed moves all keyframes. Not in the step that made it, which takes long

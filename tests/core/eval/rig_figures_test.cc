@@ -26,7 +26,7 @@ Rig believed_rig() {
 /// Whose prior is one sigma of these, and of which nothing is known yet.
 RigEstimate nothing_learned(const Rig& rig) {
   CameraCorrection sigmas;
-  sigmas << 0.02, 0.02, 0.02, 0.01, 0.01, 0.005, 2, 2, 0.01;
+  sigmas << 0.02, 0.02, 0.02, 0.01, 0.01, 0.01, 0.005, 2, 2, 0.01;
   RigEstimate estimate;
   estimate.believed = loop_cameras(rig);
   const int states = rig_states(estimate.believed.size());
@@ -75,7 +75,7 @@ TEST(RigFigures, OfAKnownCorrectionAreThatAndWithoutError) {
   const Eigen::AngleAxisd turn(front.T_body_camera.rotation *
                                rig.cameras.at("front").T_body_camera.rotation.conjugate());
   estimate.state.segment<3>(kRotation) = turn.angle() * turn.axis();
-  estimate.state.segment<2>(kPosition) = off.shift_m.head<2>();
+  estimate.state.segment<3>(kPosition) = off.shift_m;
   estimate.state[kCentre] = 1;
   estimate.state[kClock] = 0.007;
   estimate.covariance *= 1e-4;
@@ -85,8 +85,9 @@ TEST(RigFigures, OfAKnownCorrectionAreThatAndWithoutError) {
   EXPECT_NEAR(one.yaw_rad->value, 0.03, kNumeric);
   EXPECT_NEAR(one.x_m->value, 0.004, kNumeric);
   EXPECT_NEAR(one.y_m->value, -0.005, kNumeric);
+  EXPECT_NEAR(one.z_m->value, 0.006, kNumeric);
   EXPECT_NEAR(one.clock_s->value, 0.011, kNumeric);
-  for (const auto& learned : {one.roll_rad, one.pitch_rad, one.yaw_rad, one.x_m, one.y_m,
+  for (const auto& learned : {one.roll_rad, one.pitch_rad, one.yaw_rad, one.x_m, one.y_m, one.z_m,
                               one.clock_s, one.centre_bearing_rad}) {
     EXPECT_NEAR(*learned->error, 0, kNumeric);
   }

@@ -221,7 +221,7 @@ TEST(MotionByRig, SaysWhatAWrongMountingDoes) {
   for (const bool opposite : {false, true}) {
     const Pose2 T_a_b{0.1, -0.05, (opposite ? kPi : 0) + 0.1};
     for (const int k : {kRotation + 2, static_cast<int>(kPosition), kPosition + 1,
-                        camera_state(1) + kRotation + 2}) {
+                        static_cast<int>(kHeight), camera_state(1) + kRotation + 2}) {
       RigState truth = RigState::Zero(rig_states(believed.size()));
       truth[k] = 0.01;
       const LoopCameras cameras = corrected(believed, truth);
@@ -250,6 +250,50 @@ TEST(MotionByRig, SaysWhatAWrongMountingDoes) {
                   0.002)
           << k;
     }
+  }
+}
+
+// A robot whose wheels are larger than believed maps a larger room: what it sees of a motion again
+// is larger by as much, whichever cameras show it, if how high they stand is no surer than it is.
+TEST(MotionByRig, AMotionGrowsWithTheDepthsThatShowIt) {
+  constexpr double kLarger = 0.02;
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(2500, 3, Rng(3));
+  const Pose2 T_map_a{0.4, -0.7, 0.3};
+  for (const bool opposite : {false, true}) {
+    const Pose2 T_a_b{0.2, -0.15, (opposite ? kPi : 0) + 0.1};
+    const PlaceFeatures a = room.seen_from(cameras, T_map_a, 0.05, 0, Rng(5));
+    const PlaceFeatures b = room.seen_from(cameras, T_map_a * T_a_b, 0.05, 0, Rng(6));
+    PlaceDepths depths_a = depths_at(room, cameras, T_map_a, a, Rng(7));
+    PlaceDepths depths_b = depths_at(room, cameras, T_map_a * T_a_b, b, Rng(8));
+    const auto matches = match_places(kFeatures, a, b, facings(cameras)[opposite ? 1 : 0]);
+    const auto motion = [&] {
+      return motion_by_features(kMotion, {cameras, a, depths_a}, {cameras, b, depths_b}, matches,
+                                {T_a_b, diagonal(0.3, 0.2)}, nullptr);
+    };
+    const auto before = motion();
+    ASSERT_TRUE(before);
+    const PictureTimes together{{}, std::vector<double>(cameras.size(), 0)};
+    const Vec3 told = motion_by_rig(kMotion, cameras, RigState::Zero(rig_states(cameras.size())),
+                                    {together, a, depths_a}, {together, b, depths_b},
+                                    before->inlier_matches, before->T_a_b_seen)
+                          .col(wheel_state(cameras.size()) + kWheelScale);
+    if (!opposite) {
+      EXPECT_NEAR((told.head<2>() - before->T_a_b_seen.position()).norm(), 0,
+                  0.05 * T_a_b.position().norm());
+    }
+    for (PlaceDepths* depths : {&depths_a, &depths_b}) {
+      for (std::vector<InverseDepth>& of_camera : *depths) {
+        for (InverseDepth& depth : of_camera) {
+          depth.mean_per_m /= 1 + kLarger;
+          depth.sigma_per_m /= 1 + kLarger;
+        }
+      }
+    }
+    const auto after = motion();
+    ASSERT_TRUE(after);
+    EXPECT_NEAR(after->T_a_b_seen.x_m - before->T_a_b_seen.x_m, kLarger * told.x(), 0.002);
+    EXPECT_NEAR(after->T_a_b_seen.y_m - before->T_a_b_seen.y_m, kLarger * told.y(), 0.002);
   }
 }
 
