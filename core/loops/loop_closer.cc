@@ -155,8 +155,7 @@ LoopCloser::LoopCloser(const LoopOptions& options, const LoopCameras& cameras, R
   }
 }
 
-std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const SharedGraph& graph,
-                                             const ContourSource& contours) {
+void LoopCloser::add(LoopPlace place, const SharedGraph& graph) {
   PANOPTES_CHECK(graph.T_map_node.size() == places_.size() + 1,
                  "the newest keyframe is the graph's last node");
   PANOPTES_CHECK(place.features.size() == cameras_.size(), "a picture's features a camera");
@@ -179,6 +178,9 @@ std::vector<ClosureReport> LoopCloser::close(LoopPlace place, const SharedGraph&
         emd_grey(places_.back().place.signature, places_[places_.size() - 3].place.signature));
     nearby_emd_.insert(std::upper_bound(nearby_emd_.begin(), nearby_emd_.end(), emd), emd);
   }
+}
+
+std::vector<ClosureReport> LoopCloser::close(SharedGraph& graph, const ContourSource& contours) {
   const int recent = newest() - kHalf;
   if (recent < kHalf || places_[recent].place.featureless()) {
     return {};
@@ -360,10 +362,11 @@ struct LoopCloser::CandidateCheck {
   Mat3 floor = Mat3::Zero();       // what no picture makes surer
   Mat3 covariance = Mat3::Zero();  // of the motion by the pictures alone, were the rig known,
   Mat3 of_rig = Mat3::Zero();      // and by what is not known of it
+  SharedGraph relaxed = {};        // with this closure
 };
 
 std::vector<ClosureReport> LoopCloser::close_verified(const VerifiedMethod& method, int recent,
-                                                      const SharedGraph& graph,
+                                                      SharedGraph& graph,
                                                       const ContourSource& contours) {
   if (std::none_of(facings_.begin(), facings_.end(), [&](const Facing& facing) {
         return spaced(recent, heading_of(facing.turn_rad));
@@ -381,6 +384,7 @@ std::vector<ClosureReport> LoopCloser::close_verified(const VerifiedMethod& meth
       report.verdict = refusal->why;
     } else {
       accept(report);
+      graph = std::move(check.relaxed);
       break;
     }
   }
@@ -614,11 +618,11 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_contours(const CandidateChe
 }
 
 // The whole graph agrees after relaxing.
-std::optional<LoopCloser::Refusal> LoopCloser::check_graph(const CandidateCheck& check) const {
-  SharedGraph tried = check.graph;
-  const double before = chi2(tried);
-  tried.edges.push_back(closure_edge(check.report));
-  const RelaxReport relaxed = relax(tried);
+std::optional<LoopCloser::Refusal> LoopCloser::check_graph(CandidateCheck& check) const {
+  check.relaxed = check.graph;
+  const double before = chi2(check.relaxed);
+  check.relaxed.edges.push_back(closure_edge(check.report));
+  const RelaxReport relaxed = relax(check.relaxed);
   check.report.chi2_growth = relaxed.chi2_end - before;
   const double limit = chi_square_3_quantile(check.method.chi2_probability);
   if (!relaxed.converged || !(check.report.chi2_growth <= limit)) {
@@ -629,7 +633,7 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_graph(const CandidateCheck&
 }
 
 std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod& method, int recent,
-                                                          const SharedGraph& graph,
+                                                          SharedGraph& graph,
                                                           const ContourSource& contours) {
   std::optional<ClosureReport> best;
   const Facing* facing = nullptr;
@@ -698,6 +702,8 @@ std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod&
   report.information =
       Vec3(1 / square(sigma_m), 1 / square(sigma_m), 1 / square(kHistogramSigma_rad)).asDiagonal();
   accept(report);
+  graph.edges.push_back(closure_edge(report));
+  relax(graph);
   return {report};
 }
 

@@ -116,11 +116,13 @@ class LoopCloser {
  public:
   LoopCloser(const LoopOptions& options, const LoopCameras& cameras, Rng rng);
 
-  /// Takes the newest keyframe, which is the graph's last node, and tries the one three before it,
-  /// so that each pair has seven keyframes on either side. Reports every pair that came as far as
-  /// the diagonals; the caller adds `closure_edge` of the accepted ones and relaxes.
-  std::vector<ClosureReport> close(LoopPlace place, const SharedGraph& graph,
-                                   const ContourSource& contours);
+  /// Takes the newest keyframe, which is the graph's last node.
+  void add(LoopPlace place, const SharedGraph& graph);
+
+  /// Tries the keyframe three before the newest, so that each pair has seven keyframes on either
+  /// side. Reports every pair that came as far as the diagonals; where one is accepted the graph
+  /// has its `closure_edge`, and is relaxed.
+  std::vector<ClosureReport> close(SharedGraph& graph, const ContourSource& contours);
 
   /// What a camera showed at keyframes before `keyframe` is not compared any more: it sits
   /// otherwise now.
@@ -156,11 +158,9 @@ class LoopCloser {
                                    const SharedGraph& graph,
                                    const SharedUncertainty& uncertainty) const;
   std::vector<ClosureReport> close_verified(const VerifiedMethod& method, int recent,
-                                            const SharedGraph& graph,
-                                            const ContourSource& contours);
+                                            SharedGraph& graph, const ContourSource& contours);
   std::vector<ClosureReport> close_by_histogram(const HistogramMethod& method, int recent,
-                                                const SharedGraph& graph,
-                                                const ContourSource& contours);
+                                                SharedGraph& graph, const ContourSource& contours);
 
   /// Why a pair is no closure.
   struct Refusal {
@@ -175,7 +175,7 @@ class LoopCloser {
   std::optional<Refusal> check_gate(const CandidateCheck& check) const;
   std::optional<Refusal> check_tolerance(const CandidateCheck& check) const;
   std::optional<Refusal> check_contours(const CandidateCheck& check) const;
-  std::optional<Refusal> check_graph(const CandidateCheck& check) const;
+  std::optional<Refusal> check_graph(CandidateCheck& check) const;
 
   LoopOptions options_;
   LoopCameras cameras_;  ///< as the rig file has them

@@ -190,7 +190,8 @@ JointEdge Localiser::adjusted_anew(const JointEdge& joint, const RigPriorState& 
 
 // The first bundles were linearised about a rig that was hardly known. The first of those from
 // which it has gone far is adjusted again: one a keyframe.
-void Localiser::linearise_again(const LoopPlace& newest) {
+void Localiser::linearise_again() {
+  to_linearise_ = false;
   constexpr double kFar_rad = deg_to_rad(0.15);
   constexpr double kFar_m = 0.002;
   constexpr double kFar = 0.001;
@@ -208,7 +209,8 @@ void Localiser::linearise_again(const LoopPlace& newest) {
   for (std::size_t k = settled_; k < graph_.joints.size(); ++k) {
     JointEdge& joint = graph_.joints[k];
     if (((graph_.state - adjusted_about_[k]).cwiseAbs().array() > far.array()).any()) {
-      joint = adjusted_anew(joint, {graph_.state, state_information_}, newest, -1);
+      joint =
+          adjusted_anew(joint, {graph_.state, state_information_}, closer_.place(joint.first), -1);
       adjusted_about_[k] = graph_.state;
       return;
     }
@@ -257,8 +259,7 @@ void Localiser::begin_anew(const Knock& knock, const LoopPlace& newest) {
                      knock.change.segment<2>(kPosition).norm()});
 }
 
-// What the last bundle showed moves all keyframes. Not in the step that made it, which takes long
-// enough.
+// What the last bundle showed moves all keyframes.
 void Localiser::relax_bundle(Located& out) {
   relax(graph_);
   state_information_ = state_covariance(graph_).inverse();
@@ -287,11 +288,9 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
                          step_grey);
     }
   }
-  if (graph_.joints.size() > joints) {
-    bundle_to_relax_ = true;
-  } else if (options_.visual_heading) {
-    linearise_again(place);
-  }
+  loops_to_close_ = true;
+  bundle_to_relax_ = graph_.joints.size() > joints;
+  to_linearise_ = options_.visual_heading && !bundle_to_relax_;
   last_signature_ = place.signature;
   keyframes_.push_back(keyframe);
   out.keyframe_made = made;
@@ -299,7 +298,7 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
 }
 
 // A body that turns on the spot looks the same way again after a whole turn.
-void Localiser::look_back(const LoopPlace& place) {
+void Localiser::look_back() {
   constexpr int kMemory = 80;  // keyframes: two turns
   constexpr int kAway = 8;
   constexpr double kNear_m = 0.05;
@@ -313,6 +312,7 @@ void Localiser::look_back(const LoopPlace& place) {
       best_turn = std::abs(T.theta_rad);
     }
   }
+  const LoopPlace& place = closer_.place(here);
   if (best < 0 || place.featureless() || closer_.place(best).featureless()) {
     return;
   }
@@ -328,18 +328,22 @@ void Localiser::look_back(const LoopPlace& place) {
   }
 }
 
-void Localiser::close_loops(LoopPlace place, const ContourSource& contours, Located& out) {
-  out.closures = closer_.close(std::move(place), graph_, contours);
-  bool closed = false;
-  for (const ClosureReport& closure : out.closures) {
-    if (closure.accepted) {
-      graph_.edges.push_back(closure_edge(closure));
-      closed = true;
-    }
-  }
-  if (closed) {
-    out.relaxed = true;
-    relax(graph_);
+void Localiser::close_loops(const ContourSource& contours, Located& out) {
+  loops_to_close_ = false;
+  look_back();
+  out.closures = closer_.close(graph_, contours);
+  out.relaxed = out.relaxed || std::any_of(out.closures.begin(), out.closures.end(),
+                                           [](const ClosureReport& c) { return c.accepted; });
+}
+
+// One thing that the last keyframe has left to do.
+void Localiser::catch_up(const ContourSource& contours, Located& out) {
+  if (loops_to_close_) {
+    close_loops(contours, out);
+  } else if (bundle_to_relax_) {
+    relax_bundle(out);
+  } else if (to_linearise_) {
+    linearise_again();
   }
 }
 
@@ -375,8 +379,8 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
       place.partial = std::find(views->begin(), views->end(), nullptr) != views->end();
       place.signature = signature_of(*views);
       if (keyframes_.empty() || keyframe_due(out.T_last_body, place)) {
-        if (bundle_to_relax_) {
-          relax_bundle(out);
+        while (loops_to_close_ || bundle_to_relax_) {
+          catch_up(contours, out);
         }
         place.features = features_of(*views);
         const auto first = std::find_if(views->begin(), views->end(),
@@ -384,16 +388,13 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
         const Time taken = first == views->end() ? seen.stamp : (*first)->stamp;
         place.taken = times_of(*views, taken, seen.odometry.twist_body);
         add_keyframe(seen, taken, place, out);
+        closer_.add(std::move(place), graph_);
       }
     }
   }
   const StageScope scope(listener, "slam");
-  if (bundle_to_relax_ && !out.keyframe_made) {
-    relax_bundle(out);
-  }
-  if (out.keyframe_made) {
-    look_back(place);
-    close_loops(std::move(place), contours, out);
+  if (!out.keyframe_made) {
+    catch_up(contours, out);
   }
   if (!keyframes_.empty()) {
     out.keyframe = static_cast<int>(keyframes_.size()) - 1;

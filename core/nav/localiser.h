@@ -112,10 +112,11 @@ class Localiser {
                                    double variance_factor) const;
   JointEdge adjusted_anew(const JointEdge& joint, const RigPriorState& rig, const LoopPlace& newest,
                           int without) const;
-  void linearise_again(const LoopPlace& newest);
+  void linearise_again();
   void begin_anew(const Knock& knock, const LoopPlace& newest);
-  void look_back(const LoopPlace& place);
-  void close_loops(LoopPlace place, const ContourSource& contours, Located& out);
+  void look_back();
+  void close_loops(const ContourSource& contours, Located& out);
+  void catch_up(const ContourSource& contours, Located& out);
 
   LocaliserOptions options_;
   const OdometrySource& odometry_;
@@ -128,7 +129,10 @@ class Localiser {
   std::vector<Keyframe> keyframes_;
   std::vector<BundleFrame> frames_;       // of each keyframe
   std::vector<RigState> adjusted_about_;  // of each of the graph's joints: the rig as it was known
+  // What a keyframe leaves to do is spread over the frames after it:
+  bool loops_to_close_ = false;
   bool bundle_to_relax_ = false;
+  bool to_linearise_ = false;
   int settled_ = 0;                   // of the graph's joints: they stay as they are
   std::vector<SharedEdge> headings_;  // between keyframes that look the same way
   SharedGraph graph_;

@@ -140,15 +140,10 @@ Drive around(int rounds, const LoopOptions& options, bool opposite, const Synthe
     const auto contour = [&](int keyframe) {
       return otherwise.contour(keyframe, drive.truth[static_cast<std::size_t>(keyframe)]);
     };
-    for (const ClosureReport& report :
-         closer.close(std::move(place), drive.graph,
-                      otherwise.contour ? ContourSource(contour) : ContourSource())) {
-      if (report.accepted) {
-        drive.graph.edges.push_back(closure_edge(report));
-        relax(drive.graph);
-      }
-      drive.reports.push_back(report);
-    }
+    closer.add(std::move(place), drive.graph);
+    const std::vector<ClosureReport> reports =
+        closer.close(drive.graph, otherwise.contour ? ContourSource(contour) : ContourSource());
+    drive.reports.insert(drive.reports.end(), reports.begin(), reports.end());
     if (k < steps.size()) {
       const Pose2& step = steps[k];
       const Mat3 root = wheel_covariance(noise, kBase_m, step).llt().matrixL();
