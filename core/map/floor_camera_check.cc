@@ -38,8 +38,8 @@ FloorState wander_sigma() {
   return sigma;
 }
 
-// Of what stretches disagree by, as variance, what those that follow one another have in common.
-constexpr double kShared = 0.5;
+// A body that tilts by more than this, one sigma, hides a knock and may look like one.
+constexpr double kTilts_rad = deg_to_rad(0.5);
 
 FloorInformation diagonal(const FloorState& sigma) { return sigma.cwiseAbs2().asDiagonal(); }
 
@@ -101,7 +101,7 @@ FloorCameraCheck::Stretch FloorCameraCheck::Known::compare(const FloorEvidence& 
 FloorCameraCheck::Gain FloorCameraCheck::gain(const Known& before, const FloorEvidence& lately) {
   FloorInformation covariance = before.covariance();
   const FloorState state = covariance * before.evidence.vector;
-  covariance += kShared * before.between_stretches() + diagonal(wander_sigma());
+  covariance += before.between_stretches() / before.stretches + diagonal(wander_sigma());
   const FloorEvidence shown =
       softened({lately.information, lately.vector - lately.information * state}, covariance);
   using Square = Eigen::Matrix<double, kJump, kJump>;
@@ -122,6 +122,9 @@ std::optional<FloorKnock> FloorCameraCheck::judge() const {
     Known before = before_;
     std::for_each(lately_.begin(), since, [&](const Stretch& one) { before.add(one); });
     const FloorInformation between = before.between_stretches();
+    if (between.diagonal().head<2>().maxCoeff() > kTilts_rad * kTilts_rad) {
+      continue;
+    }
     FloorEvidence sum;
     std::vector<FloorEvidence> since_then;
     for (auto one = since; one != lately_.end(); ++one) {
