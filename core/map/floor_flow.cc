@@ -20,7 +20,7 @@ constexpr double kSample_m = 0.01;  // a pixel covers about as much 0.7 m before
 constexpr double kApart_m = 0.08;   // of patches' middles
 constexpr double kRange_m = 1.2;    // from the nearest mapped floor
 constexpr std::size_t kMostPatches = 60;
-constexpr double kFewestPatches = 10;
+constexpr std::size_t kFewestPatches = 10;
 
 constexpr float kLeastContrast = 1;  // grey: what is less is rounding
 constexpr int kIterations = 6;
@@ -282,7 +282,7 @@ std::optional<FloorFlow::Track> FloorFlow::track(const Look& look, const Seen& b
     return std::nullopt;
   }
   const Mat2 shown = look.gradients / std::max(mean_square, square(kLeastContrast) / 12);
-  return Track{off, (shown.inverse() + square(kInterpolation_m) * Mat2::Identity()).inverse()};
+  return Track{off, (Mat2::Identity() + square(kInterpolation_m) * shown).inverse() * shown};
 }
 
 std::optional<FloorEvidence> FloorFlow::add(const cv::Mat& bgr,
@@ -324,7 +324,7 @@ std::optional<FloorEvidence> FloorFlow::add(const cv::Mat& bgr,
     by.col(kMotion + kFloorClock) = by.leftCols<kMotion>() * by_clock;
     tracks.push_back(*track);
   }
-  if (static_cast<double>(tracks.size()) < kFewestPatches) {
+  if (tracks.size() < kFewestPatches) {
     return std::nullopt;
   }
 
