@@ -55,7 +55,7 @@ class FloorMapper {
   /// `may_learn`: false after a bump or a stall, so that what touches the bumper is not learned.
   FloorReading read(const cv::Mat& bgr, const Pose2& T_odom_body, bool may_learn);
 
-  const FloorProjection& projection() const { return *projection_; }
+  const std::shared_ptr<const FloorProjection>& projection() const { return projection_; }
   const FloorColour& colour() const { return colour_; }
 
  private:

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "core/base/error.h"
 #include "core/geometry/pose3.h"
 
@@ -60,7 +62,10 @@ Mapper::Mapper(const MapperOptions& options, const Body& body, const Rig& rig)
       local_(options.local_cell_m, options.local_half_width_m, options.local_keyframes),
       global_(options.plan_cell_m) {
   for (const std::string& name : floor_cameras(rig)) {
-    floor_cameras_.push_back({name, FloorMapper(options.floor, rig.cameras.at(name), body)});
+    const RigCamera& camera = rig.cameras.at(name);
+    FloorMapper floor(options.floor, camera, body);
+    FloorFlow flow(floor.projection(), camera.intrinsics);
+    floor_cameras_.push_back({name, std::move(floor), std::move(flow), {}});
   }
 }
 
@@ -104,8 +109,9 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
       continue;
     }
     const Pose2 T_now_then = T_body_then(seen, picture->second.stamp);
-    FloorReading reading = floor_cameras_[i].floor.read(
-        picture->second.bgr, seen.odometry.T_odom_body * T_now_then, !bumped_);
+    const Pose2 T_odom_then = seen.odometry.T_odom_body * T_now_then;
+    FloorReading reading = floor_cameras_[i].floor.read(picture->second.bgr, T_odom_then, !bumped_);
+    check_camera(i, picture->second.bgr, reading, T_odom_then, seen.odometry.twist_body);
     if (reading.sees_floor || i == 0) {
       open_.add(reading, located.T_last_body * T_now_then, static_cast<int>(i));
     }
@@ -118,6 +124,26 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
       local_.map(open_, keyframes[static_cast<std::size_t>(open_keyframe_)].T_odom_body,
                  located.T_odom_body.position());
   return out;
+}
+
+// Wheels that turn against what the body touches would look like another mounting.
+void Mapper::check_camera(std::size_t camera, const cv::Mat& bgr, const FloorReading& reading,
+                          const Pose2& T_odom_body, const Twist2& twist_body) {
+  FloorCamera& checked = floor_cameras_[camera];
+  if (bumped_ || !reading.sees_floor) {
+    checked.flow.forget();
+    return;
+  }
+  const std::optional<FloorEvidence> evidence =
+      checked.flow.add(bgr, reading.evidence, T_odom_body, twist_body);
+  const std::optional<FloorKnock> knock = evidence ? checked.check.add(*evidence) : std::nullopt;
+  if (knock && rig_fault_.empty()) {
+    rig_fault_ = fmt::format(
+        "{} was knocked: the floor moves in its pictures as if it had been turned by about {:.1f} "
+        "degrees and shifted by {:.0f} mm; put it back or survey its floor marks again, and start "
+        "anew",
+        checked.camera, rad_to_deg(knock->turned_rad.norm()), 1000 * knock->shifted_m.norm());
+  }
 }
 
 // The body is there, and has come there straight. Farther than its own radius it may have come some

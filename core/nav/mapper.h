@@ -12,6 +12,8 @@
 #include "core/geometry/body.h"
 #include "core/graph/pose_graph.h"
 #include "core/map/contours.h"
+#include "core/map/floor_camera_check.h"
+#include "core/map/floor_flow.h"
 #include "core/map/floor_mapper.h"
 #include "core/map/fusion.h"
 #include "core/map/keyframe_grid.h"
@@ -65,12 +67,17 @@ class Mapper {
 
   /// The blind zone and a little more, from the middle of the body: assumed free at the start.
   double start_radius_m() const;
-  const FloorProjection& projection() const { return floor_cameras_.front().floor.projection(); }
+  const FloorProjection& projection() const { return *floor_cameras_.front().floor.projection(); }
+
+  /// That a floor camera was knocked, in words; empty while none was.
+  const std::string& rig_fault() const { return rig_fault_; }
 
   /// Every keyframe's grid where it is now.
   std::vector<PlacedGrid> placed(const std::vector<Pose2>& T_map_keyframes) const;
 
  private:
+  void check_camera(std::size_t camera, const cv::Mat& bgr, const FloorReading& reading,
+                    const Pose2& T_odom_body, const Twist2& twist_body);
   void drive_over(const Pose2& T_keyframe_body, const Pose2& T_wheels_body, bool touches);
 
   MapperOptions options_;
@@ -78,6 +85,8 @@ class Mapper {
   struct FloorCamera {
     std::string camera;
     FloorMapper floor;
+    FloorFlow flow;
+    FloorCameraCheck check;
   };
   std::vector<FloorCamera> floor_cameras_;  // the one that looks straightest ahead first
   KeyframeGrid open_;
@@ -89,6 +98,7 @@ class Mapper {
   Time bumped_at_;
   Time last_step_;
   std::optional<Pose2> T_wheels_last_;
+  std::string rig_fault_;
 };
 
 }  // namespace panoptes

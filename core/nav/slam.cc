@@ -43,7 +43,11 @@ SlamStep Slam::step(const Observation& raw) {
 }
 
 std::string Slam::rig_fault() const {
-  return localiser_.rig_fault().empty() ? cameras_.wrong_clock() : localiser_.rig_fault();
+  if (!localiser_.rig_fault().empty()) {
+    return localiser_.rig_fault();
+  }
+  const std::string clock = cameras_.wrong_clock();
+  return clock.empty() ? mapper_.rig_fault() : clock;
 }
 
 SlamStep Slam::step_accepted(const Observation& accepted) {

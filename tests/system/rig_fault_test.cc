@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Rig files that are wrong in kind: named within a minute of driving, and no map is called good.
+// Rig files that are wrong in kind, and a floor camera that is knocked: named soon, and no map is
+// called good.
 #include <string>
 
 #include <gmock/gmock.h>
@@ -35,6 +36,17 @@ TEST_F(RigFaults, StopTheRobotAndAreTheOutcome) {
                "the field of view of front looks wrong");
   expect_named("clock_error={exactly: {back: 0.5}}", "the stamps of back look 0.50 s late");
   expect_named("clock_error={exactly: {front: -0.5}}", "the stamps of front look 0.50 s early");
+}
+
+TEST_F(RigFaults, AFloorCameraThatIsKnockedStopsTheRobot) {
+  const Said said =
+      explore(kScenes + "missions/loops-home.yaml", "knocked",
+              {"--seed", "3", "--duration", "90", "--set",
+               "platform.faults=[{camera: floor, fault: knock, at_s: 45, pitch_deg: 1.5}]"});
+  EXPECT_EQ(said.status, 1);
+  EXPECT_THAT(said.out, ::testing::StartsWith("failed (floor was knocked"));
+  EXPECT_GT(metrics("knocked")["run_s"], 45);
+  EXPECT_LT(metrics("knocked")["run_s"], 60);
 }
 
 }  // namespace

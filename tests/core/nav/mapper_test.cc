@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "core/camera/mounting.h"
 #include "core/geometry/pose3.h"
 #include "tests/core/map/floor_scene.h"
 
@@ -110,6 +111,11 @@ class Ride {
     located.relaxed = relaxed;
     now += kFrame;
     return mapper.step(seen, located, keyframes, T_map_keyframes);
+  }
+
+  void knock(const std::string& name, const MountingOffset& by) {
+    RigCamera& camera = rig_.cameras.at(name);
+    camera.T_body_camera = displaced(camera.T_body_camera, by);
   }
 
   OccupancyMap finished() const { return mapper.finished_map(kCell_m, T_map_keyframes); }
@@ -551,6 +557,25 @@ TEST(Mapper, AContourIsSeenFromItsKeyframeHoweverTheMapLies) {
   EXPECT_GT(on_the_face, 20);
   // a map that lies elsewhere by whole cells and no turn is the same from the keyframe
   EXPECT_EQ(ride.mapper.contour(0, moved(ride.T_map_keyframes, {2, -4, 0})).size(), contour.size());
+}
+
+TEST(Mapper, AFloorCameraThatIsKnockedIsNamedAndOneThatIsNotIsNot) {
+  constexpr int kLearned = 60;
+  Ride ride;
+  Pose2 T_odom_body;
+  const auto go_on = [&](int steps) {
+    for (int k = 0; k < steps && ride.mapper.rig_fault().empty(); ++k) {
+      T_odom_body = T_odom_body * exp_twist(k % 2 == 0 ? Twist2{0.16, 0} : Twist2{0, 0.2}, 1);
+      const Observation seen = ride.look(T_odom_body);
+      ride.keyframes.empty() ? ride.keyframe(seen) : ride.step(seen);
+    }
+  };
+  go_on(kLearned);
+  EXPECT_EQ(ride.mapper.rig_fault(), "");
+  ride.knock("floor", {Vec3(0, deg_to_rad(1.5), 0), Vec3::Zero()});
+  go_on(kLearned / 3);
+  EXPECT_THAT(ride.mapper.rig_fault(),
+              testing::StartsWith("floor was knocked: the floor moves in its pictures as if"));
 }
 
 TEST(Mapper, TheSameStepsMakeTheSameBits) {
