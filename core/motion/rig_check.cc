@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -45,6 +46,11 @@ Mat3 about_vertical(double turn_rad) {
 double ahead_m(const LoopCamera& camera) {
   const Vec3 axis = camera.T_body_camera.rotation * Vec3::UnitZ();
   return axis.head<2>().dot(camera.T_body_camera.translation.head<2>());
+}
+
+// Whether both say the same: plainly larger, or plainly smaller.
+bool agree(double off, double other_off) {
+  return std::min(off, other_off) > kLensTolerance || std::max(off, other_off) < -kLensTolerance;
 }
 
 }  // namespace
@@ -145,23 +151,31 @@ void RigCheck::add_turn(int camera, Time from, Time to, const LocalFeatures& bef
     return (believed.T_body_camera.rotation * believed.intrinsics.ray(px.cast<double>()))
         .normalized();
   };
+  Turn turn{from, to, 0, 0, {}};
   std::vector<double> turns_rad;
   for (const FeatureMatch& match : matches) {
     const Vec3 a = direction(before.px[match.a]);
     const Vec3 b = direction(here.px[match.b]);
     if (std::max(std::abs(a.z()), std::abs(b.z())) < std::sin(kSteep_rad)) {
       turns_rad.push_back(wrap_angle(std::atan2(a.y(), a.x()) - std::atan2(b.y(), b.x())));
+      turn.px.emplace_back(before.px[match.a], here.px[match.b]);
     }
   }
   if (static_cast<int>(turns_rad.size()) < kFewestMatches) {
     return;
   }
-  const double seen_rad = median(turns_rad);
-  double far_rad = seen_rad;
+  turn.seen_rad = median(turns_rad);
+  turn.far_rad = turn.seen_rad;
   if (const double by_m = ahead_m(believed); std::abs(by_m) > kOnTheSpot_m) {
-    far_rad = quantile(turns_rad, (by_m > 0) == (seen_rad > 0) ? kFarShare : 1 - kFarShare);
+    turn.far_rad =
+        quantile(turns_rad, (by_m > 0) == (turn.seen_rad > 0) ? kFarShare : 1 - kFarShare);
   }
-  seen_[camera].turns.push_back({from, to, seen_rad, far_rad});
+  Seen& seen = seen_[camera];
+  seen.turns.push_back(std::move(turn));
+  if (seen.turns.size() % kFewestTurns == 0) {
+    seen.lens = best_fit([&](double ratio) { return turns_misfit_px2(camera, ratio, 1); });
+    seen.wheels = best_fit([&](double ratio) { return turns_misfit_px2(camera, 1, ratio); });
+  }
 }
 
 void RigCheck::add_drive(int camera, const Pose2& T_last_here, const LocalFeatures& before,
@@ -226,6 +240,64 @@ double RigCheck::turn_ratio(int camera, double Turn::*seen_rad, Duration before)
     return std::numeric_limits<double>::quiet_NaN();
   }
   return median(ratios);
+}
+
+// Of those shares that a lens or wheels may be wrong by.
+template <typename Misfit>
+RigCheck::Fit RigCheck::best_fit(const Misfit& misfit_of_ratio) {
+  constexpr double kStep = 0.05;
+  constexpr int kMostSteps = 6;
+  const double as_told = misfit_of_ratio(1.0);
+  Fit best;
+  for (int n = -kMostSteps; n <= kMostSteps; ++n) {
+    const double ratio = n == 0 ? 1 : misfit_of_ratio(1 + n * kStep) / as_told;
+    if (ratio < best.misfit_ratio) {
+      best = {n * kStep, ratio};
+    }
+  }
+  return best;
+}
+
+// What the last turns on the spot show against what they should by such a lens and such wheels,
+// wherever each thing stands: the mean of squared distances, each at most as much as one that
+// matches nothing.
+double RigCheck::turns_misfit_px2(int camera, double focal_ratio, double wheels_ratio) const {
+  constexpr double kNearest_m = 0.3;
+  constexpr int kDepths = 10;
+  constexpr double kMost_px2 = 25;
+  constexpr double kAhead = 0.05;  // of a direction, along the lens' axis
+  Intrinsics lens = believed_[camera].intrinsics;
+  lens.fx_px *= focal_ratio;
+  lens.fy_px *= focal_ratio;
+  const Mat3 R = believed_[camera].T_body_camera.rotation.toRotationMatrix();
+  const Vec3& origin = believed_[camera].T_body_camera.translation;
+  double sum_px2 = 0;
+  int count = 0;
+  const std::vector<Turn>& turns = seen_[camera].turns;
+  const auto last = turns.size() - std::min<std::size_t>(turns.size(), 2 * kFewestTurns);
+  for (const Turn& turn : std::span(turns).subspan(last)) {
+    const double turned_by_rad = wheels_ratio * turned_rad(turn.from, turn.to);
+    if (!std::isfinite(turned_by_rad)) {
+      continue;
+    }
+    const Mat3 R_here_last = about_vertical(-turned_by_rad);
+    const Mat3 R_camera = R.transpose() * R_here_last * R;
+    const Vec3 moved = R.transpose() * (origin - R_here_last * origin);
+    for (const auto& [before_px, here_px] : turn.px) {
+      const Vec3 still = R_camera * lens.ray(before_px.cast<double>()).normalized();
+      double least_px2 = kMost_px2;
+      for (int n = 0; n <= kDepths; ++n) {
+        const Vec3 thing = still - n / (kDepths * kNearest_m) * moved;
+        if (thing.z() >= kAhead) {
+          const Vec2 off_px = lens.project(thing) - here_px.cast<double>();
+          least_px2 = std::min(least_px2, off_px.squaredNorm());
+        }
+      }
+      sum_px2 += least_px2;
+      ++count;
+    }
+  }
+  return count > 0 ? sum_px2 / count : kMost_px2;
 }
 
 // The one that explains what driving shows, where the rig file's plainly does not; null elsewhere.
@@ -332,8 +404,23 @@ std::string RigCheck::wrong_clock() const {
 }
 
 std::string RigCheck::wrong_lens() const {
+  constexpr double kPlainly = 0.75;
+  const int cameras = static_cast<int>(believed_.size());
+  const auto named = [&](int camera, double off) {
+    return fmt::format(
+        "the field of view of {} looks wrong: it shows turns {:.0f} % {} than the {}; see fov_deg "
+        "in the rig file",
+        believed_[camera].name, 100 * std::abs(off), off > 0 ? "larger" : "smaller",
+        cameras > 1 ? "wheels and the others" : "wheels");
+  };
+  for (int camera = 0; camera < cameras; ++camera) {
+    const Fit& lens = seen_[camera].lens;
+    if (has_driven(camera) && std::abs(lens.off) > kLensTolerance && lens.misfit_ratio < kPlainly) {
+      return named(camera, lens.off);
+    }
+  }
   std::vector<double> off;
-  for (int camera = 0; camera < static_cast<int>(believed_.size()); ++camera) {
+  for (int camera = 0; camera < cameras; ++camera) {
     const double ratio = turn_ratio(camera, &Turn::far_rad);
     if (!std::isfinite(ratio) || !has_driven(camera)) {
       return "";
@@ -344,24 +431,25 @@ std::string RigCheck::wrong_lens() const {
     const auto [lower, upper] = std::minmax({by_depth / kFarther, by_depth * kNearer});
     off.push_back(ratio / std::clamp(ratio, 1 + lower, 1 + upper) - 1);
   }
+  // Where the body turns things may stand nearer than where it drives. But what stands near moves
+  // as no other lens shows it: that has to agree.
+  int wrong = -1;
   const auto [least, most] = std::minmax_element(off.begin(), off.end());
-  if (off.size() > 1 && (*least > kLensTolerance || *most < -kLensTolerance)) {
+  bool all_agree = cameras > 1 && agree(*least, *most);
+  for (int camera = 0; camera < cameras; ++camera) {
+    all_agree = all_agree && agree(off[camera], seen_[camera].wheels.off);
+    if (agree(off[camera], seen_[camera].lens.off) &&
+        (wrong < 0 || std::abs(off[camera]) > std::abs(off[wrong]))) {
+      wrong = camera;
+    }
+  }
+  if (all_agree) {
     return fmt::format(
-        "all cameras show turns {:.0f} % {} than the wheels: the wheel base or all "
-        "fields of view look wrong",
+        "all cameras show turns {:.0f} % {} than the wheels: the wheel base or all fields of view "
+        "look wrong",
         100 * std::abs(0.5 * (*least + *most)), *least > 0 ? "larger" : "smaller");
   }
-  const double worst = std::abs(*least) > std::abs(*most) ? *least : *most;
-  if (std::abs(worst) > kLensTolerance) {
-    const auto camera =
-        static_cast<std::size_t>((std::abs(*least) > std::abs(*most) ? least : most) - off.begin());
-    return fmt::format(
-        "the field of view of {} looks wrong: it shows turns {:.0f} % {} than the "
-        "{}; see fov_deg in the rig file",
-        believed_[camera].name, 100 * std::abs(worst), worst > 0 ? "larger" : "smaller",
-        believed_.size() > 1 ? "wheels and the others" : "wheels");
-  }
-  return "";
+  return wrong < 0 ? "" : named(wrong, off[wrong]);
 }
 
 }  // namespace panoptes

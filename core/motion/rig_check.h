@@ -40,8 +40,9 @@ class RigCheck {
   struct Turn {
     Time from;
     Time to;
-    double seen_rad = 0;  ///< by most,
-    double far_rad = 0;   ///< and by what stands far: the turn itself
+    double seen_rad = 0;                                          ///< by most,
+    double far_rad = 0;                                           ///< and by what stands far
+    std::vector<std::pair<Eigen::Vector2f, Eigen::Vector2f>> px;  ///< of the same things
   };
   /// A way of looking that the camera may truly have.
   struct Look {
@@ -51,8 +52,15 @@ class RigCheck {
 
     double agreed() const { return flow_px > 0 ? agreed_px / flow_px : 0; }
   };
+  /// By which share something is off with which turns fit best, and how much better they then fit.
+  struct Fit {
+    double off = 0;
+    double misfit_ratio = 1;
+  };
   struct Seen {
     std::vector<Turn> turns;
+    Fit lens;  ///< by the last turns, wherever things stand
+    Fit wheels;
     std::vector<Look> looks;               ///< the rig file's first
     std::vector<double> inverse_depths_m;  ///< the median of each drive
   };
@@ -64,6 +72,9 @@ class RigCheck {
                  const LocalFeatures& here, const std::vector<FeatureMatch>& matches);
   bool has_driven(int camera) const;
   double turn_ratio(int camera, double Turn::*seen_rad, Duration before = {}) const;
+  double turns_misfit_px2(int camera, double focal_ratio, double wheels_ratio) const;
+  template <typename Misfit>
+  static Fit best_fit(const Misfit& misfit_of_ratio);
   const Look* other_look(int camera) const;
   int camera_told_to(const Look& look) const;
   std::string wrong_look() const;
