@@ -128,6 +128,9 @@ class LoopCloser {
   /// otherwise now.
   void forget(int camera, int keyframe);
 
+  /// How far away things are that a keyframe shows, by those around it.
+  const PlaceDepths& depths(int keyframe, const SharedGraph& graph);
+
   const LoopPlace& place(int keyframe) const {
     return places_.at(static_cast<std::size_t>(keyframe)).place;
   }
@@ -153,7 +156,6 @@ class LoopCloser {
   bool spaced(int recent, Heading heading) const;
   void accept(ClosureReport& report);
   LoopCameras cameras_at(int keyframe, const SharedGraph& graph) const;
-  const PlaceDepths& depths(int keyframe, const SharedGraph& graph);
   std::vector<Candidate> shortlist(const VerifiedMethod& method, int recent,
                                    const SharedGraph& graph,
                                    const SharedUncertainty& uncertainty) const;

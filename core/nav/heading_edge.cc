@@ -5,10 +5,16 @@
 
 #include <Eigen/Cholesky>
 
+#include "core/geometry/covariance.h"
+
 namespace panoptes {
 namespace {
 
-constexpr int kFewest = 20;  // features that agree
+constexpr int kFewest = 20;           // features that agree
+constexpr double kFewestShare = 0.4;  // of those that match
+constexpr double kOff_m = 0.005;      // a place is never known better from afar,
+constexpr double kOff_rad = 0.0007;   // nor a heading: an eighth of a pixel
+constexpr double kMost_squared_sigmas = 14.2;
 constexpr double kAnyHeading_rad = 1;
 constexpr double kAnyPosition_m = 1e3;
 
@@ -59,6 +65,45 @@ std::optional<SharedEdge> heading_edge(const BundleOptions& options, const Featu
   edge.state = state;
   edge.by_state = Eigen::MatrixXd::Zero(3, states);
   edge.by_state.row(2) = by_state.row(2);
+  return edge;
+}
+
+std::optional<SharedEdge> facing_edge(const MotionOptions& options, const FeatureOptions& features,
+                                      const LoopCameras& cameras, const RigState& state,
+                                      const Facing& facing, const FacingView& from,
+                                      const FacingView& to, const Pose2& T_from_to,
+                                      const SharedUncertainty& uncertainty) {
+  const std::vector<PlaceMatch> matches =
+      match_places(features, from.place.features, to.place.features, facing);
+  MotionPrior prior{T_from_to, uncertainty.relative(from.keyframe, to.keyframe)};
+  prior.covariance.diagonal() += Vec3(kOff_m, kOff_m, kOff_rad).cwiseAbs2();
+  const LoopCameras cameras_from = at_keyframe(cameras, state, from.place.taken);
+  const LoopCameras cameras_to = at_keyframe(cameras, state, to.place.taken);
+  const std::optional<PlanarMotion> motion =
+      motion_by_features(options, {cameras_from, from.place.features, from.place.depths},
+                         {cameras_to, to.place.features, to.place.depths}, matches, prior, nullptr);
+  if (!motion || motion->inliers < kFewest ||
+      motion->inliers < kFewestShare * static_cast<double>(matches.size())) {
+    return std::nullopt;
+  }
+  SharedEdge edge;
+  edge.edge = {from.keyframe, to.keyframe, motion->T_a_b_seen, Mat3::Zero(), false};
+  edge.state = state;
+  edge.by_state = motion_by_rig(options, cameras, state, from.place, to.place,
+                                motion->inlier_matches, motion->T_a_b_seen);
+  const std::optional<Mat3> seen = inverse_of(motion->information_seen);
+  if (!seen || !edge.by_state.allFinite()) {
+    return std::nullopt;
+  }
+  Mat3 unsure = *seen;
+  unsure.diagonal() += Vec3(kOff_m, kOff_m, kOff_rad).cwiseAbs2();
+  const Vec3 off(motion->T_a_b_seen.x_m - T_from_to.x_m, motion->T_a_b_seen.y_m - T_from_to.y_m,
+                 wrap_angle(motion->T_a_b_seen.theta_rad - T_from_to.theta_rad));
+  const Mat3 expected = uncertainty.relative(from.keyframe, to.keyframe, edge.by_state);
+  if (!(squared_sigmas(off, expected + unsure) <= kMost_squared_sigmas)) {
+    return std::nullopt;
+  }
+  edge.edge.information = unsure.inverse();
   return edge;
 }
 

@@ -65,6 +65,7 @@ Localiser::Localiser(const LocaliserOptions& options, const OdometrySource& odom
     : options_(options),
       odometry_(odometry),
       believed_(loop_cameras(rig)),
+      facings_(facings(believed_)),
       rig_check_(options.loops.features, believed_),
       keyframe_odometry_(options.bundle, options.loops.features, believed_),
       closer_(options.loops, believed_, rng.fork("loops")) {
@@ -297,34 +298,60 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
   out.T_last_body = T_now_then.inverse();
 }
 
-// A body that turns on the spot looks the same way again after a whole turn.
-void Localiser::look_back() {
+// Of the keyframes not long ago and about where the newest is, the one whose heading differs from
+// its heading by about `turn_rad`; -1 where there is none.
+int Localiser::keyframe_turned_by(double turn_rad) const {
   constexpr int kMemory = 80;  // keyframes: two turns
   constexpr int kAway = 8;
-  constexpr double kNear_m = 0.05;
+  constexpr double kNear_m = 0.3;
   const int here = static_cast<int>(graph_.T_map_node.size()) - 1;
   int best = -1;
-  double best_turn = options_.keyframe.turn_rad;
+  double least_rad = options_.keyframe.turn_rad;
   for (int k = std::max(0, here - kMemory); k <= here - kAway; ++k) {
     const Pose2 T = graph_.T_map_node[k].inverse() * graph_.T_map_node[here];
-    if (T.position().norm() <= kNear_m && std::abs(T.theta_rad) < best_turn) {
+    const double off_rad = std::abs(wrap_angle(T.theta_rad - turn_rad));
+    if (T.position().norm() <= kNear_m && off_rad < least_rad && !closer_.place(k).featureless()) {
       best = k;
-      best_turn = std::abs(T.theta_rad);
+      least_rad = off_rad;
     }
   }
+  return best;
+}
+
+// A body that turns on the spot looks the same way again after a whole turn, and with its back
+// camera where it looked with its front camera after half of one.
+void Localiser::look_back() {
+  const int here = static_cast<int>(graph_.T_map_node.size()) - 1;
   const LoopPlace& place = closer_.place(here);
-  if (best < 0 || place.featureless() || closer_.place(best).featureless()) {
+  if (place.featureless()) {
     return;
   }
-  Mat3 covariance = SharedUncertainty(graph_).relative(best, here);
-  const PlaceFeatures& then = closer_.place(best).features;
-  std::optional<SharedEdge> edge =
-      heading_edge(options_.bundle.bundle, options_.loops.features, believed_, graph_.state,
-                   {best, &frames_[best], &then}, {here, &frames_[here], &place.features},
-                   graph_.T_map_node[best].inverse() * graph_.T_map_node[here], covariance);
-  if (edge) {
-    headings_.push_back(*edge);
-    graph_.edges.push_back(*std::move(edge));
+  std::optional<SharedUncertainty> uncertainty;
+  for (const Facing& facing : facings_) {
+    const int then = keyframe_turned_by(facing.turn_rad);
+    if (then < 0) {
+      continue;
+    }
+    if (!uncertainty) {
+      uncertainty.emplace(graph_);
+    }
+    const LoopPlace& place_then = closer_.place(then);
+    const Pose2 T_then_here = graph_.T_map_node[then].inverse() * graph_.T_map_node[here];
+    std::optional<SharedEdge> edge =
+        &facing == &facings_.front()
+            ? heading_edge(options_.bundle.bundle, options_.loops.features, believed_, graph_.state,
+                           {then, &frames_[then], &place_then.features},
+                           {here, &frames_[here], &place.features}, T_then_here,
+                           uncertainty->relative(then, here))
+            : facing_edge(
+                  options_.loops.motion, options_.loops.features, believed_, graph_.state, facing,
+                  {then, {place_then.taken, place_then.features, closer_.depths(then, graph_)}},
+                  {here, {place.taken, place.features, closer_.depths(here, graph_)}}, T_then_here,
+                  *uncertainty);
+    if (edge) {
+      headings_.push_back(*edge);
+      graph_.edges.push_back(*std::move(edge));
+    }
   }
 }
 

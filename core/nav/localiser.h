@@ -114,6 +114,7 @@ class Localiser {
                           int without) const;
   void linearise_again();
   void begin_anew(const Knock& knock, const LoopPlace& newest);
+  int keyframe_turned_by(double turn_rad) const;
   void look_back();
   void close_loops(const ContourSource& contours, Located& out);
   void catch_up(const ContourSource& contours, Located& out);
@@ -121,6 +122,7 @@ class Localiser {
   LocaliserOptions options_;
   const OdometrySource& odometry_;
   LoopCameras believed_;
+  std::vector<Facing> facings_;
   RigCheck rig_check_;
   KnockCheck knock_check_;
   std::vector<KnockReport> knocks_;

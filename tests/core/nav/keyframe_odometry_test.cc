@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/motion/triangulation.h"
 #include "core/nav/heading_edge.h"
 #include "tests/core/vision/synthetic_places.h"
 
@@ -196,6 +197,87 @@ TEST(HeadingEdge, IsNoneBetweenPlacesThatShareNothing) {
   const Mat3 covariance = Vec3(0.003, 0.003, 0.04).cwiseAbs2().asDiagonal();
   EXPECT_FALSE(
       heading_edge({}, {}, cameras, none, {0, &frame, &from}, {20, &frame, &to}, {}, covariance));
+}
+
+// Two keyframes half a turn apart on about one spot, the wheels' turn wrong by two degrees, the
+// back camera turned by so much that nobody knows.
+struct HalfTurn {
+  LoopCameras believed = front_and_back();
+  Pose2 truth{0.02, -0.01, std::numbers::pi - 0.05};
+  Pose2 told{truth.x_m, truth.y_m, truth.theta_rad + deg_to_rad(2)};
+  RigState off = RigState::Zero(rig_states(believed.size()));
+  double sigma_heading_rad = deg_to_rad(1.5);
+  bool back_shows_before = true;
+
+  std::optional<SharedEdge> edge() const {
+    const SyntheticRoom room(1200, 3, Rng(13));
+    const LoopCameras cameras = corrected(believed, off);
+    const Pose2 T_map_from{0.3, -0.5, 0.4};
+    PlaceFeatures from = room.seen_from(cameras, T_map_from, kNoise_px, 0.2, Rng(14));
+    if (!back_shows_before) {
+      from[1] = {};
+    }
+    const PlaceFeatures to = room.seen_from(cameras, T_map_from * truth, kNoise_px, 0.2, Rng(15));
+    const PictureTimes taken{{}, std::vector<double>(cameras.size(), 0.0)};
+    const auto depths_of = [&](const PlaceFeatures& seen, const Pose2& T_map_here, int seed) {
+      const Pose2 T_here_beside{0.2, 0.1, 0.1};
+      const PlaceFeatures beside =
+          room.seen_from(cameras, T_map_here * T_here_beside, kNoise_px, 0.2, Rng(seed));
+      return triangulate({}, {}, believed, seen, {{believed, beside, T_here_beside}});
+    };
+    const PlaceDepths depths_from = depths_of(from, T_map_from, 16);
+    const PlaceDepths depths_to = depths_of(to, T_map_from * truth, 17);
+    SharedGraph graph;
+    graph.T_map_node = {Pose2{}, told};
+    graph.state = RigState::Zero(off.size());
+    graph.prior_information = 1e4 * Eigen::MatrixXd::Identity(off.size(), off.size());
+    const Mat3 covariance = Vec3(0.005, 0.005, sigma_heading_rad).cwiseAbs2().asDiagonal();
+    graph.edges = {{{0, 1, told, covariance.inverse()}, {}, {}}};
+    return facing_edge({}, {}, believed, graph.state, facings(believed)[1],
+                       {0, {taken, from, depths_from}}, {1, {taken, to, depths_to}}, told,
+                       SharedUncertainty(graph));
+  }
+};
+
+TEST(FacingEdge, ShowsHowFarHalfATurnWas) {
+  const auto edge = HalfTurn().edge();
+  ASSERT_TRUE(edge);
+  const double sigma_rad = std::sqrt(edge->edge.information.inverse()(2, 2));
+  EXPECT_LT(rad_to_deg(sigma_rad), 0.15);
+  EXPECT_NEAR(wrap_angle(edge->edge.T_from_to.theta_rad - HalfTurn().truth.theta_rad), 0,
+              4 * sigma_rad);
+}
+
+// What one pair of cameras gets wrong the other gets wrong the other way round: both together lean
+// on neither.
+TEST(FacingEdge, OfBothCamerasNeedsNoKnownMounting) {
+  HalfTurn robot;
+  robot.off[camera_state(1) + kRotation + 2] = deg_to_rad(0.8);
+  const auto edge = robot.edge();
+  ASSERT_TRUE(edge);
+  EXPECT_NEAR(wrap_angle(edge->edge.T_from_to.theta_rad - robot.truth.theta_rad), 0,
+              deg_to_rad(0.15));
+  EXPECT_LT(std::abs((edge->by_state * robot.off).z()), deg_to_rad(0.15));
+}
+
+TEST(FacingEdge, ChangesWithTheMountingOfItsCameras) {
+  HalfTurn robot;
+  robot.back_shows_before = false;
+  robot.off[camera_state(1) + kRotation + 2] = deg_to_rad(0.8);
+  const auto edge = robot.edge();
+  ASSERT_TRUE(edge);
+  const double sigma_rad = std::sqrt(edge->edge.information.inverse()(2, 2));
+  const double off_rad = wrap_angle(edge->edge.T_from_to.theta_rad - robot.truth.theta_rad);
+  EXPECT_GT(std::abs(off_rad), deg_to_rad(0.6));
+  EXPECT_NEAR(off_rad + (edge->by_state * robot.off).z(), 0, 4 * sigma_rad + deg_to_rad(0.05));
+}
+
+TEST(FacingEdge, IsNoneWhereTheGraphKnowsBetter) {
+  HalfTurn robot;
+  robot.off[camera_state(1) + kRotation + 2] = deg_to_rad(4);
+  robot.sigma_heading_rad = deg_to_rad(0.1);
+  robot.told = robot.truth;
+  EXPECT_FALSE(robot.edge());
 }
 
 }  // namespace
