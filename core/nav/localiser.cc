@@ -268,21 +268,19 @@ void Localiser::relax_bundle(Located& out) {
   out.relaxed = true;
 }
 
-void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlace& place,
-                             Located& out) {
+void Localiser::add_keyframe(const Observation& seen, const LoopPlace& place, Located& out) {
   const int made = static_cast<int>(keyframes_.size());
-  const Pose2 T_now_then = T_body_then(seen, taken);
-  Keyframe keyframe{taken, seen.odometry.T_odom_body * T_now_then, Pose2{}};
+  Keyframe keyframe{seen.stamp, seen.odometry.T_odom_body, Pose2{}};
   if (!place.features.empty()) {
-    rig_check_.add_keyframe(taken, place.taken, place.features, out.T_last_body * T_now_then);
+    rig_check_.add_keyframe(seen.stamp, place.taken, place.features, out.T_last_body);
   }
   const std::size_t joints = graph_.joints.size();
-  const Pose2 T_last_then = link_to_last(taken, place, out.T_last_body * T_now_then);
+  const Pose2 T_last_here = link_to_last(seen.stamp, place, out.T_last_body);
   if (made == 0) {
     graph_.T_map_node.push_back(Pose2{});
   } else {
-    keyframe.T_odom_body = keyframes_.back().T_odom_body * T_last_then;
-    graph_.T_map_node.push_back(graph_.T_map_node.back() * T_last_then);
+    keyframe.T_odom_body = keyframes_.back().T_odom_body * T_last_here;
+    graph_.T_map_node.push_back(graph_.T_map_node.back() * T_last_here);
     if (!place.featureless()) {
       const auto step_grey = static_cast<float>(emd_grey(place.signature, last_signature_));
       steps_grey_.insert(std::upper_bound(steps_grey_.begin(), steps_grey_.end(), step_grey),
@@ -295,7 +293,7 @@ void Localiser::add_keyframe(const Observation& seen, Time taken, const LoopPlac
   last_signature_ = place.signature;
   keyframes_.push_back(keyframe);
   out.keyframe_made = made;
-  out.T_last_body = T_now_then.inverse();
+  out.T_last_body = Pose2{};
 }
 
 // Of the keyframes not long ago and about where the newest is, the one whose heading differs from
@@ -410,11 +408,8 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
           catch_up(contours, out);
         }
         place.features = features_of(*views);
-        const auto first = std::find_if(views->begin(), views->end(),
-                                        [](const Picture* view) { return view != nullptr; });
-        const Time taken = first == views->end() ? seen.stamp : (*first)->stamp;
-        place.taken = times_of(*views, taken, seen.odometry.twist_body);
-        add_keyframe(seen, taken, place, out);
+        place.taken = times_of(*views, seen.stamp, seen.odometry.twist_body);
+        add_keyframe(seen, place, out);
         closer_.add(std::move(place), graph_);
       }
     }

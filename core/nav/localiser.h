@@ -33,7 +33,7 @@ void bind(Fields& f, KeyframeOptions& o);
 /// How wrong the wheels may be, one sigma, before the robot has moved; the rig file says it of
 /// cameras.
 struct WheelPrior {
-  double scale_share = 0.005;
+  double scale_share = 0.002;
   double difference_share = 0.005;
   double base_share = 0.02;
 };
@@ -53,7 +53,7 @@ void bind(Fields& f, LocaliserOptions& o);
 
 /// A place the robot remembers.
 struct Keyframe {
-  Time stamp;           ///< of its first loop camera's picture
+  Time stamp;           ///< of the set of pictures: the wheels tell of this instant
   Pose2 T_wheels_body;  ///< by the odometry alone
   Pose2 T_odom_body;    ///< by the odometry and the pictures' headings; never moved again
 };
@@ -104,7 +104,7 @@ class Localiser {
   PlaceSignature signature_of(const Views& views) const;
   bool keyframe_due(const Pose2& T_last_body, const LoopPlace& now) const;
   void relax_bundle(Located& out);
-  void add_keyframe(const Observation& seen, Time taken, const LoopPlace& place, Located& out);
+  void add_keyframe(const Observation& seen, const LoopPlace& place, Located& out);
   PlaceFeatures features_of(const Views& views) const;
   PictureTimes times_of(const Views& views, Time taken, const Twist2& twist_body) const;
   Pose2 link_to_last(Time taken, const LoopPlace& place, const Pose2& T_last_body);
