@@ -69,7 +69,7 @@ EdgeFigures edge_figures(const PoseGraph& graph, const std::vector<Pose2>& true_
   Sums spins;
   Sums driving;
   for (const GraphEdge& edge : graph.edges) {
-    if (edge.closure) {
+    if (edge.closure || edge.to != edge.from + 1) {
       continue;
     }
     const Pose2 true_T_from_to =

@@ -27,7 +27,7 @@ struct EdgeFigures {
   EdgeErrors driving;
 };
 
-/// Node i of the graph is where `true_T_scene_body[i]` says; closures are left out.
+/// Node i of the graph is where `true_T_scene_body[i]` says; all other edges are left out.
 EdgeFigures edge_figures(const PoseGraph& graph, const std::vector<Pose2>& true_T_scene_body);
 
 }  // namespace panoptes

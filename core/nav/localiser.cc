@@ -287,6 +287,7 @@ void Localiser::add_keyframe(const Observation& seen, const LoopPlace& place, Lo
                          step_grey);
     }
   }
+  to_look_back_ = true;
   loops_to_close_ = true;
   bundle_to_relax_ = graph_.joints.size() > joints;
   to_linearise_ = options_.visual_heading && !bundle_to_relax_;
@@ -319,6 +320,7 @@ int Localiser::keyframe_turned_by(double turn_rad) const {
 // A body that turns on the spot looks the same way again after a whole turn, and with its back
 // camera where it looked with its front camera after half of one.
 void Localiser::look_back() {
+  to_look_back_ = false;
   const int here = static_cast<int>(graph_.T_map_node.size()) - 1;
   const LoopPlace& place = closer_.place(here);
   if (place.featureless()) {
@@ -355,7 +357,6 @@ void Localiser::look_back() {
 
 void Localiser::close_loops(const ContourSource& contours, Located& out) {
   loops_to_close_ = false;
-  look_back();
   out.closures = closer_.close(graph_, contours);
   out.relaxed = out.relaxed || std::any_of(out.closures.begin(), out.closures.end(),
                                            [](const ClosureReport& c) { return c.accepted; });
@@ -363,7 +364,9 @@ void Localiser::close_loops(const ContourSource& contours, Located& out) {
 
 // One thing that the last keyframe has left to do.
 void Localiser::catch_up(const ContourSource& contours, Located& out) {
-  if (loops_to_close_) {
+  if (to_look_back_) {
+    look_back();
+  } else if (loops_to_close_) {
     close_loops(contours, out);
   } else if (bundle_to_relax_) {
     relax_bundle(out);
@@ -404,7 +407,7 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
       place.partial = std::find(views->begin(), views->end(), nullptr) != views->end();
       place.signature = signature_of(*views);
       if (keyframes_.empty() || keyframe_due(out.T_last_body, place)) {
-        while (loops_to_close_ || bundle_to_relax_) {
+        while (to_look_back_ || loops_to_close_ || bundle_to_relax_) {
           catch_up(contours, out);
         }
         place.features = features_of(*views);

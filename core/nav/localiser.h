@@ -132,6 +132,7 @@ class Localiser {
   std::vector<BundleFrame> frames_;       // of each keyframe
   std::vector<RigState> adjusted_about_;  // of each of the graph's joints: the rig as it was known
   // What a keyframe leaves to do is spread over the frames after it:
+  bool to_look_back_ = false;
   bool loops_to_close_ = false;
   bool bundle_to_relax_ = false;
   bool to_linearise_ = false;

@@ -59,6 +59,17 @@ TEST_F(EdgeFiguresTest, SpinsToBothSidesHaveOneBias) {
   EXPECT_FALSE(figures.driving.heading_bias_share_of_turn);
 }
 
+TEST_F(EdgeFiguresTest, OnlyConsecutiveKeyframesCount) {
+  for (int i = 0; i < 5; ++i) {
+    move({0.25, 0, 0}, Vec3::Zero());
+  }
+  graph_.edges.push_back({0, 4, Pose2{1.5, 0, 0.1}, Mat3::Identity(), false});
+  graph_.edges.push_back({1, 3, Pose2{0.6, 0, 0}, Mat3::Identity(), true});
+  const EdgeFigures figures = edge_figures(graph_, truth_);
+  EXPECT_EQ(figures.driving.count, 5);
+  EXPECT_NEAR(figures.driving.nees, 0, kRoundoff);
+}
+
 TEST_F(EdgeFiguresTest, HonestCovariancesHaveANormalisedErrorOfOne) {
   Rng rng(5);
   const Vec3 sigma(0.01, 0.02, 0.003);
