@@ -395,8 +395,11 @@ class Bundle {
   }
 
   // What is left over says how noisy features are, together with what was said of it before.
+  // Corners lie on whole pixels: where things move along rows, most are left with nothing across
+  // them, and would claim what no corner can.
   void learn_noise() {
     constexpr double kPriorFreedoms = 30;
+    constexpr double kRounding_px2 = 1.0 / 12;
     double sum = kPriorFreedoms;
     double freedoms = kPriorFreedoms;
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
@@ -405,7 +408,7 @@ class Bundle {
         freedoms += freedoms_[t];
       }
     }
-    variance_px2_ *= sum / freedoms;
+    variance_px2_ = std::max(variance_px2_ * sum / freedoms, kRounding_px2);
   }
 
   static void move(Point& point, const Vec3& by) {

@@ -322,6 +322,21 @@ TEST(LocalBundle, KnowsItsNoiseAmongThingsThatItAllButTouches) {
   }
 }
 
+// What one bundle has learned the next begins with: what is left of corners without noise would
+// shrink for ever, until nothing that is true fits any more.
+TEST(LocalBundle, CornersAreNeverSurerThanTheirPixel) {
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(1500, 3, Rng(30));
+  BundleOptions options;
+  for (int bundle = 0; bundle < 4; ++bundle) {
+    const Seen seen = drive(room, cameras, kAhead, 0, {}, Rng(31));
+    options.noise_px =
+        adjust_bundle(options, cameras, held(cameras), seen.frames, seen.tracks, seen.by_wheels())
+            .noise_px;
+  }
+  EXPECT_NEAR(options.noise_px, 1 / std::sqrt(12), 1e-9);
+}
+
 TEST(LocalBundle, GoesByTheWheelsWhereNothingIsSeen) {
   const LoopCameras cameras = front_and_back();
   const SyntheticRoom room(10, 3, Rng(12));
