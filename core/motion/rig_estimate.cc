@@ -104,9 +104,11 @@ std::string told(const KnockReport& knock) {
 
 Eigen::MatrixXd systematic_covariance(const LoopCameras& cameras) {
   constexpr double kOff_px = 0.1;
+  constexpr double kBent_px = 0.4;     // what a lens' shape moves its centre by, the axis with it
   constexpr double kNear_m = 2;        // what shows where a camera is lies about so far away
   constexpr double kTurn_radps = 0.5;  // and what shows its clock is a turn about so fast
   Eigen::VectorXd sigma = Eigen::VectorXd::Zero(rig_states(cameras.size()));
+  Eigen::MatrixXd bent = Eigen::MatrixXd::Zero(sigma.size(), 2 * cameras.size());
   for (int camera = 0; camera < static_cast<int>(cameras.size()); ++camera) {
     const Intrinsics& lens = cameras[camera].intrinsics;
     const double off_rad = kOff_px / lens.fx_px;
@@ -116,8 +118,19 @@ Eigen::MatrixXd systematic_covariance(const LoopCameras& cameras) {
     s[kFocal] = kOff_px / (lens.width_px / 2.0);
     s.segment<2>(kCentre).setConstant(kOff_px);
     s[kClock] = off_rad / kTurn_radps;
+    // A centre to the right of the true one and a camera turned to the right show what stands near
+    // the centre where it is: only how a picture bends tells one from the other.
+    const Mat3 R = cameras[camera].T_body_camera.rotation.toRotationMatrix();
+    auto across = bent.col(2 * camera).segment<kCameraStates>(camera_state(camera));
+    across.segment<3>(kRotation) = kBent_px / lens.fx_px * R.col(1);
+    across[kCentre] = kBent_px;
+    auto down = bent.col(2 * camera + 1).segment<kCameraStates>(camera_state(camera));
+    down.segment<3>(kRotation) = -kBent_px / lens.fy_px * R.col(0);
+    down[kCentre + 1] = kBent_px;
   }
-  return sigma.cwiseAbs2().asDiagonal();
+  Eigen::MatrixXd covariance = bent * bent.transpose();
+  covariance.diagonal() += sigma.cwiseAbs2();
+  return covariance;
 }
 
 Rig refined(const Rig& believed, const RigEstimate& estimate) {

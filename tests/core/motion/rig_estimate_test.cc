@@ -5,6 +5,7 @@
 
 #include "core/camera/lens_correction.h"
 #include "core/camera/rectify.h"
+#include "tests/core/vision/synthetic_places.h"
 
 namespace panoptes {
 namespace {
@@ -127,6 +128,28 @@ TEST(RigEstimate, KeepsWhatTheFileTakesForExact) {
   RigEstimate estimate = nothing_learned(rig);
   estimate.covariance.diagonal().array() += 1e-12;  // a graph holds it by a small prior
   EXPECT_EQ(refined(rig, estimate).cameras.at("front").sigma.rotation_rad, Vec3(0, 0, 0));
+}
+
+// Where a lens' centre lies is told from where its camera looks only by how its pictures bend.
+TEST(SystematicCovariance, IsWideWhereCentreAndMountingGoTogether) {
+  const LoopCameras cameras = testing::front_and_back();
+  const Eigen::MatrixXd covariance = systematic_covariance(cameras);
+  const Vec3 far_ahead = cameras[1].T_body_camera.rotation * Vec3(0, 0, 1000);
+  const auto px_of = [&](const RigState& state) {
+    const LoopCamera camera = corrected(cameras, state)[1];
+    return camera.intrinsics.project(camera.T_body_camera.inverse() * far_ahead);
+  };
+  Eigen::MatrixXd J(2, covariance.rows());
+  for (int k = 0; k < J.cols(); ++k) {
+    const RigState step = 1e-6 * RigState::Unit(J.cols(), k);
+    J.col(k) = (px_of(step) - px_of(-step)) / 2e-6;
+  }
+  const Mat2 of_axis = J * covariance * J.transpose();
+  const int centre = camera_state(1) + kCentre;
+  EXPECT_LT(std::sqrt(of_axis(0, 0)), 0.2);
+  EXPECT_LT(std::sqrt(of_axis(1, 1)), 0.2);
+  EXPECT_GT(std::sqrt(covariance(centre, centre)), 0.4);
+  EXPECT_GT(std::sqrt(covariance(centre + 1, centre + 1)), 0.4);
 }
 
 }  // namespace
