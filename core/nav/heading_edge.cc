@@ -10,11 +10,11 @@
 namespace panoptes {
 namespace {
 
-constexpr int kFewest = 20;           // features that agree
-constexpr double kFewestShare = 0.4;  // of those that match
-constexpr double kOff_m = 0.005;      // a place is never known better from afar,
-constexpr double kOff_rad = 0.0007;   // nor a heading: an eighth of a pixel
-constexpr double kMost_squared_sigmas = 14.2;
+constexpr int kFewest = 20;                    // features that agree
+constexpr double kFewestShare = 0.4;           // of those that match
+constexpr double kOff_m = 0.005;               // a place is never known better from afar,
+constexpr double kOff_rad = 0.0007;            // nor a heading: an eighth of a pixel
+constexpr double kMost_squared_sigmas = 14.2;  // of three freedoms: once in 400 right ones
 constexpr double kAnyHeading_rad = 1;
 constexpr double kAnyPosition_m = 1e3;
 

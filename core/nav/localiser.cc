@@ -158,7 +158,7 @@ Pose2 Localiser::link_to_last(Time taken, const LoopPlace& place, const Pose2& T
   // the open bundle's edges are made anew with each keyframe
   std::erase_if(graph_.edges, [](const SharedEdge& shared) { return !shared.edge.closure; });
   graph_.edges.insert(graph_.edges.end(), motion.open.begin(), motion.open.end());
-  graph_.edges.insert(graph_.edges.end(), headings_.begin(), headings_.end());
+  graph_.edges.insert(graph_.edges.end(), look_backs_.begin(), look_backs_.end());
   if (motion.closed) {
     const double factor = variance_factor(graph_);
     const std::optional<Knock> knock = knock_check_.add(
@@ -247,7 +247,7 @@ void Localiser::begin_anew(const Knock& knock, const LoopPlace& newest) {
   }
   settled_ = std::max(0, static_cast<int>(after - joints.begin()));
   const auto is_between = [&](const SharedEdge& shared) { return shared.edge.to > during->first; };
-  for (std::vector<SharedEdge>* edges : {&graph_.edges, &headings_}) {
+  for (std::vector<SharedEdge>* edges : {&graph_.edges, &look_backs_}) {
     std::erase_if(*edges, is_between);
     for (SharedEdge& shared : *edges) {
       hold(shared, state, kMountingStates, before);
@@ -349,7 +349,7 @@ void Localiser::look_back() {
                   {here, {place.taken, place.features, closer_.depths(here, graph_)}}, T_then_here,
                   *uncertainty);
     if (edge) {
-      headings_.push_back(*edge);
+      look_backs_.push_back(*edge);
       graph_.edges.push_back(*std::move(edge));
     }
   }

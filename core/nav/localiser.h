@@ -136,8 +136,8 @@ class Localiser {
   bool loops_to_close_ = false;
   bool bundle_to_relax_ = false;
   bool to_linearise_ = false;
-  int settled_ = 0;                   // of the graph's joints: they stay as they are
-  std::vector<SharedEdge> headings_;  // between keyframes that look the same way
+  int settled_ = 0;                     // of the graph's joints: they stay as they are
+  std::vector<SharedEdge> look_backs_;  // between keyframes of one turn that see the same
   SharedGraph graph_;
   Eigen::MatrixXd state_information_;  // of its states, as far as bundles have shown them
   PlaceSignature last_signature_;
