@@ -168,6 +168,7 @@ void LoopCloser::add(LoopPlace place, const SharedGraph& graph) {
                         (graph.T_map_node[places_.size()].position() - before.position()).norm();
   }
   places_.push_back(std::move(remembered));
+  search_.reset();
   if (words_) {
     words_->add(places_.back().place.features);
   }
@@ -180,15 +181,58 @@ void LoopCloser::add(LoopPlace place, const SharedGraph& graph) {
   }
 }
 
-std::vector<ClosureReport> LoopCloser::close(SharedGraph& graph, const ContourSource& contours) {
+// The keyframe that is tried; none where there is nothing to compare.
+std::optional<int> LoopCloser::tried() const {
   const int recent = newest() - kHalf;
   if (recent < kHalf || places_[recent].place.featureless()) {
+    return std::nullopt;
+  }
+  return recent;
+}
+
+void LoopCloser::look(const SharedGraph& graph, const ContourSource& contours) {
+  search_.reset();
+  const auto* method = std::get_if<VerifiedMethod>(&options_.method);
+  const std::optional<int> recent = tried();
+  if (method == nullptr || !recent ||
+      std::none_of(facings_.begin(), facings_.end(), [&](const Facing& facing) {
+        return spaced(*recent, heading_of(facing.turn_rad));
+      })) {
+    return;
+  }
+  search_.emplace(SharedUncertainty(graph));
+  search_->candidates = shortlist(*method, *recent, graph, search_->uncertainty);
+  verify_next(*method, graph, contours);
+}
+
+std::vector<ClosureReport> LoopCloser::close(SharedGraph& graph, const ContourSource& contours) {
+  if (const auto* histogram = std::get_if<HistogramMethod>(&options_.method)) {
+    const std::optional<int> recent = tried();
+    return recent ? close_by_histogram(*histogram, *recent, graph, contours)
+                  : std::vector<ClosureReport>();
+  }
+  if (!search_) {
+    look(graph, contours);
+  }
+  if (!search_) {
     return {};
   }
-  if (const auto* histogram = std::get_if<HistogramMethod>(&options_.method)) {
-    return close_by_histogram(*histogram, recent, graph, contours);
+  const auto& method = std::get<VerifiedMethod>(options_.method);
+  while (search_->agreed) {
+    ClosureReport& report = search_->reports.back();
+    SharedGraph relaxed;
+    if (const std::optional<Refusal> refusal = check_graph(method, graph, report, relaxed)) {
+      report.verdict = refusal->why;
+      verify_next(method, graph, contours);
+    } else {
+      accept(report);
+      graph = std::move(relaxed);
+      break;
+    }
   }
-  return close_verified(std::get<VerifiedMethod>(options_.method), recent, graph, contours);
+  std::vector<ClosureReport> reports = std::move(search_->reports);
+  search_.reset();
+  return reports;
 }
 
 bool LoopCloser::spaced(int recent, Heading heading) const {
@@ -362,33 +406,23 @@ struct LoopCloser::CandidateCheck {
   Mat3 floor = Mat3::Zero();       // what no picture makes surer
   Mat3 covariance = Mat3::Zero();  // of the motion by the pictures alone, were the rig known,
   Mat3 of_rig = Mat3::Zero();      // and by what is not known of it
-  SharedGraph relaxed = {};        // with this closure
 };
 
-std::vector<ClosureReport> LoopCloser::close_verified(const VerifiedMethod& method, int recent,
-                                                      SharedGraph& graph,
-                                                      const ContourSource& contours) {
-  if (std::none_of(facings_.begin(), facings_.end(), [&](const Facing& facing) {
-        return spaced(recent, heading_of(facing.turn_rad));
-      })) {
-    return {};
-  }
-  const SharedUncertainty uncertainty(graph);
-  std::vector<ClosureReport> reports;
-  for (const Candidate& candidate : shortlist(method, recent, graph, uncertainty)) {
-    reports.push_back(report_of(recent, candidate.earlier, *candidate.facing));
-    ClosureReport& report = reports.back();
+// Candidates are tried until the pictures agree on one.
+void LoopCloser::verify_next(const VerifiedMethod& method, const SharedGraph& graph,
+                             const ContourSource& contours) {
+  Search& search = *search_;
+  search.agreed = false;
+  while (search.tried < search.candidates.size() && !search.agreed) {
+    const Candidate& candidate = search.candidates[search.tried++];
+    search.reports.push_back(report_of(newest() - kHalf, candidate.earlier, *candidate.facing));
+    ClosureReport& report = search.reports.back();
     report.T_earlier_recent = candidate.prior.T_a_b;
-    CandidateCheck check{method, candidate, graph, uncertainty, contours, report};
-    if (const std::optional<Refusal> refusal = verify(check)) {
-      report.verdict = refusal->why;
-    } else {
-      accept(report);
-      graph = std::move(check.relaxed);
-      break;
-    }
+    CandidateCheck check{method, candidate, graph, search.uncertainty, contours, report};
+    const std::optional<Refusal> refusal = verify(check);
+    search.agreed = !refusal;
+    report.verdict = refusal ? refusal->why : std::string();
   }
-  return reports;
 }
 
 std::optional<LoopCloser::Refusal> LoopCloser::verify(CandidateCheck& check) {
@@ -398,8 +432,7 @@ std::optional<LoopCloser::Refusal> LoopCloser::verify(CandidateCheck& check) {
   refusal = refusal ? refusal : check_cameras(check);
   refusal = refusal ? refusal : check_gate(check);
   refusal = refusal ? refusal : check_tolerance(check);
-  refusal = refusal ? refusal : check_contours(check);
-  return refusal ? refusal : check_graph(check);
+  return refusal ? refusal : check_contours(check);
 }
 
 // Enough of the keyframes to either side look alike as well.
@@ -618,16 +651,18 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_contours(const CandidateChe
 }
 
 // The whole graph agrees after relaxing.
-std::optional<LoopCloser::Refusal> LoopCloser::check_graph(CandidateCheck& check) const {
-  check.relaxed = check.graph;
-  const double before = chi2(check.relaxed);
-  check.relaxed.edges.push_back(closure_edge(check.report));
-  const RelaxReport relaxed = relax(check.relaxed);
-  check.report.chi2_growth = relaxed.chi2_end - before;
-  const double limit = chi_square_3_quantile(check.method.chi2_probability);
-  if (!relaxed.converged || !(check.report.chi2_growth <= limit)) {
-    return Refusal{
-        fmt::format("chi2: grows by {:.1f}, {:.1f} allowed", check.report.chi2_growth, limit)};
+std::optional<LoopCloser::Refusal> LoopCloser::check_graph(const VerifiedMethod& method,
+                                                           const SharedGraph& graph,
+                                                           ClosureReport& report,
+                                                           SharedGraph& relaxed) const {
+  relaxed = graph;
+  const double before = chi2(relaxed);
+  relaxed.edges.push_back(closure_edge(report));
+  const RelaxReport done = relax(relaxed);
+  report.chi2_growth = done.chi2_end - before;
+  const double limit = chi_square_3_quantile(method.chi2_probability);
+  if (!done.converged || !(report.chi2_growth <= limit)) {
+    return Refusal{fmt::format("chi2: grows by {:.1f}, {:.1f} allowed", report.chi2_growth, limit)};
   }
   return std::nullopt;
 }

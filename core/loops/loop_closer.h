@@ -119,6 +119,10 @@ class LoopCloser {
   /// Takes the newest keyframe, which is the graph's last node.
   void add(LoopPlace place, const SharedGraph& graph);
 
+  /// The first half of close(), which a caller with little time may have by itself: what pictures
+  /// say of the keyframe that close() tries next. The graph stays as it is until then.
+  void look(const SharedGraph& graph, const ContourSource& contours);
+
   /// Tries the keyframe three before the newest, so that each pair has seven keyframes on either
   /// side. Reports every pair that came as far as the diagonals; where one is accepted the graph
   /// has its `closure_edge`, and is relaxed.
@@ -159,8 +163,9 @@ class LoopCloser {
   std::vector<Candidate> shortlist(const VerifiedMethod& method, int recent,
                                    const SharedGraph& graph,
                                    const SharedUncertainty& uncertainty) const;
-  std::vector<ClosureReport> close_verified(const VerifiedMethod& method, int recent,
-                                            SharedGraph& graph, const ContourSource& contours);
+  std::optional<int> tried() const;
+  void verify_next(const VerifiedMethod& method, const SharedGraph& graph,
+                   const ContourSource& contours);
   std::vector<ClosureReport> close_by_histogram(const HistogramMethod& method, int recent,
                                                 SharedGraph& graph, const ContourSource& contours);
 
@@ -177,13 +182,26 @@ class LoopCloser {
   std::optional<Refusal> check_gate(const CandidateCheck& check) const;
   std::optional<Refusal> check_tolerance(const CandidateCheck& check) const;
   std::optional<Refusal> check_contours(const CandidateCheck& check) const;
-  std::optional<Refusal> check_graph(CandidateCheck& check) const;
+  std::optional<Refusal> check_graph(const VerifiedMethod& method, const SharedGraph& graph,
+                                     ClosureReport& report, SharedGraph& relaxed) const;
+
+  /// Between look() and close().
+  struct Search {
+    explicit Search(SharedUncertainty of) : uncertainty(std::move(of)) {}
+
+    SharedUncertainty uncertainty;
+    std::vector<Candidate> candidates;
+    std::size_t tried = 0;               ///< of the candidates
+    std::vector<ClosureReport> reports;  ///< one for each that was tried
+    bool agreed = false;                 ///< pictures agree on the last of them
+  };
 
   LoopOptions options_;
   LoopCameras cameras_;  ///< as the rig file has them
   std::vector<Facing> facings_;
   Rng rng_;
   std::vector<Remembered> places_;
+  std::optional<Search> search_;
   std::optional<WordIndex> words_;  ///< where they make the shortlist
   std::vector<float> nearby_emd_;   ///< between keyframes two apart, sorted
   std::array<double, 3> accepted_path_m_{

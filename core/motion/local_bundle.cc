@@ -32,6 +32,9 @@ constexpr double kShownSigma_per_m = 0.1;
 constexpr double kNearest_per_m = 10;
 constexpr double kFarthest_per_m = -0.2;  // beyond infinity: what noise may make of a far thing
 
+constexpr double kStrict = 3;  // sigmas at which a track's weight is a quarter
+constexpr double kCareful = 5;
+constexpr double kForgiving = 8;
 constexpr double kSettled = 0.01;  // gain of chi2: a tenth of a sigma of one unknown
 
 const Mat2 kQuarter = (Mat2() << 0, -1, 1, 0).finished();
@@ -188,12 +191,11 @@ struct NormalEquations {
       : information(Eigen::MatrixXd::Zero(size, size)), gradient(Eigen::VectorXd::Zero(size)) {}
 };
 
-// What one track says, its point integrated out, and how that point follows the rest.
+// How the point of one track follows the rest: the poses of the keyframes from its first to its
+// last, then its camera's states.
 struct TrackSystem {
-  std::vector<int> columns;  // of the whole system
-  Eigen::Matrix<double, 3, Eigen::Dynamic> point_by_rest;
+  Eigen::Matrix<double, 3, Eigen::Dynamic> point_by_rest;  // empty: says nothing
   Vec3 point_step = Vec3::Zero();
-  bool depth_shown = false;  // by the path
 };
 
 double chi_square_limit(double freedoms, double sigma) {
@@ -242,10 +244,11 @@ class Bundle {
       place_bodies();
       settle_points();
       // from forgiving to strict
-      const double kernel = iteration < 2 ? 8 : iteration < 4 ? 5 : 3;
+      const double most = iteration < 2 ? kForgiving : iteration < 4 ? kCareful : kStrict;
+      const double kernel = kernel_sigmas(most);
       weigh(kernel);
       sum_up(free());
-      if (step() <= kSettled && kernel == 3) {
+      if (step() <= kSettled && kernel == kStrict) {
         break;
       }
     }
@@ -374,6 +377,20 @@ class Bundle {
     }
   }
 
+  // As forgiving as the poses are wrong, by how well half of the tracks fit.
+  double kernel_sigmas(double most) const {
+    std::vector<double> shares;
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      shares.push_back(squares_[t] / freedoms_[t]);
+    }
+    if (shares.empty()) {
+      return kStrict;
+    }
+    const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
+    std::nth_element(shares.begin(), middle, shares.end());
+    return std::clamp(kStrict * std::sqrt(*middle), kStrict, most);
+  }
+
   void weigh(double kernel) {
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
       const double share = squares_[t] / (kernel * kernel * freedoms_[t]);
@@ -416,24 +433,12 @@ class Bundle {
     point.z() = std::clamp(point.z(), kFarthest_per_m, kNearest_per_m);
   }
 
+  // What track `t` says, its point integrated out.
   void add_track(std::size_t t, bool with_states) {
     const Track& track = tracks_[t];
     const int first = track.seen.front().frame;
-    const int count = static_cast<int>(track.seen.size());
-    TrackSystem& system = systems_[t];
-    system.columns.clear();
-    for (const Track::Seen& seen : track.seen) {
-      for (int k = 0; k < 3; ++k) {
-        system.columns.push_back(seen.frame > 0 ? columns_.pose(seen.frame) + k : -1);
-      }
-    }
-    const int states_at = 3 * count;
-    if (with_states) {
-      for (int k = 0; k < kCameraStates; ++k) {
-        system.columns.push_back(columns_.camera(track.camera) + k);
-      }
-    }
-    const int size = static_cast<int>(system.columns.size());
+    const int poses = 3 * (track.seen.back().frame - first + 1);
+    const int size = poses + (with_states ? kCameraStates : 0);
     scratch_.assign(static_cast<std::size_t>(size) * (size + 4), 0);
     Eigen::Map<Eigen::MatrixXd> H(scratch_.data(), size, size);
     Eigen::Map<Eigen::VectorXd> g(H.data() + H.size(), size);
@@ -443,28 +448,26 @@ class Bundle {
     Mat3 H_on_axis = Mat3::Zero();
     Residual here;
     const double weight = trusts_[t] / variance_px2_;
-    for (int i = 0; i < count; ++i) {
-      const int frame = track.seen[i].frame;
-      if (!residual(track, track.seen[i], points_[t], here)) {
-        system.columns.clear();  // says nothing
+    for (const Track::Seen& seen : track.seen) {
+      if (!residual(track, seen, points_[t], here)) {
         return;
       }
-      differentiate(cameras_[track.camera], body(first, track.camera), body(frame, track.camera),
-                    sight(track.camera, first, frame), frame == first, points_[t], here);
+      const bool moves = seen.frame != first;
+      differentiate(cameras_[track.camera], body(first, track.camera),
+                    body(seen.frame, track.camera), sight(track.camera, first, seen.frame), !moves,
+                    points_[t], here);
       const Mat23 by_point = weight * here.by_point;
       H_point += by_point.transpose() * here.by_point;
       g_point += by_point.transpose() * here.r;
       Mat23 on_axis = here.by_point;
       on_axis.col(2) = here.by_depth_on_axis;
       H_on_axis += on_axis.transpose() * on_axis / variance_px2_;
-      const bool moves = frame != first;
-      const int at = 3 * i;
+      const int at = 3 * (seen.frame - first);
       if (moves) {
         const Mat23 later = weight * here.by_frame;
         const Mat23 anchor = weight * here.by_anchor;
         H.block<3, 3>(at, at) += later.transpose() * here.by_frame;
         H.block<3, 3>(0, 0) += anchor.transpose() * here.by_anchor;
-        H.block<3, 3>(0, at) += anchor.transpose() * here.by_frame;
         H.block<3, 3>(at, 0) += later.transpose() * here.by_anchor;
         g.segment<3>(at) += later.transpose() * here.r;
         g.segment<3>(0) += anchor.transpose() * here.r;
@@ -473,18 +476,12 @@ class Bundle {
       }
       if (with_states) {
         const CameraJacobian camera = weight * here.by_camera;
-        H.block<kCameraStates, kCameraStates>(states_at, states_at) +=
-            camera.transpose() * here.by_camera;
-        g.segment<kCameraStates>(states_at) += camera.transpose() * here.r;
-        B.middleRows<kCameraStates>(states_at) += camera.transpose() * here.by_point;
+        H.block<kCameraStates, kCameraStates>(poses, poses) += camera.transpose() * here.by_camera;
+        g.segment<kCameraStates>(poses) += camera.transpose() * here.r;
+        B.middleRows<kCameraStates>(poses) += camera.transpose() * here.by_point;
         if (moves) {
-          const Eigen::Matrix<double, kCameraStates, 3> later = camera.transpose() * here.by_frame;
-          const Eigen::Matrix<double, kCameraStates, 3> anchor =
-              camera.transpose() * here.by_anchor;
-          H.block<kCameraStates, 3>(states_at, at) += later;
-          H.block<3, kCameraStates>(at, states_at) += later.transpose();
-          H.block<kCameraStates, 3>(states_at, 0) += anchor;
-          H.block<3, kCameraStates>(0, states_at) += anchor.transpose();
+          H.block<kCameraStates, 3>(poses, at) += camera.transpose() * here.by_frame;
+          H.block<kCameraStates, 3>(poses, 0) += camera.transpose() * here.by_anchor;
         }
       }
     }
@@ -492,27 +489,32 @@ class Bundle {
     g_point[2] += trusts_[t] * depth_prior_[t] * (points_[t].z() - kDepthMean_per_m);
     const Mat3 inverse = H_point.inverse();
     if (!inverse.allFinite()) {
-      system.columns.clear();
       return;
     }
+    TrackSystem& system = systems_[t];
     system.point_by_rest = (-inverse).lazyProduct(B.transpose());
     system.point_step = -inverse * g_point;
-    H += B.lazyProduct(system.point_by_rest);
     g += B * system.point_step;
-    system.depth_shown = depth_information(H_on_axis) * kShownSigma_per_m * kShownSigma_per_m > 1;
-    NormalEquations& sum = system.depth_shown ? sum_ : unshown_;
-    for (int row = 0; row < size; ++row) {
-      const int to_row = system.columns[row];
-      if (to_row < 0) {
-        continue;
-      }
-      sum.gradient[to_row] += g[row];
-      for (int column = 0; column < size; ++column) {
-        const int to_column = system.columns[column];
-        if (to_column >= 0) {
-          sum.information(to_row, to_column) += H(row, column);
-        }
-      }
+    // the first keyframe of all is held; only the lower triangle is summed up
+    const int held = first == 0 ? 3 : 0;
+    for (int column = held; column < size; ++column) {
+      H.col(column).tail(size - column) +=
+          B.bottomRows(size - column).lazyProduct(system.point_by_rest.col(column));
+    }
+    const bool depth_shown =
+        depth_information(H_on_axis) * kShownSigma_per_m * kShownSigma_per_m > 1;
+    NormalEquations& sum = depth_shown ? sum_ : unshown_;
+    const int moved = poses - held;
+    const int pose_at = columns_.pose(first) + held;
+    sum.gradient.segment(pose_at, moved) += g.segment(held, moved);
+    sum.information.block(pose_at, pose_at, moved, moved) += H.block(held, held, moved, moved);
+    if (with_states) {
+      const int states_at = columns_.camera(track.camera);
+      sum.gradient.segment<kCameraStates>(states_at) += g.tail<kCameraStates>();
+      sum.information.block(states_at, pose_at, kCameraStates, moved) +=
+          H.block(poses, held, kCameraStates, moved);
+      sum.information.block<kCameraStates, kCameraStates>(states_at, states_at) +=
+          H.bottomRightCorner<kCameraStates, kCameraStates>();
     }
   }
 
@@ -569,10 +571,13 @@ class Bundle {
     sum_ = NormalEquations(columns_.size());
     unshown_ = NormalEquations(columns_.size());
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
-      systems_[t].columns.clear();
+      systems_[t].point_by_rest.resize(3, 0);
       if (trusts_[t] > 0) {
         add_track(t, with_states);
       }
+    }
+    for (NormalEquations* one : {&sum_, &unshown_}) {
+      one->information.triangularView<Eigen::StrictlyUpper>() = one->information.transpose();
     }
     keep_headings(unshown_);
     sum_.information += unshown_.information;
@@ -606,15 +611,20 @@ class Bundle {
     state_ += all.tail(columns_.states);
     place_cameras();
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
-      const TrackSystem& system = systems_[t];
-      if (system.columns.empty()) {
+      const auto& by_rest = systems_[t].point_by_rest;
+      if (by_rest.cols() == 0) {
         continue;
       }
-      Vec3 d = system.point_step;
-      for (std::size_t k = 0; k < system.columns.size(); ++k) {
-        if (system.columns[k] >= 0) {
-          d += system.point_by_rest.col(static_cast<Eigen::Index>(k)) * all[system.columns[k]];
-        }
+      const Track& track = tracks_[t];
+      const int first = track.seen.front().frame;
+      const int poses = 3 * (track.seen.back().frame - first + 1);
+      const int held = first == 0 ? 3 : 0;
+      Vec3 d = systems_[t].point_step;
+      d += by_rest.middleCols(held, poses - held) *
+           all.segment(columns_.pose(first) + held, poses - held);
+      if (by_rest.cols() > poses) {
+        d += by_rest.rightCols<kCameraStates>() *
+             all.segment<kCameraStates>(columns_.camera(track.camera));
       }
       move(points_[t], d);
     }

@@ -21,6 +21,7 @@ JointEdge joint_edge(int first, const BundleSolution& solution) {
 
 void bind(Fields& f, BundleOdometryOptions& o) {
   f("keyframes", o.keyframes, between(2, 30));
+  f("longest", o.longest, between(2, 60));
   f("before", o.before, between(0, 30));
   f("noise_px", o.bundle.noise_px, between(0.05, 10));
   f("inlier_sigma", o.bundle.inlier_sigma, between(1, 10));
@@ -106,6 +107,22 @@ JointEdge KeyframeOdometry::bundle(int first, const std::vector<BundleFrame>& fr
   return joint_edge(first, alone.adjust(0, rig));
 }
 
+// Things that are seen during a turn on the spot alone show next to nothing of their depths, which
+// a turn of cameras off the axis depends on: such a turn is of one bundle with the drive after it.
+bool KeyframeOdometry::is_full() const {
+  constexpr int kAfter = 2;
+  constexpr double kDriven_m = 0.25;
+  const int moved_over = newest_ - bundle_first_;
+  if (moved_over < options_.keyframes || moved_over >= options_.longest) {
+    return moved_over >= options_.keyframes;
+  }
+  double driven_m = 0;
+  for (int k = 0; k < kAfter; ++k) {
+    driven_m += (frames_.end() - 1 - k)->T_before_here.position().norm();
+  }
+  return driven_m >= kDriven_m;
+}
+
 KeyframeOdometry::Motion KeyframeOdometry::add(const BundleFrame& frame,
                                                const PlaceFeatures& features,
                                                const RigPriorState& rig) {
@@ -114,9 +131,11 @@ KeyframeOdometry::Motion KeyframeOdometry::add(const BundleFrame& frame,
   if (newest_ == 0) {
     return motion;
   }
-  const bool full = newest_ - bundle_first_ == options_.keyframes;
+  const bool full = is_full();
   // a full bundle is adjusted by itself, with the states free
-  const int first = full ? bundle_first_ : std::max(kept_first_, bundle_first_ - options_.before);
+  const int first = full ? bundle_first_
+                         : std::max({kept_first_, bundle_first_ - options_.before,
+                                     newest_ - options_.before - options_.keyframes + 1});
   const BundleSolution solution = full ? adjust(first, rig) : adjust(first, {rig.state, {}});
   for (int k = first + 1; k <= newest_; ++k) {
     T_before_here_[k - kept_first_] =
@@ -125,13 +144,44 @@ KeyframeOdometry::Motion KeyframeOdometry::add(const BundleFrame& frame,
   noise_px_ = solution.noise_px;
   motion.T_last_here = T_before_here_.back();
   if (!full) {
-    std::vector<SharedEdge> edges = pairwise_edges(joint_edge(first, solution), rig.state);
-    motion.open.assign(edges.begin() + (bundle_first_ - first), edges.end());
-    return motion;
+    const std::vector<SharedEdge> edges = pairwise_edges(joint_edge(first, solution), rig.state);
+    const int anew = std::max(first, bundle_first_);
+    open_.resize(anew - bundle_first_);
+    open_.insert(open_.end(), edges.begin() + (anew - first), edges.end());
+    motion.open = open_;
+  } else {
+    motion.closed = joint_edge(bundle_first_, solution);
   }
-  motion.closed = joint_edge(bundle_first_, solution);
+  part_.reset();
+  if (full && part_first_ == bundle_first_ && newest_ - part_first_ == options_.keyframes) {
+    part_ = motion.closed;
+  }
+  if (full) {
+    begin_bundle();
+  }
+  return motion;
+}
+
+std::optional<JointEdge> KeyframeOdometry::part(const RigPriorState& rig) {
+  if (newest_ - part_first_ < options_.keyframes) {
+    return std::nullopt;
+  }
+  JointEdge part = part_ ? *part_ : joint_edge(part_first_, adjust(part_first_, rig));
+  part_first_ = newest_;
+  return part;
+}
+
+JointEdge KeyframeOdometry::close(const RigPriorState& rig) {
+  JointEdge closed = joint_edge(bundle_first_, adjust(bundle_first_, rig));
+  begin_bundle();
+  return closed;
+}
+
+void KeyframeOdometry::begin_bundle() {
+  open_.clear();
   bundle_first_ = newest_;
-  const int forget = std::max(kept_first_, newest_ - options_.before) - kept_first_;
+  const int forget =
+      std::max(kept_first_, std::min(newest_ - options_.before, part_first_)) - kept_first_;
   frames_.erase(frames_.begin(), frames_.begin() + forget);
   T_before_here_.erase(T_before_here_.begin(), T_before_here_.begin() + forget);
   kept_first_ += forget;
@@ -152,7 +202,6 @@ KeyframeOdometry::Motion KeyframeOdometry::add(const BundleFrame& frame,
     }
   }
   tracks_ = std::move(kept);
-  return motion;
 }
 
 }  // namespace panoptes

@@ -14,7 +14,8 @@
 namespace panoptes {
 
 struct BundleOdometryOptions {
-  int keyframes = 5;  ///< moved over by one bundle: enough for depths, few enough to solve at once
+  int keyframes = 5;  ///< moved over by one bundle: enough for depths, few enough to solve at once,
+  int longest = 20;   ///< but for a turn on the spot, which ends with the drive after it
   int before = 3;     ///< keyframes of the last bundle that lend the newest motion their depths
   BundleOptions bundle;
 };
@@ -38,6 +39,13 @@ class KeyframeOdometry {
   /// `place` has features of each loop camera. Of the first one the motion is none.
   Motion add(const BundleFrame& frame, const PlaceFeatures& features, const RigPriorState& rig);
 
+  /// The newest `keyframes` by themselves, where so many have come since it last told of them: in
+  /// them a change of the rig shows before a long bundle ends. What they say is said by bundles.
+  std::optional<JointEdge> part(const RigPriorState& rig);
+
+  /// Ends the open bundle at the newest keyframe, at least one after its first.
+  JointEdge close(const RigPriorState& rig);
+
   /// One bundle of keyframes, each with what is seen from it: what add() would make of them now,
   /// were they the newest. `first` is the number of the first keyframe.
   JointEdge bundle(int first, const std::vector<BundleFrame>& frames,
@@ -45,16 +53,21 @@ class KeyframeOdometry {
 
  private:
   void follow(const BundleFrame& frame, const PlaceFeatures& features, const RigState& state);
+  bool is_full() const;
+  void begin_bundle();
   BundleSolution adjust(int first, const RigPriorState& rig) const;
 
   BundleOdometryOptions options_;
   FeatureOptions features_;
   LoopCameras cameras_;
   int newest_ = -1;
-  int bundle_first_ = 0;  // keyframe at which the open bundle begins
-  int kept_first_ = 0;    // and what is remembered
+  int bundle_first_ = 0;           // keyframe at which the open bundle begins,
+  int part_first_ = 0;             // the part that is next told of,
+  int kept_first_ = 0;             // and what is remembered
+  std::optional<JointEdge> part_;  // where it is the bundle that was closed just now
   std::deque<BundleFrame> frames_;
   std::deque<Pose2> T_before_here_;  // as estimated
+  std::vector<SharedEdge> open_;     // of the open bundle, as last adjusted
   std::vector<Track> tracks_;        // frames numbered by keyframes
   PlaceFeatures last_features_;
   std::vector<std::vector<int>> last_tracks_;  // of each camera's features, -1 without one

@@ -76,6 +76,8 @@ Knock KnockCheck::since_when(int camera) const {
     if (one.chi2 > most) {
       most = one.chi2;
       knock.bundles = bundles;
+      knock.begin = bundles_[std::max(0, count - bundles - 1)].begin;
+      knock.end = bundles_[count - bundles].end;
       knock.change = one.change;
     }
   }
@@ -87,7 +89,8 @@ std::optional<Knock> KnockCheck::add(const JointEdge& bundle, const RigState& st
   if (++seen_ <= kSettled) {
     return std::nullopt;
   }
-  bundles_.push_back({of_states(bundle, state), state, covariance, variance_factor});
+  bundles_.push_back({bundle.first, bundle.first + static_cast<int>(bundle.T_first_node.size()),
+                      of_states(bundle, state), state, covariance, variance_factor});
   if (static_cast<int>(bundles_.size()) > kWindows.back()) {
     bundles_.pop_front();
   }

@@ -18,7 +18,9 @@ using MountingChange = Eigen::Matrix<double, kMountingStates, 1>;
 /// A camera that sits otherwise than it did.
 struct Knock {
   int camera = 0;
-  int bundles = 0;  ///< the newest ones; it was knocked during their first, or the one before
+  int bundles = 0;  ///< the newest ones; it was knocked during their first, or the one before:
+  int begin = 0;    ///< between this keyframe
+  int end = 0;      ///< and that one
   MountingChange change = MountingChange::Zero();
 };
 
@@ -41,6 +43,8 @@ class KnockCheck {
 
  private:
   struct Bundle {
+    int begin = 0;      ///< its first keyframe,
+    int end = 0;        ///< and its last
     StateSystem shows;  ///< about `state`
     RigState state;     ///< as known before it,
     Eigen::MatrixXd covariance;

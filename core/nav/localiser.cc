@@ -19,6 +19,10 @@ bool is_lost(const CameraReports& cameras, const std::string& name) {
   return found != cameras.end() && found->second.state != CameraState::kGood;
 }
 
+int last_of(const JointEdge& joint) {
+  return joint.first + static_cast<int>(joint.T_first_node.size());
+}
+
 RigState prior_sigmas(const LoopCameras& cameras, const WheelPrior& wheels) {
   RigState sigmas(rig_states(cameras.size()));
   for (int camera = 0; camera < static_cast<int>(cameras.size()); ++camera) {
@@ -155,31 +159,48 @@ Pose2 Localiser::link_to_last(Time taken, const LoopPlace& place, const Pose2& T
   KeyframeOdometry::Motion motion = keyframe_odometry_.add(
       frame, options_.visual_heading && !place.features.empty() ? place.features : none,
       {graph_.state, state_information_});
-  // the open bundle's edges are made anew with each keyframe
-  std::erase_if(graph_.edges, [](const SharedEdge& shared) { return !shared.edge.closure; });
-  graph_.edges.insert(graph_.edges.end(), motion.open.begin(), motion.open.end());
-  graph_.edges.insert(graph_.edges.end(), look_backs_.begin(), look_backs_.end());
-  if (motion.closed) {
-    const double factor = variance_factor(graph_);
-    const std::optional<Knock> knock = knock_check_.add(
-        *motion.closed, graph_.state, known_covariance(state_information_, factor), factor);
-    graph_.joints.push_back(*std::move(motion.closed));
-    adjusted_about_.push_back(graph_.state);
-    if (knock) {
-      begin_anew(*knock, place);
-    }
-  }
+  take_in(std::move(motion.closed), motion.open);
   return motion.T_last_here;
+}
+
+// The open bundle's edges are made anew with each keyframe.
+void Localiser::take_in(std::optional<JointEdge> closed, const std::vector<SharedEdge>& open) {
+  std::erase_if(graph_.edges, [](const SharedEdge& shared) { return !shared.edge.closure; });
+  graph_.edges.insert(graph_.edges.end(), open.begin(), open.end());
+  graph_.edges.insert(graph_.edges.end(), look_backs_.begin(), look_backs_.end());
+  if (closed) {
+    graph_.joints.push_back(*std::move(closed));
+    adjusted_about_.push_back(graph_.state);
+    bundle_to_relax_ = true;
+  }
+}
+
+// Whether a camera sits otherwise than it did.
+void Localiser::check_for_knock() {
+  to_check_for_knock_ = false;
+  const RigPriorState rig{graph_.state, state_information_};
+  const std::optional<JointEdge> part = keyframe_odometry_.part(rig);
+  if (!part) {
+    return;
+  }
+  const double factor = variance_factor(graph_);
+  const std::optional<Knock> knock =
+      knock_check_.add(*part, graph_.state, known_covariance(state_information_, factor), factor);
+  if (knock) {
+    if (last_of(graph_.joints.back()) < last_of(*part)) {
+      take_in(keyframe_odometry_.close(rig), {});
+    }
+    begin_anew(*knock);
+  }
 }
 
 // A bundle from what its keyframes saw, but for one camera.
 JointEdge Localiser::adjusted_anew(const JointEdge& joint, const RigPriorState& rig,
-                                   const LoopPlace& newest, int without) const {
-  const int last = joint.first + static_cast<int>(joint.T_first_node.size());
+                                   int without) const {
+  const int last = last_of(joint);
   std::vector<PlaceFeatures> features;
   for (int k = joint.first; k <= last; ++k) {
-    features.push_back(k < static_cast<int>(keyframes_.size()) ? closer_.place(k).features
-                                                               : newest.features);
+    features.push_back(closer_.place(k).features);
     features.back().resize(believed_.size());
     if (without >= 0) {
       features.back()[without] = {};
@@ -210,8 +231,7 @@ void Localiser::linearise_again() {
   for (std::size_t k = settled_; k < graph_.joints.size(); ++k) {
     JointEdge& joint = graph_.joints[k];
     if (((graph_.state - adjusted_about_[k]).cwiseAbs().array() > far.array()).any()) {
-      joint =
-          adjusted_anew(joint, {graph_.state, state_information_}, closer_.place(joint.first), -1);
+      joint = adjusted_anew(joint, {graph_.state, state_information_}, -1);
       adjusted_about_[k] = graph_.state;
       return;
     }
@@ -220,7 +240,7 @@ void Localiser::linearise_again() {
 
 // What bundles showed of the camera before it was knocked is of another mounting; those since are
 // adjusted anew, the ones during which it was knocked without it.
-void Localiser::begin_anew(const Knock& knock, const LoopPlace& newest) {
+void Localiser::begin_anew(const Knock& knock) {
   constexpr double kTurned_rad = deg_to_rad(3);
   constexpr double kShifted_m = 0.03;
   MountingChange sigmas;
@@ -237,12 +257,15 @@ void Localiser::begin_anew(const Knock& knock, const LoopPlace& newest) {
   const RigPriorState now{graph_.state, covariance.inverse()};
 
   std::vector<JointEdge>& joints = graph_.joints;
-  const auto after = joints.end() - knock.bundles + 1;  // the first that shows it as it sits now
-  const auto during = after - std::min<std::ptrdiff_t>(2, after - joints.begin());
+  // the first that shows it as it sits now, and the first that may not show it as it sat before
+  const auto after = std::find_if(joints.begin(), joints.end(),
+                                  [&](const JointEdge& joint) { return joint.first >= knock.end; });
+  const auto during = std::find_if(
+      joints.begin(), after, [&](const JointEdge& joint) { return last_of(joint) > knock.begin; });
   std::for_each(joints.begin(), during,
                 [&](JointEdge& joint) { hold(joint, state, kMountingStates, before); });
   for (auto joint = during; joint != joints.end(); ++joint) {
-    *joint = adjusted_anew(*joint, now, newest, joint < after ? knock.camera : -1);
+    *joint = adjusted_anew(*joint, now, joint < after ? knock.camera : -1);
     adjusted_about_[joint - joints.begin()] = now.state;
   }
   settled_ = std::max(0, static_cast<int>(after - joints.begin()));
@@ -253,7 +276,7 @@ void Localiser::begin_anew(const Knock& knock, const LoopPlace& newest) {
       hold(shared, state, kMountingStates, before);
     }
   }
-  closer_.forget(knock.camera, after->first);
+  closer_.forget(knock.camera, after == joints.end() ? last_of(joints.back()) : after->first);
   knock_check_.begin_anew();
   knocks_.push_back({believed_[knock.camera].name, keyframes_[during->first].stamp,
                      keyframes_.back().stamp, knock.change.head<3>().norm(),
@@ -274,7 +297,6 @@ void Localiser::add_keyframe(const Observation& seen, const LoopPlace& place, Lo
   if (!place.features.empty()) {
     rig_check_.add_keyframe(seen.stamp, place.taken, place.features, out.T_last_body);
   }
-  const std::size_t joints = graph_.joints.size();
   const Pose2 T_last_here = link_to_last(seen.stamp, place, out.T_last_body);
   if (made == 0) {
     graph_.T_map_node.push_back(Pose2{});
@@ -287,9 +309,10 @@ void Localiser::add_keyframe(const Observation& seen, const LoopPlace& place, Lo
                          step_grey);
     }
   }
+  to_check_for_knock_ = true;
   to_look_back_ = true;
+  to_look_for_loops_ = true;
   loops_to_close_ = true;
-  bundle_to_relax_ = graph_.joints.size() > joints;
   to_linearise_ = options_.visual_heading && !bundle_to_relax_;
   last_signature_ = place.signature;
   keyframes_.push_back(keyframe);
@@ -364,8 +387,13 @@ void Localiser::close_loops(const ContourSource& contours, Located& out) {
 
 // One thing that the last keyframe has left to do.
 void Localiser::catch_up(const ContourSource& contours, Located& out) {
-  if (to_look_back_) {
+  if (to_check_for_knock_) {
+    check_for_knock();
+  } else if (to_look_back_) {
     look_back();
+  } else if (to_look_for_loops_) {
+    to_look_for_loops_ = false;
+    closer_.look(graph_, contours);
   } else if (loops_to_close_) {
     close_loops(contours, out);
   } else if (bundle_to_relax_) {
@@ -407,7 +435,8 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
       place.partial = std::find(views->begin(), views->end(), nullptr) != views->end();
       place.signature = signature_of(*views);
       if (keyframes_.empty() || keyframe_due(out.T_last_body, place)) {
-        while (to_look_back_ || loops_to_close_ || bundle_to_relax_) {
+        while (to_check_for_knock_ || to_look_back_ || to_look_for_loops_ || loops_to_close_ ||
+               bundle_to_relax_) {
           catch_up(contours, out);
         }
         place.features = features_of(*views);

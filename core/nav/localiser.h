@@ -110,10 +110,11 @@ class Localiser {
   Pose2 link_to_last(Time taken, const LoopPlace& place, const Pose2& T_last_body);
   Eigen::MatrixXd known_covariance(const Eigen::MatrixXd& information,
                                    double variance_factor) const;
-  JointEdge adjusted_anew(const JointEdge& joint, const RigPriorState& rig, const LoopPlace& newest,
-                          int without) const;
+  void take_in(std::optional<JointEdge> closed, const std::vector<SharedEdge>& open);
+  void check_for_knock();
+  JointEdge adjusted_anew(const JointEdge& joint, const RigPriorState& rig, int without) const;
   void linearise_again();
-  void begin_anew(const Knock& knock, const LoopPlace& newest);
+  void begin_anew(const Knock& knock);
   int keyframe_turned_by(double turn_rad) const;
   void look_back();
   void close_loops(const ContourSource& contours, Located& out);
@@ -132,7 +133,9 @@ class Localiser {
   std::vector<BundleFrame> frames_;       // of each keyframe
   std::vector<RigState> adjusted_about_;  // of each of the graph's joints: the rig as it was known
   // What a keyframe leaves to do is spread over the frames after it:
+  bool to_check_for_knock_ = false;
   bool to_look_back_ = false;
+  bool to_look_for_loops_ = false;
   bool loops_to_close_ = false;
   bool bundle_to_relax_ = false;
   bool to_linearise_ = false;

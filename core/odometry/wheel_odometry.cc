@@ -32,11 +32,15 @@ Mat3 wheel_covariance(const WheelNoise& noise, double wheel_base_m, const Pose2&
   // a heading that wanders along the path swings its end by half, with a third of the variance
   const double across = (turn_random / 3 + turn_steady / 4) * distance * distance;
   const double coupled = (turn_random + turn_steady) / 2 * distance;
-  constexpr double kGround_m = 5e-4;  // unevenness and rounding of ticks: never quite certain
+  // unevenness, by the way of the wheels, and rounding of ticks: never quite certain
+  constexpr double kGround_m_per_sqrt_m = 1e-3;
+  constexpr double kTick_m = 1e-4;
   constexpr double kGround_rad = 5e-4;
+  const double ground =
+      kGround_m_per_sqrt_m * kGround_m_per_sqrt_m * (left + right) / 2 + kTick_m * kTick_m;
   Mat3 covariance = Mat3::Zero();
-  covariance(0, 0) = along + kGround_m * kGround_m;
-  covariance(1, 1) = across + kGround_m * kGround_m;
+  covariance(0, 0) = along + ground;
+  covariance(1, 1) = across + ground;
   covariance(2, 2) = turn_random + turn_steady + kGround_rad * kGround_rad;
   covariance(1, 2) = covariance(2, 1) = coupled;
   // along and across the chord, turned into the frame of the start

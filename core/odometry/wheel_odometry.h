@@ -13,7 +13,7 @@ namespace panoptes {
 /// (`WheelPrior`).
 struct WheelNoise {
   double step_sigma_m =
-      0.005;  ///< per wheel after one metre; grows with the square root of the distance
+      0.004;  ///< per wheel after one metre; grows with the square root of the distance
   double slip_share = 0.01;  ///< of a turn
 };
 void bind(Fields& f, WheelNoise& o);
