@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -51,6 +52,8 @@ bool hides(const ClearanceMap& map, std::size_t cell) {
   return map.to_occupied_m[cell] < 1.2 * map.map.cell_m;
 }
 
+constexpr double kRayStep = 0.5;  // cells, along a line of sight: none passes between two of a row
+
 /// The cell's place on a grid through the map's origin, which stays when the map grows.
 using FixedCell = std::pair<int, int>;
 FixedCell fixed_cell(const OccupancyMap& map, const Vec2& p_map) {
@@ -64,13 +67,13 @@ void cast_rays(const DirectedOptions& o, const FloorWedge& wedge, const Clearanc
                const std::vector<std::uint8_t>& possibly_traversable,
                const std::vector<Vec2>& directions, const Vec2& place,
                std::vector<double>& information_gains_m2) {
-  const double step_m = map.map.cell_m;
+  const double step_m = kRayStep * map.map.cell_m;
   const double sector_rad = kTwoPi / static_cast<double>(directions.size());
   for (std::size_t k = 0; k < directions.size(); ++k) {
     double gain = 0;
     double unknown_m = 0;
     // What hides the floor may stand nearer than the floor that is seen.
-    for (double r = step_m; r < wedge.far_m - step_m; r += step_m) {
+    for (double r = map.map.cell_m; r < wedge.far_m - map.map.cell_m; r += step_m) {
       const Vec2 p = place + r * directions[k];
       const int column = map.column(p);
       const int row = map.row(p);
@@ -195,15 +198,36 @@ void Explorer::follow(std::span<const Pose2> T_map_keyframes) {
   }
 }
 
-void Explorer::strike_off(const DrivableGrid& grid,
-                          const std::vector<std::uint8_t>& possibly_traversable,
-                          const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes) {
+// What a look for the best view knows.
+struct Explorer::Views {
+  const DirectedOptions& o;
+  const DrivableGrid& grid;
+  CostField field;
+  std::vector<std::uint8_t> possibly_traversable;  // cells that may be floor
+  std::vector<Vec2> directions;                    // of rays
+  double least_m2 = 0;                             // of unknown floor that is worth a look
+  Pose2 T_map_body;
+};
+
+// All that a view counts is struck off: the rays that it counts along are looked along as well.
+void Explorer::strike_off(const Views& views, const Pose2& T_map_body,
+                          std::span<const Pose2> T_map_keyframes) {
+  const DrivableGrid& grid = views.grid;
+  const std::vector<std::uint8_t>& possibly_traversable = views.possibly_traversable;
   const OccupancyMap& map = grid.clearance.map;
   const double step_rad = 0.5 * map.cell_m / wedge_.far_m;
-  std::map<FixedCell, Vec2> seen;
+  std::vector<Vec2> rays;
   for (double a = -0.5 * wedge_.width_rad; a <= 0.5 * wedge_.width_rad; a += step_rad) {
-    const Vec2 ray = T_map_body.rotation() * Vec2(std::cos(a), std::sin(a));
-    for (double r = map.cell_m; r < wedge_.far_m; r += 0.5 * map.cell_m) {
+    rays.push_back(T_map_body.rotation() * Vec2(std::cos(a), std::sin(a)));
+  }
+  const Vec2 ahead = T_map_body.rotation().col(0);
+  std::copy_if(views.directions.begin(), views.directions.end(), std::back_inserter(rays),
+               [&](const Vec2& ray) {
+                 return std::acos(std::clamp(ray.dot(ahead), -1.0, 1.0)) <= 0.5 * wedge_.width_rad;
+               });
+  std::map<FixedCell, Vec2> seen;
+  for (const Vec2& ray : rays) {
+    for (double r = map.cell_m; r < wedge_.far_m; r += kRayStep * map.cell_m) {
       const Vec2 p = T_map_body.position() + r * ray;
       const int column = grid.clearance.column(p);
       const int row = grid.clearance.row(p);
@@ -249,17 +273,6 @@ ExploreChoice Explorer::choose(Time now, const OccupancyMap& map, const Pose2& T
   return choice;
 }
 
-// What a look for the best view knows.
-struct Explorer::Views {
-  const DirectedOptions& o;
-  const DrivableGrid& grid;
-  CostField field;
-  std::vector<std::uint8_t> possibly_traversable;  // cells that may be floor
-  std::vector<Vec2> directions;                    // of rays
-  double least_m2 = 0;                             // of unknown floor that is worth a look
-  Pose2 T_map_body;
-};
-
 struct Explorer::View {
   ExploreGoal goal;
   double worth = 0;  // gain for the time
@@ -269,8 +282,14 @@ Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& gr
                                 const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes) {
   Views views{o, grid, flood(options_.search, grid, T_map_body.position()), {}, {}, 0, T_map_body};
   views.possibly_traversable = possibly_traversable_cells(grid, body_, views.field);
+  const auto rays = static_cast<std::size_t>(o.rays);
+  views.directions.resize(rays);
+  for (std::size_t k = 0; k < rays; ++k) {
+    const double angle = kTwoPi * (static_cast<double>(k) + 0.5) / static_cast<double>(rays);
+    views.directions[k] = {std::cos(angle), std::sin(angle)};
+  }
   if (looked_) {
-    strike_off(grid, views.possibly_traversable, looked_->T_map_place(), T_map_keyframes);
+    strike_off(views, looked_->T_map_place(), T_map_keyframes);
     looked_.reset();
   }
   constexpr int kVain = 2;
@@ -281,12 +300,6 @@ Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& gr
     if (times >= kVain && grid.clearance.map.contains(column, row)) {
       views.possibly_traversable[grid.clearance.index(column, row)] = 0;
     }
-  }
-  const auto rays = static_cast<std::size_t>(o.rays);
-  views.directions.resize(rays);
-  for (std::size_t k = 0; k < rays; ++k) {
-    const double angle = kTwoPi * (static_cast<double>(k) + 0.5) / static_cast<double>(rays);
-    views.directions[k] = {std::cos(angle), std::sin(angle)};
   }
   views.least_m2 =
       options_.min_information_gain * std::numbers::pi * body_.radius_m * body_.radius_m;

@@ -27,6 +27,7 @@ constexpr int kLearned = 10;  // distances needed before their quantile means so
 constexpr int kSuppress = 4;  // keyframes to either side of a chosen candidate
 constexpr double kThreeSigma = 3;
 constexpr double kMountingShare = 3;  // of these, where two cameras do not fit as mounted
+constexpr double kExplained = 0.8;    // of the features that agree on what one camera says alone
 
 // What the thesis's rule claims, which knows no covariance of its own: a hand's breadth, 3 degrees.
 constexpr double kHistogramSigma_m = 0.1;
@@ -538,7 +539,8 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_certainty(CandidateCheck& c
 }
 
 // Any two cameras alone say the same. One before a plain wall says nothing, with infinite
-// covariance.
+// covariance; one before things that hardly tell a shift from a turn may say something else and
+// still show nearly as much where all cameras together say.
 std::optional<LoopCloser::Refusal> LoopCloser::check_cameras(CandidateCheck& check) {
   const Remembered& earlier = places_[check.report.earlier];
   const Remembered& now = places_[check.report.recent];
@@ -563,6 +565,10 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_cameras(CandidateCheck& che
                                       alone[camera]->inlier_matches, alone[camera]->T_a_b_seen)});
     }
   }
+  const auto explained = [&](const Voice& voice) {
+    return check.motion.inliers_by_camera[voice.camera] >=
+           kExplained * alone[voice.camera]->inliers;
+  };
   for (std::size_t i = 0; i < voices.size(); ++i) {
     for (std::size_t j = i + 1; j < voices.size(); ++j) {
       const Voice& one = voices[i];
@@ -576,10 +582,12 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_cameras(CandidateCheck& che
       const Mat3 allowed = one.covariance + other.covariance + 2 * check.floor + of_rig;
       const double sigma = std::sqrt(squared_sigmas(off, allowed));
       check.report.cameras_sigma = std::max(check.report.cameras_sigma, sigma);
-      if (!(square(sigma) <= check.limit)) {
-        return Refusal{fmt::format("cameras: {} and {} are {:.1f} sigma apart, {:.1f} allowed, {}",
-                                   cameras_[one.camera].name, cameras_[other.camera].name, sigma,
-                                   std::sqrt(check.limit), of_mounting(of_rig))};
+      if (!(square(sigma) <= check.limit) && !(explained(one) && explained(other))) {
+        return Refusal{fmt::format(
+            "cameras: {} and {} are {:.1f} cm and {:.1f} degrees apart, {:.1f} sigma, {:.1f} "
+            "allowed, {}",
+            cameras_[one.camera].name, cameras_[other.camera].name, 100 * off.head<2>().norm(),
+            rad_to_deg(std::abs(off.z())), sigma, std::sqrt(check.limit), of_mounting(of_rig))};
       }
     }
   }

@@ -48,6 +48,14 @@ double ahead_m(const LoopCamera& camera) {
   return axis.head<2>().dot(camera.T_body_camera.translation.head<2>());
 }
 
+// Of a point from a line between two others.
+double squared_distance(const Vec2& point, const Vec2& from, const Vec2& to) {
+  const Vec2 along = to - from;
+  const double length2 = along.squaredNorm();
+  const double share = length2 > 0 ? std::clamp((point - from).dot(along) / length2, 0.0, 1.0) : 0;
+  return (point - from - share * along).squaredNorm();
+}
+
 // Whether both say the same: plainly larger, or plainly smaller.
 bool agree(double off, double other_off) {
   return std::min(off, other_off) > kLensTolerance || std::max(off, other_off) < -kLensTolerance;
@@ -262,8 +270,7 @@ RigCheck::Fit RigCheck::best_fit(const Misfit& misfit_of_ratio) {
 // wherever each thing stands: the mean of squared distances, each at most as much as one that
 // matches nothing.
 double RigCheck::turns_misfit_px2(int camera, double focal_ratio, double wheels_ratio) const {
-  constexpr double kNearest_m = 0.3;
-  constexpr int kDepths = 10;
+  constexpr double kNearest_m = 0.1;  // a wall that a camera at the body's edge passes
   constexpr double kMost_px2 = 25;
   constexpr double kAhead = 0.05;  // of a direction, along the lens' axis
   Intrinsics lens = believed_[camera].intrinsics;
@@ -285,15 +292,18 @@ double RigCheck::turns_misfit_px2(int camera, double focal_ratio, double wheels_
     const Vec3 moved = R.transpose() * (origin - R_here_last * origin);
     for (const auto& [before_px, here_px] : turn.px) {
       const Vec3 still = R_camera * lens.ray(before_px.cast<double>()).normalized();
-      double least_px2 = kMost_px2;
-      for (int n = 0; n <= kDepths; ++n) {
-        const Vec3 thing = still - n / (kDepths * kNearest_m) * moved;
-        if (thing.z() >= kAhead) {
-          const Vec2 off_px = lens.project(thing) - here_px.cast<double>();
-          least_px2 = std::min(least_px2, off_px.squaredNorm());
-        }
+      // of inverse depths, those at which a thing is ahead of the camera
+      const double ahead = still.z() - kAhead;
+      const double farthest_per_m = moved.z() < 0 ? std::max(0.0, ahead / moved.z()) : 0;
+      const double nearest_per_m =
+          moved.z() > 0 ? std::min(1 / kNearest_m, ahead / moved.z()) : 1 / kNearest_m;
+      double off_px2 = kMost_px2;
+      if (farthest_per_m <= nearest_per_m && (ahead >= 0 || moved.z() < 0)) {
+        const Vec2 far_px = lens.project(still - farthest_per_m * moved);
+        const Vec2 near_px = lens.project(still - nearest_per_m * moved);
+        off_px2 = std::min(off_px2, squared_distance(here_px.cast<double>(), far_px, near_px));
       }
-      sum_px2 += least_px2;
+      sum_px2 += off_px2;
       ++count;
     }
   }

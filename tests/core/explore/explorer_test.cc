@@ -66,6 +66,38 @@ TEST(Explorer, KeepsItsGoalWhileNothingIsClearlyBetter) {
   EXPECT_EQ(first.goal->pose_map, second.goal->pose_map);
 }
 
+// What a view counts through a gap between two cells is seen from there, or looking would never
+// end.
+TEST(Explorer, EndsWhereNoLookShowsAnything) {
+  for (int world = 0; world < 5; ++world) {
+    Rng rng(100 + world);
+    OccupancyMap map = test::empty_room(8, 8, 0.05);
+    for (int patch = 0; patch < 6; ++patch) {
+      const double x = rng.uniform(0.5, 6);
+      const double y = rng.uniform(0.5, 6);
+      test::fill(map, x, y, x + rng.uniform(0.5, 1.8), y + rng.uniform(0.5, 1.8), Cell::kUnknown);
+    }
+    for (int post = 0; post < 60; ++post) {
+      const double x = rng.uniform(0, 7.9);
+      const double y = rng.uniform(0, 7.9);
+      test::fill(map, x, y, x + 0.05, y + 0.05, Cell::kOccupied);
+    }
+    test::fill(map, 0.1, 0.1, 0.9, 0.9, Cell::kFree);
+    Explorer explorer = make_explorer();
+    Pose2 here{0.5, 0.5, 0};
+    int looks = 0;
+    for (; looks < 300; ++looks) {
+      const ExploreChoice choice = explorer.choose(time_at(looks), map, here);
+      if (!choice.goal) {
+        break;
+      }
+      here = choice.goal->pose_map;
+      explorer.reached();
+    }
+    EXPECT_LT(looks, 300) << world;
+  }
+}
+
 TEST(Explorer, LeavesAGoalGivenUpAlone) {
   ExploreOptions options;
   Explorer explorer = make_explorer(options);
