@@ -210,7 +210,7 @@ struct Explorer::Views {
 };
 
 // All that a view counts is struck off: the rays that it counts along are looked along as well.
-void Explorer::strike_off(const Views& views, const Pose2& T_map_body,
+void Explorer::strike_off(const Views& views, const Pose2& T_map_looked,
                           std::span<const Pose2> T_map_keyframes) {
   const DrivableGrid& grid = views.grid;
   const std::vector<std::uint8_t>& possibly_traversable = views.possibly_traversable;
@@ -218,9 +218,9 @@ void Explorer::strike_off(const Views& views, const Pose2& T_map_body,
   const double step_rad = 0.5 * map.cell_m / wedge_.far_m;
   std::vector<Vec2> rays;
   for (double a = -0.5 * wedge_.width_rad; a <= 0.5 * wedge_.width_rad; a += step_rad) {
-    rays.push_back(T_map_body.rotation() * Vec2(std::cos(a), std::sin(a)));
+    rays.push_back(T_map_looked.rotation() * Vec2(std::cos(a), std::sin(a)));
   }
-  const Vec2 ahead = T_map_body.rotation().col(0);
+  const Vec2 ahead = T_map_looked.rotation().col(0);
   std::copy_if(views.directions.begin(), views.directions.end(), std::back_inserter(rays),
                [&](const Vec2& ray) {
                  return std::acos(std::clamp(ray.dot(ahead), -1.0, 1.0)) <= 0.5 * wedge_.width_rad;
@@ -228,7 +228,7 @@ void Explorer::strike_off(const Views& views, const Pose2& T_map_body,
   std::map<FixedCell, Vec2> seen;
   for (const Vec2& ray : rays) {
     for (double r = map.cell_m; r < wedge_.far_m; r += kRayStep * map.cell_m) {
-      const Vec2 p = T_map_body.position() + r * ray;
+      const Vec2 p = T_map_looked.position() + r * ray;
       const int column = grid.clearance.column(p);
       const int row = grid.clearance.row(p);
       if (!map.contains(column, row) || hides(grid.clearance, grid.clearance.index(column, row))) {

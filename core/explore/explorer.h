@@ -115,7 +115,7 @@ class Explorer {
   std::optional<View> present_view(const Views& views, Time now) const;
   ExploreChoice choose_random(const RandomOptions& o, Time now, const DrivableGrid& grid,
                               const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes);
-  void strike_off(const Views& views, const Pose2& T_map_body,
+  void strike_off(const Views& views, const Pose2& T_map_looked,
                   std::span<const Pose2> T_map_keyframes);
   void follow(std::span<const Pose2> T_map_keyframes);
   bool is_abandoned(const Vec2& p_map, Time now) const;

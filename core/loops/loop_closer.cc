@@ -183,7 +183,7 @@ void LoopCloser::add(LoopPlace place, const SharedGraph& graph) {
 }
 
 // The keyframe that is tried; none where there is nothing to compare.
-std::optional<int> LoopCloser::tried() const {
+std::optional<int> LoopCloser::to_try() const {
   const int recent = newest() - kHalf;
   if (recent < kHalf || places_[recent].place.featureless()) {
     return std::nullopt;
@@ -194,7 +194,7 @@ std::optional<int> LoopCloser::tried() const {
 void LoopCloser::look(const SharedGraph& graph, const ContourSource& contours) {
   search_.reset();
   const auto* method = std::get_if<VerifiedMethod>(&options_.method);
-  const std::optional<int> recent = tried();
+  const std::optional<int> recent = to_try();
   if (method == nullptr || !recent ||
       std::none_of(facings_.begin(), facings_.end(), [&](const Facing& facing) {
         return spaced(*recent, heading_of(facing.turn_rad));
@@ -208,7 +208,7 @@ void LoopCloser::look(const SharedGraph& graph, const ContourSource& contours) {
 
 std::vector<ClosureReport> LoopCloser::close(SharedGraph& graph, const ContourSource& contours) {
   if (const auto* histogram = std::get_if<HistogramMethod>(&options_.method)) {
-    const std::optional<int> recent = tried();
+    const std::optional<int> recent = to_try();
     return recent ? close_by_histogram(*histogram, *recent, graph, contours)
                   : std::vector<ClosureReport>();
   }
@@ -277,6 +277,7 @@ LoopCameras LoopCloser::cameras_at(int keyframe, const SharedGraph& graph) const
 }
 
 void LoopCloser::forget(int camera, int keyframe) {
+  search_.reset();
   for (int k = 0; k < std::min(keyframe, static_cast<int>(places_.size())); ++k) {
     Remembered& place = places_[k];
     if (!place.place.features.empty()) {
@@ -582,7 +583,8 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_cameras(CandidateCheck& che
       const Mat3 allowed = one.covariance + other.covariance + 2 * check.floor + of_rig;
       const double sigma = std::sqrt(squared_sigmas(off, allowed));
       check.report.cameras_sigma = std::max(check.report.cameras_sigma, sigma);
-      if (!(square(sigma) <= check.limit) && !(explained(one) && explained(other))) {
+      if (!(square(sigma) <= check.limit) &&
+          !(std::isfinite(sigma) && explained(one) && explained(other))) {
         return Refusal{fmt::format(
             "cameras: {} and {} are {:.1f} cm and {:.1f} degrees apart, {:.1f} sigma, {:.1f} "
             "allowed, {}",

@@ -163,7 +163,7 @@ class LoopCloser {
   std::vector<Candidate> shortlist(const VerifiedMethod& method, int recent,
                                    const SharedGraph& graph,
                                    const SharedUncertainty& uncertainty) const;
-  std::optional<int> tried() const;
+  std::optional<int> to_try() const;
   void verify_next(const VerifiedMethod& method, const SharedGraph& graph,
                    const ContourSource& contours);
   std::vector<ClosureReport> close_by_histogram(const HistogramMethod& method, int recent,

@@ -15,7 +15,8 @@ namespace panoptes {
 
 struct BundleOdometryOptions {
   int keyframes = 5;  ///< moved over by one bundle: enough for depths, few enough to solve at once,
-  int longest = 20;   ///< but for a turn on the spot, which ends with the drive after it
+  int longest = 20;   ///< but for a turn on the spot, which ends with the drive after it; no bundle
+                      ///< is of less than `keyframes`
   int before = 3;     ///< keyframes of the last bundle that lend the newest motion their depths
   BundleOptions bundle;
 };
@@ -40,7 +41,9 @@ class KeyframeOdometry {
   Motion add(const BundleFrame& frame, const PlaceFeatures& features, const RigPriorState& rig);
 
   /// The newest `keyframes` by themselves, where so many have come since it last told of them: in
-  /// them a change of the rig shows before a long bundle ends. What they say is said by bundles.
+  /// them a change of the rig shows before a long bundle ends. What they say is said by bundles,
+  /// too, of which some may have ended amid them. To be asked for after each keyframe: until then
+  /// all keyframes since the last part are remembered.
   std::optional<JointEdge> part(const RigPriorState& rig);
 
   /// Ends the open bundle at the newest keyframe, at least one after its first.

@@ -66,12 +66,12 @@ KnockCheck::Gain KnockCheck::gain(const Bundle& before, const StateSystem& shown
   return of;
 }
 
-// By what the bundles since explain best.
-Knock KnockCheck::since_when(int camera) const {
+// By what the bundles since explain best, at most so many.
+Knock KnockCheck::since_when(int camera, int at_most) const {
   Knock knock{camera};
   double most = 0;
   const int count = static_cast<int>(bundles_.size());
-  for (int bundles = kWindows.front(); bundles <= count; ++bundles) {
+  for (int bundles = kWindows.front(); bundles <= at_most; ++bundles) {
     const Gain one = gain(bundles_[count - bundles], sum_of(count - bundles), camera);
     if (one.chi2 > most) {
       most = one.chi2;
@@ -86,18 +86,17 @@ Knock KnockCheck::since_when(int camera) const {
 
 std::optional<Knock> KnockCheck::add(const JointEdge& bundle, const RigState& state,
                                      const Eigen::MatrixXd& covariance, double variance_factor) {
-  if (++seen_ <= kSettled) {
-    return std::nullopt;
-  }
+  ++seen_;
   bundles_.push_back({bundle.first, bundle.first + static_cast<int>(bundle.T_first_node.size()),
                       of_states(bundle, state), state, covariance, variance_factor});
-  if (static_cast<int>(bundles_.size()) > kWindows.back()) {
+  if (static_cast<int>(bundles_.size()) > kWindows.back() + 1) {  // and the one before them
     bundles_.pop_front();
   }
   const int cameras = static_cast<int>(state.size() - kWheelStates) / kCameraStates;
   const int count = static_cast<int>(bundles_.size());
+  const int at_most = std::min(seen_ - kSettled, kWindows.back());
   for (const int window : kWindows) {
-    if (window > count) {
+    if (window > at_most) {
       break;
     }
     const int first = count - window;
@@ -125,7 +124,7 @@ std::optional<Knock> KnockCheck::add(const JointEdge& bundle, const RigState& st
       least = std::min(least, gain(before, rest, knocked).chi2);
     }
     if (least >= kLeastGain) {
-      return since_when(knocked);
+      return since_when(knocked, at_most);
     }
   }
   return std::nullopt;

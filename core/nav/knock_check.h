@@ -24,10 +24,11 @@ struct Knock {
   MountingChange change = MountingChange::Zero();
 };
 
-/// Notices a loop camera that is knocked while the robot drives: what the newest bundles show of
-/// its mounting is not what was known of it before them (a generalised likelihood ratio test of a
-/// jump, Willsky and Jones 1976). A bundle during which it was knocked fits neither, and says
-/// little of which camera it was: the test must hold with any one bundle left out.
+/// Notices a loop camera that is knocked while the robot drives: what the newest bundles (here: the
+/// parts of a few keyframes of KeyframeOdometry::part) show of its mounting is not what was known
+/// of it before them (a generalised likelihood ratio test of a jump, Willsky and Jones 1976). A
+/// bundle during which it was knocked fits neither, and says little of which camera it was: the
+/// test must hold with any one bundle left out.
 class KnockCheck {
  public:
   /// The next bundle; what was known of the states before it, and by how much more bundles disagree
@@ -55,7 +56,7 @@ class KnockCheck {
     MountingChange change = MountingChange::Zero();
   };
 
-  Knock since_when(int camera) const;
+  Knock since_when(int camera, int at_most) const;
   StateSystem sum_of(int first) const;
   Gain gain(const Bundle& before, const StateSystem& shown, int camera) const;
 

@@ -187,7 +187,7 @@ void Localiser::check_for_knock() {
   const std::optional<Knock> knock =
       knock_check_.add(*part, graph_.state, known_covariance(state_information_, factor), factor);
   if (knock) {
-    if (last_of(graph_.joints.back()) < last_of(*part)) {
+    if (graph_.joints.empty() || last_of(graph_.joints.back()) < last_of(*part)) {
       take_in(keyframe_odometry_.close(rig), {});
     }
     begin_anew(*knock);
@@ -278,7 +278,7 @@ void Localiser::begin_anew(const Knock& knock) {
   }
   closer_.forget(knock.camera, after == joints.end() ? last_of(joints.back()) : after->first);
   knock_check_.begin_anew();
-  knocks_.push_back({believed_[knock.camera].name, keyframes_[during->first].stamp,
+  knocks_.push_back({believed_[knock.camera].name, keyframes_[knock.begin].stamp,
                      keyframes_.back().stamp, knock.change.head<3>().norm(),
                      knock.change.segment<2>(kPosition).norm()});
 }
@@ -287,6 +287,7 @@ void Localiser::begin_anew(const Knock& knock) {
 void Localiser::relax_bundle(Located& out) {
   relax(graph_);
   state_information_ = state_covariance(graph_).inverse();
+  variance_factor_ = variance_factor(graph_);
   bundle_to_relax_ = false;
   out.relaxed = true;
 }

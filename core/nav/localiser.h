@@ -142,7 +142,8 @@ class Localiser {
   int settled_ = 0;                     // of the graph's joints: they stay as they are
   std::vector<SharedEdge> look_backs_;  // between keyframes of one turn that see the same
   SharedGraph graph_;
-  Eigen::MatrixXd state_information_;  // of its states, as far as bundles have shown them
+  Eigen::MatrixXd state_information_;  // of its states, as far as bundles have shown them,
+  double variance_factor_ = 1;         // and by how much more these disagree than they claim
   PlaceSignature last_signature_;
   std::vector<float> steps_grey_;  // signature distances between consecutive keyframes, sorted
 };

@@ -65,6 +65,7 @@ void keyframe_odometry(benchmark::State& state) {
     KeyframeOdometry odometry({}, {}, walk.cameras);
     for (std::size_t k = 0; k < walk.frames.size(); ++k) {
       benchmark::DoNotOptimize(odometry.add(walk.frames[k], walk.features[k], walk.rig));
+      benchmark::DoNotOptimize(odometry.part(walk.rig));
     }
   }
   state.counters["features_a_picture"] = walk.points;

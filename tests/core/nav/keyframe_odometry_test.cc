@@ -118,6 +118,37 @@ TEST(KeyframeOdometry, HasATurnOnTheSpotInOneBundleWithTheDriveAfterIt) {
   EXPECT_NEAR(rad_to_deg(wrap_angle(turned_rad - 12 * 0.26)), 0, 0.1);
 }
 
+TEST(KeyframeOdometry, TellsOfPartsAndEndsABundleWhenAsked) {
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(600, 3, Rng(25));
+  const BundleOdometryOptions options;
+  KeyframeOdometry odometry(options, {}, cameras);
+  Rng rng(26);
+  Pose2 truth;
+  for (int k = 0; k <= 12; ++k) {
+    const Pose2 step{0, 0, k == 0 ? 0 : 0.26};
+    truth = truth * step;
+    odometry.add(frame_of(cameras, step, rng),
+                 room.seen_from(cameras, truth, kNoise_px, 0.1, Rng(400 + k)), exact(cameras));
+    const std::optional<JointEdge> part = odometry.part(exact(cameras));
+    ASSERT_EQ(part.has_value(), k > 0 && k % options.keyframes == 0) << k;
+    if (part) {
+      EXPECT_EQ(part->first, k - options.keyframes);
+      EXPECT_EQ(part->T_first_node.size(), static_cast<std::size_t>(options.keyframes));
+    }
+  }
+  const JointEdge closed = odometry.close(exact(cameras));
+  EXPECT_EQ(closed.first, 0);
+  EXPECT_EQ(closed.T_first_node.size(), 12U);
+  EXPECT_NEAR(rad_to_deg(wrap_angle(closed.T_first_node.back().theta_rad - 12 * 0.26)), 0, 1);
+  truth = truth * Pose2{0.2, 0, 0};
+  const auto next =
+      odometry.add(frame_of(cameras, {0.2, 0, 0}, rng),
+                   room.seen_from(cameras, truth, kNoise_px, 0.1, Rng(500)), exact(cameras));
+  ASSERT_EQ(next.open.size(), 1U);
+  EXPECT_EQ(next.open.front().edge.from, 12);
+}
+
 TEST(KeyframeOdometry, EndsABundleThatGrowsTooLong) {
   const LoopCameras cameras = front_and_back();
   const SyntheticRoom room(600, 3, Rng(23));
@@ -199,9 +230,9 @@ TEST(KeyframeOdometry, GivesTheSameBitsAgain) {
     Pose2 here;
     Pose2 truth;
     for (int k = 0; k < 7; ++k) {
-      truth = truth * Pose2{0.1, 0, 0.2};
+      truth = truth * Pose2{0.2, 0, 0.2};
       here = here * odometry
-                        .add(frame_of(cameras, {0.1, 0, 0.2}, rng),
+                        .add(frame_of(cameras, {0.2, 0, 0.2}, rng),
                              room.seen_from(cameras, truth, kNoise_px, 0.1, Rng(k)), exact(cameras))
                         .T_last_here;
     }
