@@ -215,16 +215,14 @@ void Explorer::strike_off(const Views& views, const Pose2& T_map_looked,
   const DrivableGrid& grid = views.grid;
   const std::vector<std::uint8_t>& possibly_traversable = views.possibly_traversable;
   const OccupancyMap& map = grid.clearance.map;
-  const double step_rad = 0.5 * map.cell_m / wedge_.far_m;
+  const double step_rad = kRayStep * map.cell_m / wedge_.far_m;
   std::vector<Vec2> rays;
   for (double a = -0.5 * wedge_.width_rad; a <= 0.5 * wedge_.width_rad; a += step_rad) {
     rays.push_back(T_map_looked.rotation() * Vec2(std::cos(a), std::sin(a)));
   }
   const Vec2 ahead = T_map_looked.rotation().col(0);
   std::copy_if(views.directions.begin(), views.directions.end(), std::back_inserter(rays),
-               [&](const Vec2& ray) {
-                 return std::acos(std::clamp(ray.dot(ahead), -1.0, 1.0)) <= 0.5 * wedge_.width_rad;
-               });
+               [&](const Vec2& ray) { return ray.dot(ahead) >= std::cos(0.5 * wedge_.width_rad); });
   std::map<FixedCell, Vec2> seen;
   for (const Vec2& ray : rays) {
     for (double r = map.cell_m; r < wedge_.far_m; r += kRayStep * map.cell_m) {

@@ -75,7 +75,6 @@ Knock KnockCheck::since_when(int camera, int at_most) const {
     const Gain one = gain(bundles_[count - bundles], sum_of(count - bundles), camera);
     if (one.chi2 > most) {
       most = one.chi2;
-      knock.bundles = bundles;
       knock.begin = bundles_[std::max(0, count - bundles - 1)].begin;
       knock.end = bundles_[count - bundles].end;
       knock.change = one.change;

@@ -18,9 +18,8 @@ using MountingChange = Eigen::Matrix<double, kMountingStates, 1>;
 /// A camera that sits otherwise than it did.
 struct Knock {
   int camera = 0;
-  int bundles = 0;  ///< the newest ones; it was knocked during their first, or the one before:
-  int begin = 0;    ///< between this keyframe
-  int end = 0;      ///< and that one
+  int begin = 0;  ///< it was knocked between this keyframe
+  int end = 0;    ///< and that one
   MountingChange change = MountingChange::Zero();
 };
 

@@ -183,9 +183,9 @@ void Localiser::check_for_knock() {
   if (!part) {
     return;
   }
-  const double factor = variance_factor(graph_);
   const std::optional<Knock> knock =
-      knock_check_.add(*part, graph_.state, known_covariance(state_information_, factor), factor);
+      knock_check_.add(*part, graph_.state, known_covariance(state_information_, variance_factor_),
+                       variance_factor_);
   if (knock) {
     if (graph_.joints.empty() || last_of(graph_.joints.back()) < last_of(*part)) {
       take_in(keyframe_odometry_.close(rig), {});

@@ -75,10 +75,8 @@ void keyframe_odometry(benchmark::State& state) {
 }
 BENCHMARK(keyframe_odometry)
     ->ArgName("things")
-    ->Arg(250)
-    ->Arg(500)
-    ->Arg(1000)
-    ->Arg(2000)
+    ->RangeMultiplier(2)
+    ->Range(256, 2048)
     ->Unit(benchmark::kMillisecond);
 
 void turn_in_one_bundle(benchmark::State& state) {
@@ -140,6 +138,13 @@ SharedGraph streets(int nodes) {
   return graph;
 }
 
+void graphs_that_double(benchmark::internal::Benchmark* bench) {
+  bench->ArgName("keyframes")->Unit(benchmark::kMillisecond);
+  for (int keyframes = 300; keyframes <= 2400; keyframes *= 2) {
+    bench->Arg(keyframes);
+  }
+}
+
 void relax_with_one_more_closure(benchmark::State& state) {
   SharedGraph graph = streets(static_cast<int>(state.range(0)));
   const SharedEdge last = graph.edges.back();
@@ -151,13 +156,7 @@ void relax_with_one_more_closure(benchmark::State& state) {
     benchmark::DoNotOptimize(relax(copy));
   }
 }
-BENCHMARK(relax_with_one_more_closure)
-    ->ArgName("keyframes")
-    ->Arg(300)
-    ->Arg(600)
-    ->Arg(1200)
-    ->Arg(2400)
-    ->Unit(benchmark::kMillisecond);
+BENCHMARK(relax_with_one_more_closure)->Apply(graphs_that_double);
 
 void shared_uncertainty(benchmark::State& state) {
   SharedGraph graph = streets(static_cast<int>(state.range(0)));
@@ -166,13 +165,7 @@ void shared_uncertainty(benchmark::State& state) {
     benchmark::DoNotOptimize(SharedUncertainty(graph));
   }
 }
-BENCHMARK(shared_uncertainty)
-    ->ArgName("keyframes")
-    ->Arg(300)
-    ->Arg(600)
-    ->Arg(1200)
-    ->Arg(2400)
-    ->Unit(benchmark::kMillisecond);
+BENCHMARK(shared_uncertainty)->Apply(graphs_that_double);
 
 }  // namespace
 }  // namespace panoptes

@@ -38,6 +38,27 @@ RigPriorState exact(const LoopCameras& cameras) {
   return {none, 1e12 * Eigen::MatrixXd::Identity(none.size(), none.size())};
 }
 
+// A robot that goes on, and what it says of that.
+struct Walk {
+  const LoopCameras& cameras;
+  const SyntheticRoom& room;
+  KeyframeOdometry odometry;
+  Rng rng;
+  Pose2 truth = {};
+  int keyframes = 0;
+
+  Walk(const LoopCameras& of, const SyntheticRoom& in, const BundleOdometryOptions& options,
+       int seed)
+      : cameras(of), room(in), odometry(options, {}, of), rng(seed) {}
+
+  KeyframeOdometry::Motion go(const Pose2& step) {
+    truth = truth * step;
+    const PlaceFeatures seen =
+        room.seen_from(cameras, truth, kNoise_px, 0.1, rng.fork(std::to_string(keyframes++)));
+    return odometry.add(frame_of(cameras, step, rng), seen, exact(cameras));
+  }
+};
+
 // Along a corridor of a few turns.
 std::vector<Pose2> steps() {
   std::vector<Pose2> all;
@@ -51,21 +72,16 @@ TEST(KeyframeOdometry, JoinsKeyframesByBundlesThatFollowOneAnother) {
   const LoopCameras cameras = front_and_back();
   const SyntheticRoom room(1200, 3, Rng(1));
   const BundleOdometryOptions options;
-  KeyframeOdometry odometry(options, {}, cameras);
-  Rng rng(2);
-  Pose2 truth{-1, -1, 0};
+  Walk walk(cameras, room, options, 2);
+  walk.truth = {-1, -1, 0};
   Pose2 T_first_here;
   int closed = 0;
   int first_open = 0;
   const std::vector<Pose2> moved = steps();
-  const Pose2 first = truth;
+  const Pose2 first = walk.truth;
   for (std::size_t k = 0; k <= moved.size(); ++k) {
     const Pose2 step = k == 0 ? Pose2{} : moved[k - 1];
-    truth = truth * step;
-    const auto motion =
-        odometry.add(frame_of(cameras, step, rng),
-                     room.seen_from(cameras, truth, kNoise_px, 0.1, rng.fork(std::to_string(k))),
-                     exact(cameras));
+    const auto motion = walk.go(step);
     T_first_here = T_first_here * motion.T_last_here;
     const int newest = static_cast<int>(k);
     if (motion.closed) {
@@ -85,7 +101,7 @@ TEST(KeyframeOdometry, JoinsKeyframesByBundlesThatFollowOneAnother) {
     }
   }
   EXPECT_EQ(closed, 3);
-  const Pose2 error = (first * T_first_here).inverse() * truth;
+  const Pose2 error = (first * T_first_here).inverse() * walk.truth;
   EXPECT_LT(error.position().norm(), 0.02);
   EXPECT_LT(std::abs(rad_to_deg(error.theta_rad)), 0.5);
 }
@@ -98,53 +114,53 @@ TEST(KeyframeOdometry, HasATurnOnTheSpotInOneBundleWithTheDriveAfterIt) {
     camera.T_body_camera.translation += camera.T_body_camera.rotation * Vec3(0, 0, 0.2);
   }
   const SyntheticRoom room(1200, 3, Rng(21));
-  KeyframeOdometry odometry({}, {}, cameras);
-  Rng rng(22);
-  Pose2 truth;
-  double turned_rad = 0;
-  for (int k = 0; k <= 16; ++k) {
-    const Pose2 step = k == 0 ? Pose2{} : k <= 12 ? Pose2{0, 0, 0.26} : Pose2{0.2, 0, 0};
-    truth = truth * step;
-    const std::optional<JointEdge> closed =
-        odometry
-            .add(frame_of(cameras, step, rng),
-                 room.seen_from(cameras, truth, kNoise_px, 0.1, Rng(200 + k)), exact(cameras))
-            .closed;
-    ASSERT_EQ(closed.has_value(), k == 14) << k;
-    if (closed) {
-      turned_rad = closed->T_first_node[11].theta_rad;
+  constexpr double kTurn_rad = 0.26;
+  constexpr int kTurns = 10;  // two bundles of five
+  BundleOdometryOptions in_parts;
+  in_parts.longest = in_parts.keyframes;
+  double together_rad2 = 0;
+  double apart_rad2 = 0;
+  constexpr int kWalks = 8;
+  for (int run = 0; run < kWalks; ++run) {
+    Walk one(cameras, room, {}, 100 + run);
+    Walk two(cameras, room, in_parts, 100 + run);
+    double apart_rad = 0;
+    for (int k = 0; k <= kTurns + 2; ++k) {
+      const Pose2 step = k == 0 ? Pose2{} : k <= kTurns ? Pose2{0, 0, kTurn_rad} : Pose2{0.2, 0, 0};
+      const std::optional<JointEdge> closed = one.go(step).closed;
+      ASSERT_EQ(closed.has_value(), k == kTurns + 2) << k;
+      if (closed) {
+        together_rad2 += std::pow(
+            wrap_angle(closed->T_first_node[kTurns - 1].theta_rad - kTurns * kTurn_rad), 2);
+      }
+      if (const std::optional<JointEdge> part = two.go(step).closed) {
+        apart_rad += part->T_first_node.back().theta_rad;
+      }
     }
+    apart_rad2 += std::pow(wrap_angle(apart_rad - kTurns * kTurn_rad), 2);
   }
-  EXPECT_NEAR(rad_to_deg(wrap_angle(turned_rad - 12 * 0.26)), 0, 0.1);
+  EXPECT_LT(together_rad2, 0.5 * apart_rad2);
 }
 
 TEST(KeyframeOdometry, TellsOfPartsAndEndsABundleWhenAsked) {
   const LoopCameras cameras = front_and_back();
   const SyntheticRoom room(600, 3, Rng(25));
   const BundleOdometryOptions options;
-  KeyframeOdometry odometry(options, {}, cameras);
-  Rng rng(26);
-  Pose2 truth;
+  Walk walk(cameras, room, options, 26);
   for (int k = 0; k <= 12; ++k) {
-    const Pose2 step{0, 0, k == 0 ? 0 : 0.26};
-    truth = truth * step;
-    odometry.add(frame_of(cameras, step, rng),
-                 room.seen_from(cameras, truth, kNoise_px, 0.1, Rng(400 + k)), exact(cameras));
-    const std::optional<JointEdge> part = odometry.part(exact(cameras));
+    walk.go({0, 0, k == 0 ? 0 : 0.26});
+    const std::optional<JointEdge> part = walk.odometry.part(exact(cameras));
     ASSERT_EQ(part.has_value(), k > 0 && k % options.keyframes == 0) << k;
     if (part) {
       EXPECT_EQ(part->first, k - options.keyframes);
       EXPECT_EQ(part->T_first_node.size(), static_cast<std::size_t>(options.keyframes));
     }
   }
-  const JointEdge closed = odometry.close(exact(cameras));
+  const JointEdge closed = walk.odometry.close(exact(cameras));
   EXPECT_EQ(closed.first, 0);
   EXPECT_EQ(closed.T_first_node.size(), 12U);
   EXPECT_NEAR(rad_to_deg(wrap_angle(closed.T_first_node.back().theta_rad - 12 * 0.26)), 0, 1);
-  truth = truth * Pose2{0.2, 0, 0};
-  const auto next =
-      odometry.add(frame_of(cameras, {0.2, 0, 0}, rng),
-                   room.seen_from(cameras, truth, kNoise_px, 0.1, Rng(500)), exact(cameras));
+  const auto next = walk.go({0.2, 0, 0});
   ASSERT_EQ(next.open.size(), 1U);
   EXPECT_EQ(next.open.front().edge.from, 12);
 }
@@ -154,15 +170,9 @@ TEST(KeyframeOdometry, EndsABundleThatGrowsTooLong) {
   const SyntheticRoom room(600, 3, Rng(23));
   BundleOdometryOptions options;
   options.longest = 9;
-  KeyframeOdometry odometry(options, {}, cameras);
-  Rng rng(24);
-  Pose2 truth;
+  Walk walk(cameras, room, options, 24);
   for (int k = 0; k <= 18; ++k) {
-    const Pose2 step{0, 0, k == 0 ? 0 : 0.26};
-    truth = truth * step;
-    const auto motion =
-        odometry.add(frame_of(cameras, step, rng),
-                     room.seen_from(cameras, truth, kNoise_px, 0.1, Rng(300 + k)), exact(cameras));
+    const auto motion = walk.go({0, 0, k == 0 ? 0 : 0.26});
     EXPECT_EQ(motion.closed.has_value(), k > 0 && k % options.longest == 0) << k;
   }
 }

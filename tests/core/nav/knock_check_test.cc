@@ -34,6 +34,8 @@ class Bundles {
 
   void knock(int camera, int state, double by) { truth_[camera_state(camera) + state] += by; }
 
+  int made() const { return made_; }
+
   /// The next bundle, which the check is told of.
   std::optional<Knock> next(KnockCheck& check) {
     Eigen::VectorXd seen = truth_;
@@ -42,7 +44,7 @@ class Bundles {
     }
     const Eigen::VectorXd weight =
         shown_.unaryExpr([](double sigma) { return sigma > 0 ? 1 / (sigma * sigma) : 0; });
-    JointEdge bundle{0, {Pose2{}}, state_, {}, {}};
+    JointEdge bundle{made_++, {Pose2{}}, state_, {}, {}};  // over one keyframe
     bundle.information = Eigen::MatrixXd::Identity(3 + state_.size(), 3 + state_.size());
     bundle.information.bottomRightCorner(state_.size(), state_.size()) = weight.asDiagonal();
     bundle.gradient = Eigen::VectorXd::Zero(3 + state_.size());
@@ -57,6 +59,7 @@ class Bundles {
 
  private:
   static constexpr double kAsTheyClaim = 1;
+  int made_ = 0;
 
   Rng rng_;
   RigState truth_ = RigState::Zero(rig_states(kCameras));
@@ -92,7 +95,9 @@ TEST(KnockCheck, ACameraThatIsTurnedIsNamedWithinAFewBundles) {
       }
       ASSERT_TRUE(knock) << axis << camera;
       EXPECT_EQ(knock->camera, camera);
-      EXPECT_NEAR(knock->bundles, since, 1);
+      EXPECT_NEAR(bundles.made() - knock->end + 1, since, 1);
+      EXPECT_LT(knock->begin, knock->end);
+      EXPECT_LE(knock->begin, bundles.made() - since);  // it was knocked after that
       EXPECT_NEAR(knock->change[kRotation + axis], by_rad,
                   4 * kShown_rad / std::sqrt(static_cast<double>(since)));
     }
