@@ -463,7 +463,8 @@ void Driver::look(const DriveTask& task, DriveStep& out) {
   if (last_odom_) {
     look_left_rad_ -= std::abs(wrap_angle(task.T_odom_body.theta_rad - last_odom_->theta_rad));
   }
-  if (look_left_rad_ <= 0 || took_too_long(task)) {
+  constexpr double kEnd_rad = 0.05;  // a turn stops a little before its end
+  if (look_left_rad_ <= kEnd_rad || took_too_long(task)) {
     mode_ = Mode::kDrive;
     path_.reset();
     planned_.reset();

@@ -21,6 +21,9 @@ struct Candidate {
   double score = 0;
 };
 
+// Floor that nobody has seen is mostly free: what hides there begins somewhere behind its edge.
+constexpr double kUnknownFarther_m = 0.04;
+
 /// From the body's outline to the nearest lethal cell, with half a cell taken off because distances
 /// run between the centres of cells.
 double outline_clearance(const ClearanceMap& map, const Body& body, const Vec2& p) {
@@ -31,7 +34,8 @@ double outline_clearance(const ClearanceMap& map, const Body& body, const Vec2& 
     return -body.radius_m;
   }
   const std::size_t i = map.index(column, row);
-  return std::min(map.to_occupied_m[i], map.to_unknown_m[i]) - half_cell_m - body.radius_m;
+  return std::min<double>(map.to_occupied_m[i], map.to_unknown_m[i] + kUnknownFarther_m) -
+         half_cell_m - body.radius_m;
 }
 
 }  // namespace

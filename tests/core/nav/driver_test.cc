@@ -299,6 +299,24 @@ TEST(Driver, WaitsAfreshWhereItIsBlockedAfterATurnAndForAnotherGoal) {
   EXPECT_GE(wait(ahead, beside, ahead), options.blocked_s);
 }
 
+TEST(Driver, ALookAboutEndsWithItsTurn) {
+  DriverOptions options;
+  options.dwa.margin_m = 5;  // blocked ahead
+  Ride r = ride();
+  r.driver = Driver(options, Body(), kTiming);
+  r.T_map_body = {5, 2, 0};
+  const DriveGoal goal{{5.5, 2, 0}, false};
+  const auto looks = [](const DriveStep& s) {
+    return s.reason.find("to look") != std::string::npos;
+  };
+  ASSERT_TRUE(looks(r.drive(goal, 5, looks)));
+  const Time since = r.now;
+  r.drive(goal, 30, [&](const DriveStep& s) { return !looks(s); });
+  const double turn_s = 2 * std::numbers::pi / options.look_radps;
+  EXPECT_GT(to_seconds(r.now - since), 0.9 * turn_s);
+  EXPECT_LT(to_seconds(r.now - since), turn_s + 2);
+}
+
 /// Walls with one gap of 0.88 m, which what was touched in its middle closes.
 Ride ride_to_a_gap() {
   Ride r = ride();

@@ -123,6 +123,26 @@ TEST(Dwa, TreatsTheUnknownAsAWall) {
   EXPECT_TRUE(!result.choice || result.choice->command_body.v_mps == 0);
 }
 
+// How far it may drive on towards a passage with `spare_m` to each side of the body.
+double free_path_through_m(double spare_m, Cell sides) {
+  OccupancyMap map = test::empty_room(4, 4, 0.02);
+  const double half_m = kBody.radius_m + spare_m;
+  test::fill(map, 1.4, 0, 3, 2.01 - half_m, sides);
+  test::fill(map, 1.4, 2.01 + half_m, 3, 4, sides);
+  const DwaResult result = choose_arc(kOptions, kBody, clearance_map(map, 1),
+                                      request_at({1, 2.01, 0}, {0.02, 0}, {1.7, 2.01}));
+  return result.choice ? result.choice->free_path_m : 0;
+}
+
+TEST(Dwa, KeepsLessFromUnknownFloorThanFromThings) {
+  for (const double spare_m : {0.02, 0.03}) {
+    EXPECT_GT(free_path_through_m(spare_m, Cell::kUnknown), 0.9) << spare_m;
+    EXPECT_LT(free_path_through_m(spare_m, Cell::kOccupied), 0.5) << spare_m;
+  }
+  EXPECT_LT(free_path_through_m(-0.02, Cell::kUnknown), 0.5);
+  EXPECT_GT(free_path_through_m(0.08, Cell::kOccupied), 0.9);
+}
+
 TEST(Dwa, GetsOutOfTheMarginItStandsIn) {
   OccupancyMap map = test::empty_room(4, 4, 0.02);
   // One centimetre from a wall along its right side, less than the margin.
