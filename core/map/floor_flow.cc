@@ -30,8 +30,6 @@ constexpr double kCorrelation = 0.7;  // noise alone does not reach half of it
 constexpr double kSingular = 0.01;    // of a gradient matrix's trace: along an edge nothing is seen
 constexpr double kInterpolation_m = 5e-4;  // a twentieth of a pixel
 
-// How well a step of the wheels is known: of the wheels' own noise, slip and constants, and of a
-// body that is slightly elastic.
 constexpr double kForward_m = 0.0015;
 constexpr double kForwardShare = 0.015;
 constexpr double kSideways_m = 0.0005;
@@ -112,6 +110,12 @@ struct FloorFlow::Track {
   Mat2 information;        // of it
   Rows by = Rows::Zero();  // how the unknowns move it
 };
+
+Vec3 step_sigma(const Pose2& T_before_now) {
+  const double moved_m = T_before_now.position().norm();
+  return {kForward_m + kForwardShare * moved_m, kSideways_m + kSidewaysShare * moved_m,
+          kTurn_rad + kTurnShare * std::abs(T_before_now.theta_rad)};
+}
 
 FloorFlow::FloorFlow(std::shared_ptr<const FloorProjection> projection, const Intrinsics& lens)
     : projection_(std::move(projection)) {
@@ -328,9 +332,7 @@ std::optional<FloorEvidence> FloorFlow::add(const cv::Mat& bgr,
     return std::nullopt;
   }
 
-  // in the body, whose x is forward
-  const Vec3 sigma(kForward_m + kForwardShare * moved_m, kSideways_m + kSidewaysShare * moved_m,
-                   kTurn_rad + kTurnShare * turned_rad);
+  const Vec3 sigma = step_sigma(T_before_now);
   Mat3 to_view = Mat3::Identity();
   to_view.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(-heading_rad).toRotationMatrix();
   const Mat3 motion_information =

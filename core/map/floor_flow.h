@@ -25,6 +25,10 @@ inline constexpr int kFloorStates = 7;
 using FloorState = Eigen::Matrix<double, kFloorStates, 1>;
 using FloorInformation = Eigen::Matrix<double, kFloorStates, kFloorStates>;
 
+/// How well the wheels tell of a step, one sigma along x, y (m) and theta (rad) of the body: by
+/// their own noise, slip and constants, and by a body that is slightly elastic.
+Vec3 step_sigma(const Pose2& T_before_now);
+
 /// What pictures show of these states: information * state = vector.
 struct FloorEvidence {
   FloorInformation information = FloorInformation::Zero();

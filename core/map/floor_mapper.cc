@@ -18,6 +18,10 @@ constexpr int kGainDenominator = 4;
 // Of the table's 32: what a floor's own colours average, with room for noise and texture.
 constexpr int kClearly = FloorColour::kClip / 3;
 
+// Of what stands up around a point of it: what it hides, and what surely is its own.
+constexpr double kUprightWidth_m = 0.05;
+constexpr double kUprightCore_m = 0.015;
+
 // Enough colours for three Gaussians; more cost time and say nothing new.
 constexpr std::size_t kTrainedColours = 1500;
 
@@ -32,6 +36,7 @@ void bind(Fields& f, FloorMapperOptions& o) {
   f("colour", o.colour);
   f("parallax", o.parallax);
   f("parallax_check", o.parallax_check);
+  f("upright", o.upright);
   f("obstacle_height_m", o.obstacle_height_m, between(0.005, 0.3));
   f("foot_depth_m", o.foot_depth_m, between(0.01, 0.3));
   f("start_far_m", o.start_far_m, positive);
@@ -55,6 +60,9 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
   if (options_.parallax) {
     parallax_.emplace(options_.parallax_check, projection_);
   }
+  if (options_.upright) {
+    upright_.emplace(projection_, floor_camera.rate_hz);
+  }
   const auto rays = static_cast<std::size_t>(p.rays);
   const auto rows = static_cast<std::size_t>(p.rows);
   const int width = floor_camera.intrinsics.width_px;
@@ -73,6 +81,8 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
   smooth_.assign(rays * rows, 0);
   evidence_.assign(rays * rows, 0);
   first_.assign(rays, 0);
+  hidden_.assign(rays, static_cast<std::int16_t>(p.rows));
+  stands_.assign(rays, 0);
 
   // An upright object of height z at range r hides the floor from r to r h / (h - z).
   const double low = std::min(options_.obstacle_height_m, 0.5 * p.height_m);
@@ -191,6 +201,50 @@ void FloorMapper::rate(const cv::Mat& bgr) {
   }
 }
 
+// The row of the first sample at this range or beyond.
+int FloorMapper::row_at(double range_m) const {
+  const FloorProjection& p = *projection_;
+  int row = 0;
+  while (row < p.rows &&
+         p.range_m[static_cast<std::size_t>(row) * static_cast<std::size_t>(p.rays)] < range_m) {
+    ++row;
+  }
+  return row;
+}
+
+double FloorMapper::ray_at(const Vec2& from_foot_view) const {
+  return (std::atan2(from_foot_view.y(), from_foot_view.x()) - projection_->first_ray_rad) /
+         projection_->ray_step_rad;
+}
+
+// What stands up hides the floor behind its foot, and has a width besides the point that was found.
+void FloorMapper::find_upright(const Pose2& T_odom_body) {
+  const FloorProjection& p = *projection_;
+  std::fill(hidden_.begin(), hidden_.end(), static_cast<std::int16_t>(p.rows));
+  std::fill(stands_.begin(), stands_.end(), std::uint8_t{0});
+  const Pose2 T_view_odom = (T_odom_body * p.T_body_view).inverse();
+  for (const UprightPoint& point : upright_->points()) {
+    const Vec2 from_foot = T_view_odom * point.p_odom - p.foot_view;
+    const double range_m = from_foot.norm();
+    if (range_m < kUprightWidth_m || from_foot.x() <= 0) {
+      continue;
+    }
+    const double middle = ray_at(from_foot);
+    const double reach = kUprightWidth_m / range_m / p.ray_step_rad;
+    const double core = kUprightCore_m / range_m / p.ray_step_rad;
+    const int begin = std::max(0, static_cast<int>(std::ceil(middle - reach)));
+    const int end = std::min(p.rays, static_cast<int>(std::floor(middle + reach)) + 1);
+    const int row = begin < end ? row_at(range_m + point.sigma_m) : 0;
+    for (int ray = begin; ray < end; ++ray) {
+      const auto at = static_cast<std::size_t>(ray);
+      if (row < hidden_[at]) {
+        hidden_[at] = static_cast<std::int16_t>(row);
+        stands_[at] = std::abs(ray - middle) <= std::max(core, 0.5) ? 1 : 0;
+      }
+    }
+  }
+}
+
 void FloorMapper::scan() {
   const FloorProjection& p = *projection_;
   const auto rays = static_cast<std::size_t>(p.rays);
@@ -228,6 +282,19 @@ void FloorMapper::scan() {
     std::size_t row = 0;
     while (row < rows) {
       const std::size_t i = row * rays + ray;
+      if (static_cast<int>(row) >= hidden_[ray]) {
+        first_[ray] = static_cast<std::int16_t>(row);
+        if (stands_[ray] != 0) {
+          const std::size_t foot_end =
+              std::min(row + static_cast<std::size_t>(foot_run_[row]), rows);
+          for (; row < foot_end; ++row) {
+            if (p.pixel[row * rays + ray] >= 0) {
+              evidence_[row * rays + ray] = weighed(row * rays + ray, -kClearly);
+            }
+          }
+        }
+        break;
+      }
       if (p.pixel[i] < 0) {
         ++row;
         continue;
@@ -321,13 +388,21 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
   reading.sees_floor = sees_floor_;
   reading.fault = fault_;
   rate(picture);
+  if (upright_) {
+    reading.upright_odom = upright_->add(picture, T_odom_body);
+    find_upright(T_odom_body);
+  }
   scan();
   if (sees_floor_ && may_learn) {
     if (parallax_) {
-      for (const ColourGaussian& g :
-           parallax_->learn(picture, T_odom_body * projection_->T_body_view, smooth_, first_)) {
+      const FloorParallax::Learned learned =
+          parallax_->learn(picture, T_odom_body * projection_->T_body_view, smooth_, first_);
+      for (const ColourGaussian& g : learned.floors) {
         colour_.adopt(g);
         reading.learned_new_floor = true;
+      }
+      if (upright_) {
+        upright_->suggest(learned.upright);
       }
     }
     if (frame_ % learn_every_ == 0) {

@@ -14,12 +14,14 @@
 #include "core/map/floor_colour.h"
 #include "core/map/floor_parallax.h"
 #include "core/map/floor_projection.h"
+#include "core/map/upright_points.h"
 
 namespace panoptes {
 
 struct FloorMapperOptions {
   FloorColourOptions colour;
   bool parallax = true;  ///< learn other floors by their motion; off: the thesis's own
+  bool upright = true;   ///< what stands up by its motion ends the floor; off: the thesis's own
   FloorParallaxOptions parallax_check;
   double obstacle_height_m = 0.02;  ///< what is lower than this may pass for a stain
   double foot_depth_m = 0.04;       ///< how far behind its foot an obstacle is taken to reach
@@ -37,8 +39,9 @@ struct FloorReading {
   cv::Mat log_ratio;  ///< CV_32F, nats, the whole picture; 0 outside the mapped part
   std::shared_ptr<const FloorProjection> projection;
   std::vector<std::int8_t> evidence;  ///< the projection's body-frame raster, row-major along x
-  bool sees_floor = false;            ///< the patch ahead has looked like one floor
-  std::string fault;                  ///< why not
+  std::vector<UprightPoint> upright_odom;  ///< found in this picture
+  bool sees_floor = false;                 ///< the patch ahead has looked like one floor
+  std::string fault;                       ///< why not
   double free_ahead_m =
       0;           ///< from the body's front, straight ahead, to the first obstacle or far edge
   int floors = 0;  ///< Gaussians that vote
@@ -62,6 +65,9 @@ class FloorMapper {
   void learn_at_start(const cv::Mat& bgr);
   bool reaches_horizon(const cv::Mat& bgr);
   void rate(const cv::Mat& bgr);
+  void find_upright(const Pose2& T_odom_body);
+  int row_at(double range_m) const;
+  double ray_at(const Vec2& from_foot_view) const;
   void scan();
   void learn(const cv::Mat& bgr);
 
@@ -71,6 +77,7 @@ class FloorMapper {
   std::shared_ptr<const FloorProjection> projection_;
   FloorColour colour_;
   std::optional<FloorParallax> parallax_;
+  std::optional<UprightPoints> upright_;
   bool sees_floor_ = false;
   std::string fault_;
   int frame_ = 0;
@@ -84,6 +91,8 @@ class FloorMapper {
   std::vector<std::int8_t> ratio_;   // scan: the same
   std::vector<std::int8_t> smooth_;  // scan: mean of 3 x 3
   std::vector<std::int8_t> evidence_;  // scan
+  std::vector<std::int16_t> hidden_;   // per ray: row from which something hides the floor,
+  std::vector<std::uint8_t> stands_;   // and whether it stands on this very ray
   std::vector<std::int16_t>
       first_;  // per ray: row of the first obstacle, `rows` when there is none
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include <Eigen/Dense>
@@ -32,6 +33,12 @@ constexpr double kTextureError = 0.1;
 
 // Alternatives nearer to the floor than this are not told from it.
 constexpr double kApart_cells = 1.5;
+
+// What has a floor's colour and slides stands up: by so many nats rather than lies flat, and at
+// least so much better than at any other slide.
+constexpr double kUprightLogOdds = 6;
+constexpr double kSlideSigma_cells = 0.25;
+constexpr double kSlideMost = 1.5;  // of the motion: things up to 0.6 of the camera's height
 
 }  // namespace
 
@@ -188,6 +195,12 @@ struct FloorParallax::Earlier {
   }
 };
 
+struct FloorParallax::SeenBlock {
+  std::vector<SeenCell> cells;
+  Vec2 middle_view = Vec2::Zero();
+  double flat = 0;  // mean squared difference as floor
+};
+
 struct FloorParallax::UnknownBlock {
   std::vector<SeenCell> cells;
   int row = 0;
@@ -197,8 +210,8 @@ struct FloorParallax::UnknownBlock {
 
 struct FloorParallax::Sorted {
   std::vector<UnknownBlock> unknown;
-  double known_sum = 0;  // mean squared differences of known floor,
-  int known_blocks = 0;  // of so many blocks
+  std::vector<SeenBlock> all;
+  std::vector<double> floor;  // mean squared differences of blocks of a floor's colour
 };
 
 FloorParallax::Sorted FloorParallax::sort_blocks(const std::vector<float>& now,
@@ -210,10 +223,12 @@ FloorParallax::Sorted FloorParallax::sort_blocks(const std::vector<float>& now,
   const int block = options_.block;
   for (int row0 = 0; row0 + block <= rows_; row0 += block) {
     for (int column0 = 0; column0 + block <= columns_; column0 += block) {
+      SeenBlock alike;    // cells of a floor's colour, or
+      SeenBlock strange;  // of none
       std::vector<SeenCell> floor;
       UnknownBlock unknown;
       double lift = 0;
-      int strange = 0;  // cells of no known colour
+      int others = 0;  // cells of no known colour
       for (int row = row0; row < row0 + block; ++row) {
         for (int column = column0; column < column0 + block; ++column) {
           const std::size_t cell =
@@ -228,12 +243,15 @@ FloorParallax::Sorted FloorParallax::sort_blocks(const std::vector<float>& now,
           const auto sample_row = i / static_cast<std::size_t>(p.rays);
           const Vec2 at = origin_view_ + options_.cell_m * Vec2(column + 0.5, row + 0.5);
           const SeenCell here{earlier.T_before_now * at, now[cell], i};
+          SeenBlock& side = known[i] > 0 ? alike : strange;
+          side.cells.push_back(here);
+          side.middle_view += at;
           if (static_cast<int>(sample_row) < first[ray]) {
             if (known[i] > 0) {
               floor.push_back(here);
             }
           } else {
-            strange += known[i] <= 0 ? 1 : 0;
+            others += known[i] <= 0 ? 1 : 0;
             const double foot_range = static_cast<double>(
                 p.range_m[static_cast<std::size_t>(first[ray]) * static_cast<std::size_t>(p.rays)]);
             lift += static_cast<double>(p.range_m[i]) / foot_range - 1;
@@ -243,12 +261,20 @@ FloorParallax::Sorted FloorParallax::sort_blocks(const std::vector<float>& now,
       }
       const auto enough = static_cast<std::size_t>(3 * block * block / 4);
       if (floor.size() >= enough) {
-        if (const std::optional<double> m = earlier.mean_square(floor, 0)) {
-          sorted.known_sum += *m;
-          ++sorted.known_blocks;
+        if (const std::optional<double> flat = earlier.mean_square(floor, 0)) {
+          sorted.floor.push_back(*flat);
         }
       }
-      if (unknown.cells.size() >= enough && 4 * strange >= block * block) {
+      // what is partly floor shows two motions: the other part alone tells where it stands
+      SeenBlock& side = alike.cells.size() >= enough ? alike : strange;
+      if (side.cells.size() >= enough / 2) {
+        if (const std::optional<double> flat = earlier.mean_square(side.cells, 0)) {
+          side.flat = *flat;
+          side.middle_view /= static_cast<double>(side.cells.size());
+          sorted.all.push_back(std::move(side));
+        }
+      }
+      if (unknown.cells.size() >= enough && 4 * others >= block * block) {
         unknown.lift_cells =
             lift / static_cast<double>(unknown.cells.size()) * earlier.baseline_m / options_.cell_m;
         if (unknown.lift_cells >= kApart_cells) {
@@ -260,6 +286,66 @@ FloorParallax::Sorted FloorParallax::sort_blocks(const std::vector<float>& now,
     }
   }
   return sorted;
+}
+
+double FloorParallax::variance_of(const std::vector<SeenCell>& cells) {
+  double sum = 0;
+  double square = 0;
+  for (const SeenCell& cell : cells) {
+    sum += cell.grey;
+    square += cell.grey * cell.grey;
+  }
+  const auto n = static_cast<double>(cells.size());
+  return square / n - (sum / n) * (sum / n);
+}
+
+// The foot of what a block shows, where that stands up for certain.
+std::optional<UprightPoint> FloorParallax::upright_at(const Earlier& earlier,
+                                                      const SeenBlock& block,
+                                                      const Pose2& T_odom_view) const {
+  const double noise = std::max(*known_median_square_, kTextureError * variance_of(block.cells));
+  const double fits = options_.fit_max * options_.fit_max * noise;
+  const auto n = static_cast<double>(block.cells.size());
+  const double enough = kUprightLogOdds * 2 * noise / (kIndependentShare * n);
+  if (block.flat <= fits || block.flat <= enough) {
+    return std::nullopt;
+  }
+  constexpr double kStep_cells = 0.5;
+  const double most = kSlideMost * earlier.baseline_m / options_.cell_m;
+  const int steps = static_cast<int>(std::floor(2 * most / kStep_cells));
+  std::vector<double> misfit(static_cast<std::size_t>(steps) + 1, 1e12);
+  std::size_t best = 0;
+  for (std::size_t k = 0; k < misfit.size(); ++k) {
+    const double shift = static_cast<double>(k) * kStep_cells - most;
+    misfit[k] = earlier.mean_square(block.cells, shift).value_or(1e12);
+    best = misfit[k] < misfit[best] ? k : best;
+  }
+  if (best == 0 || best + 1 == misfit.size() || misfit[best - 1] > 1e11 ||
+      misfit[best + 1] > 1e11 || misfit[best] > fits || block.flat - misfit[best] < enough) {
+    return std::nullopt;
+  }
+  // the least of a parabola through the best three
+  const double below = misfit[best - 1] - misfit[best];
+  const double above = misfit[best + 1] - misfit[best];
+  const double between = below + above > 0 ? 0.5 * (below - above) / (below + above) : 0.0;
+  const double slide_cells = (static_cast<double>(best) + between) * kStep_cells - most;
+  if (slide_cells < kApart_cells) {
+    return std::nullopt;
+  }
+  // a pattern that repeats itself, and what has none along the motion, fit elsewhere as well
+  const auto apart = static_cast<std::size_t>(std::ceil(kApart_cells / kStep_cells));
+  for (std::size_t k = 0; k < misfit.size(); ++k) {
+    if ((k + apart < best || k > best + apart) && misfit[k] - misfit[best] < enough) {
+      return std::nullopt;
+    }
+  }
+  const double slide = slide_cells * options_.cell_m / earlier.baseline_m;
+  const double share = 1 / (1 + slide);  // of the way from the camera to the floor
+  const Vec2 sight = block.middle_view - projection_->foot_view;
+  const double along_m =
+      sight.norm() * share * share * kSlideSigma_cells * options_.cell_m / earlier.baseline_m;
+  return UprightPoint{T_odom_view * (projection_->foot_view + share * sight),
+                      projection_->height_m * (1 - share), std::hypot(along_m, options_.cell_m)};
 }
 
 // That a block is floor; 0 where nothing can be said.
@@ -280,14 +366,7 @@ double FloorParallax::log_odds_of(const Earlier& earlier, const UnknownBlock& un
     return 0;
   }
   const auto n = static_cast<double>(unknown.cells.size());
-  double sum = 0;
-  double square = 0;
-  for (const SeenCell& cell : unknown.cells) {
-    sum += cell.grey;
-    square += cell.grey * cell.grey;
-  }
-  const double variance = square / n - (sum / n) * (sum / n);
-  const double noise = std::max(*known_mean_square_, kTextureError * variance);
+  const double noise = std::max(*known_mean_square_, kTextureError * variance_of(unknown.cells));
   double log_odds = kIndependentShare * n * (upright - *flat) / (2 * noise);
   if (log_odds > 0) {
     const double fit_max = options_.fit_max * options_.fit_max;
@@ -298,20 +377,27 @@ double FloorParallax::log_odds_of(const Earlier& earlier, const UnknownBlock& un
   return std::clamp(log_odds, -kBlockLogOddsMax, kBlockLogOddsMax);
 }
 
-std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
-                                                       const std::vector<float>& now,
-                                                       const Rectified& before,
-                                                       const Pose2& T_odom_view,
-                                                       const std::vector<std::int8_t>& known,
-                                                       const std::vector<std::int16_t>& first) {
+std::vector<FloorParallax::Block> FloorParallax::judge(
+    const cv::Mat& bgr, const std::vector<float>& now, const Rectified& before,
+    const Pose2& T_odom_view, const std::vector<std::int8_t>& known,
+    const std::vector<std::int16_t>& first, std::vector<UprightPoint>& upright) {
   const Earlier earlier(*this, before, T_odom_view);
-  const Sorted sorted = sort_blocks(now, earlier, known, first);
-  if (sorted.known_blocks >= 3) {
-    known_mean_square_ = std::max(sorted.known_sum / sorted.known_blocks, 1.0);
+  Sorted sorted = sort_blocks(now, earlier, known, first);
+  if (sorted.floor.size() >= 3) {
+    const double sum = std::accumulate(sorted.floor.begin(), sorted.floor.end(), 0.0);
+    known_mean_square_ = std::max(sum / static_cast<double>(sorted.floor.size()), 1.0);
+    const auto middle = sorted.floor.begin() + static_cast<std::ptrdiff_t>(sorted.floor.size() / 2);
+    std::nth_element(sorted.floor.begin(), middle, sorted.floor.end());
+    known_median_square_ = std::max(*middle, 1.0);
   }
   std::vector<Block> blocks;
   if (!known_mean_square_) {
     return blocks;  // nothing has said yet how well the floor itself agrees
+  }
+  for (const SeenBlock& block : sorted.all) {
+    if (const std::optional<UprightPoint> point = upright_at(earlier, block, T_odom_view)) {
+      upright.push_back(*point);
+    }
   }
   for (const UnknownBlock& unknown : sorted.unknown) {
     const double log_odds = log_odds_of(earlier, unknown);
@@ -329,9 +415,9 @@ std::vector<FloorParallax::Block> FloorParallax::judge(const cv::Mat& bgr,
   return blocks;
 }
 
-std::vector<ColourGaussian> FloorParallax::learn(const cv::Mat& bgr, const Pose2& T_odom_view,
-                                                 const std::vector<std::int8_t>& known,
-                                                 const std::vector<std::int16_t>& first) {
+FloorParallax::Learned FloorParallax::learn(const cv::Mat& bgr, const Pose2& T_odom_view,
+                                            const std::vector<std::int8_t>& known,
+                                            const std::vector<std::int16_t>& first) {
   if (!past_.empty()) {
     const Vec2 moved = T_odom_view.position() - past_.back().T_odom_view.position();
     if (moved.norm() < options_.step_m) {
@@ -349,9 +435,10 @@ std::vector<ColourGaussian> FloorParallax::learn(const cv::Mat& bgr, const Pose2
       before = &r;
     }
   }
+  Learned learned;
   std::vector<Block> blocks;
   if (before != nullptr) {
-    blocks = judge(bgr, now.grey, *before, T_odom_view, known, first);
+    blocks = judge(bgr, now.grey, *before, T_odom_view, known, first, learned.upright);
   }
   past_.push_back(std::move(now));
   while (past_.size() > 12) {
@@ -359,7 +446,8 @@ std::vector<ColourGaussian> FloorParallax::learn(const cv::Mat& bgr, const Pose2
   }
 
   drop_scattered(blocks);
-  return weigh(blocks);
+  learned.floors = weigh(blocks);
+  return learned;
 }
 
 void FloorParallax::drop_scattered(std::vector<Block>& blocks) const {

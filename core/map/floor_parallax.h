@@ -11,6 +11,7 @@
 #include "core/config/fields.h"
 #include "core/map/floor_colour.h"
 #include "core/map/floor_projection.h"
+#include "core/map/upright_points.h"
 
 namespace panoptes {
 
@@ -30,20 +31,24 @@ struct FloorParallaxOptions {
 };
 void bind(Fields& f, FloorParallaxOptions& o);
 
-/// Tells another floor from an upright object of the same colour by how its texture moves: seen
-/// from two places, the floor's points keep their place on the floor, while those of an object at
-/// height z slide along the motion by z / (height - z) of it. What has no texture along it, and a
-/// turn on the spot, say nothing.
+/// Tells floors and upright objects of the same colour by how their texture moves: seen from two
+/// places, the floor's points keep their place on the floor, while those of an object at height z
+/// slide along the motion by z / (height - z) of it. So other floors are learned, and things of a
+/// known floor's colour found. What has no texture along the motion, and a turn on the spot, say
+/// nothing.
 class FloorParallax {
  public:
   FloorParallax(const FloorParallaxOptions& options,
                 std::shared_ptr<const FloorProjection> projection);
 
+  struct Learned {
+    std::vector<ColourGaussian> floors;  ///< colours that have proved to be floor
+    std::vector<UprightPoint> upright;   ///< feet of what this picture shows
+  };
+
   /// `known`: the scan's smoothed colour ratio; `first`: the first obstacle's row along each ray.
-  /// Returns the colours that have proved to be floor.
-  std::vector<ColourGaussian> learn(const cv::Mat& bgr, const Pose2& T_odom_view,
-                                    const std::vector<std::int8_t>& known,
-                                    const std::vector<std::int16_t>& first);
+  Learned learn(const cv::Mat& bgr, const Pose2& T_odom_view, const std::vector<std::int8_t>& known,
+                const std::vector<std::int16_t>& first);
 
  private:
   struct Rectified {
@@ -69,15 +74,20 @@ class FloorParallax {
   std::vector<Block> judge(const cv::Mat& bgr, const std::vector<float>& now,
                            const Rectified& before, const Pose2& T_odom_view,
                            const std::vector<std::int8_t>& known,
-                           const std::vector<std::int16_t>& first);
+                           const std::vector<std::int16_t>& first,
+                           std::vector<UprightPoint>& upright);
 
   struct SeenCell;      // of now
   struct Earlier;       // the picture that is compared with
+  struct SeenBlock;     // of any colour
   struct UnknownBlock;  // may be floor or not
   struct Sorted;        // blocks
+  std::optional<UprightPoint> upright_at(const Earlier& earlier, const SeenBlock& block,
+                                         const Pose2& T_odom_view) const;
   Sorted sort_blocks(const std::vector<float>& now, const Earlier& earlier,
                      const std::vector<std::int8_t>& known,
                      const std::vector<std::int16_t>& first) const;
+  static double variance_of(const std::vector<SeenCell>& cells);  // of their grey
   double log_odds_of(const Earlier& earlier, const UnknownBlock& unknown) const;
 
   FloorParallaxOptions options_;
@@ -85,10 +95,13 @@ class FloorParallax {
   int columns_ = 0;
   int rows_ = 0;
   Vec2 origin_view_ = Vec2::Zero();
-  std::vector<std::int32_t> pixel_;          // mapped pixels and
-  std::vector<std::int32_t> cell_;           // the cell each falls into
-  std::vector<std::int32_t> sample_;         // the scan's sample at each cell's centre, -1 outside
-  std::optional<double> known_mean_square_;  // mean squared difference of known floor, as last seen
+  std::vector<std::int32_t> pixel_;   // mapped pixels and
+  std::vector<std::int32_t> cell_;    // the cell each falls into
+  std::vector<std::int32_t> sample_;  // the scan's sample at each cell's centre, -1 outside
+  // Mean squared differences of blocks of known floor, as last seen: their mean, and their median,
+  // which things of its colour do not change.
+  std::optional<double> known_mean_square_;
+  std::optional<double> known_median_square_;
   std::deque<Rectified> past_;
   std::vector<Candidate> candidates_;
 };

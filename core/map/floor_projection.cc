@@ -203,6 +203,8 @@ Lattice lattice_of(const Mapped& mapped, const Covered& covered, FloorProjection
   Lattice lattice;
   lattice.az_low = covered.az_low;
   lattice.az_step = depth_at(mapped, farthest, sideways) / (farthest - out.foot_view).norm();
+  out.first_ray_rad = lattice.az_low;
+  out.ray_step_rad = lattice.az_step;
   out.rays = static_cast<int>(std::ceil((covered.az_high - covered.az_low) / lattice.az_step)) + 1;
   for (double r = covered.range_low; r <= covered.range_high;) {
     lattice.ranges.push_back(r);

@@ -24,6 +24,8 @@ struct FloorProjection {
 
   int rays = 0;
   int rows = 0;
+  double first_ray_rad = 0;         ///< direction of ray 0,
+  double ray_step_rad = 0;          ///< and from each to the next
   std::vector<std::int32_t> pixel;  ///< of sample [row * rays + ray]: v * width + u, -1 outside
   std::vector<float> range_m;       ///< of the sample from the foot
   std::vector<float> depth_m;       ///< length of floor along the ray that its pixel covers

@@ -291,6 +291,13 @@ int GlobalMap::add(std::shared_ptr<const GridCrop> grid, const Pose2& T_map_keyf
   return static_cast<int>(fused_.size()) - 1;
 }
 
+void GlobalMap::replace(int keyframe, std::shared_ptr<const GridCrop> grid) {
+  PlacedGrid& placed = fused_[static_cast<std::size_t>(keyframe)];
+  sum_.subtract(placed);
+  placed.grid = std::move(grid);
+  sum_.add(placed);
+}
+
 OccupancyMap GlobalMap::map_with(const PlacedGrid& open) {
   sum_.add(open);
   OccupancyMap with = sum_.map();
@@ -365,6 +372,15 @@ void LocalMap::close(std::shared_ptr<const GridCrop> grid, const Pose2& T_odom_k
   sum_ = EvidenceSum(sum_.cell_m(), Traversed::kAsSeen);
   for (const PlacedGrid& placed : closed_) {
     sum_.add(placed);
+  }
+}
+
+void LocalMap::replace(const std::shared_ptr<const GridCrop>& grid,
+                       std::shared_ptr<const GridCrop> by) {
+  for (PlacedGrid& placed : closed_) {
+    if (placed.grid == grid) {
+      placed.grid = by;
+    }
   }
 }
 

@@ -71,6 +71,9 @@ class GlobalMap {
   /// Keyframes are numbered as they are added.
   int add(std::shared_ptr<const GridCrop> grid, const Pose2& T_map_keyframe);
 
+  /// Another grid for keyframe `keyframe`.
+  void replace(int keyframe, std::shared_ptr<const GridCrop> grid);
+
   /// Notes where keyframes lie now. Those that moved by more than half a cell, or turned by more
   /// than that at their far edge, wait for refuse(); the others stay as they were fused.
   void move(std::span<const Pose2> T_map_keyframes);
@@ -106,6 +109,9 @@ class LocalMap {
 
   /// Takes the keyframe that was closed.
   void close(std::shared_ptr<const GridCrop> grid, const Pose2& T_odom_keyframe);
+
+  /// Another grid for one that it may have; in the map from the next close() on.
+  void replace(const std::shared_ptr<const GridCrop>& grid, std::shared_ptr<const GridCrop> by);
 
   /// The local map about the robot with the open keyframe as it is now.
   OccupancyMap map(const KeyframeGrid& open, const Pose2& T_odom_open, const Vec2& robot_odom);

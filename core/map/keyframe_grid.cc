@@ -28,6 +28,12 @@ constexpr int kSamePlaceLooks = 2;
 // millimetre short.
 constexpr double kTrackStep_m = 0.02;
 
+// Places of a camera nearer together than this see as good as the same.
+constexpr double kCameraStep_m = 0.1;
+
+// A line of sight that meets the floor farther away says nothing.
+constexpr double kFarthest = 20;  // times as far as what it passes over
+
 // The grid grows by whole blocks, so that it seldom does.
 constexpr int kBlock = 64;
 
@@ -63,6 +69,62 @@ std::int8_t GridCrop::at(int column, int row) const {
              : std::int8_t{0};
 }
 
+bool hide_behind(GridCrop& crop, std::span<const StandingPoint> standing, double half_width_m) {
+  bool any = false;
+  for (const StandingPoint& point : standing) {
+    // where the body has been nothing stands
+    if (std::any_of(crop.traversed.begin(), crop.traversed.end(),
+                    [&](const Vec2& p) { return (p - point.p).norm() < crop.body_radius_m; })) {
+      continue;
+    }
+    for (const CameraPlace& camera : crop.cameras) {
+      const Vec2 to = point.p - camera.foot;
+      if (to.norm() < half_width_m || point.height_m <= 0) {
+        continue;
+      }
+      const double over = std::max(camera.height_m - point.height_m, camera.height_m / kFarthest);
+      const double reach = camera.height_m / over;
+      const Vec2 aside = half_width_m * Vec2(-to.y(), to.x()).normalized();
+      const std::vector<Vec2> shadow{point.p + aside, point.p - aside,
+                                     camera.foot + reach * (to - aside),
+                                     camera.foot + reach * (to + aside)};
+      double low = shadow.front().y();
+      double high = low;
+      for (const Vec2& corner : shadow) {
+        low = std::min(low, corner.y());
+        high = std::max(high, corner.y());
+      }
+      const int rows = static_cast<int>(crop.rows.size());
+      const int begin_row = std::max(0, floor_of(low / crop.cell_m) - crop.first_row);
+      const int end_row = std::min(rows, floor_of(high / crop.cell_m) + 1 - crop.first_row);
+      for (int r = begin_row; r < end_row; ++r) {
+        const GridCrop::Row& row = crop.rows[static_cast<std::size_t>(r)];
+        const auto [left, right] = crossing(shadow, (crop.first_row + r + 0.5) * crop.cell_m);
+        if (left > right) {
+          continue;
+        }
+        const int begin = std::max(row.begin, floor_of(left / crop.cell_m));
+        const int end = std::min(row.end, floor_of(right / crop.cell_m) + 1);
+        for (int column = begin; column < end; ++column) {
+          std::int8_t& cell = crop.cells[row.offset + static_cast<std::size_t>(column - row.begin)];
+          any = any || cell > 0;
+          cell = std::min<std::int8_t>(cell, 0);
+        }
+      }
+    }
+  }
+  return any;
+}
+
+bool forget_obstacles(GridCrop& crop) {
+  bool any = false;
+  for (std::int8_t& cell : crop.cells) {
+    any = any || cell < 0;
+    cell = std::max<std::int8_t>(cell, 0);
+  }
+  return any;
+}
+
 KeyframeGrid::KeyframeGrid(double cell_m) : cells_(cell_m, kBlock) {
   PANOPTES_CHECK(cell_m > 0, "a grid has cells of some size");
 }
@@ -86,6 +148,12 @@ void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body
     last->second = T_keyframe_body;
   }
   const Pose2 T_keyframe_view = T_keyframe_body * p.T_body_view;
+  const Vec2 foot = T_keyframe_view * p.foot_view;
+  if (std::none_of(cameras_.begin(), cameras_.end(), [&](const CameraPlace& camera) {
+        return (camera.foot - foot).norm() < kCameraStep_m;
+      })) {
+    cameras_.push_back({foot, p.height_m});
+  }
 
   std::vector<Vec2> outline;
   Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity());
@@ -146,6 +214,14 @@ void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body
   }
 }
 
+void KeyframeGrid::forget_obstacles() {
+  const CellBox& box = cells_.box();
+  std::int8_t* cells = cells_.data();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(box.columns()) * box.rows(); ++i) {
+    cells[i] = std::max<std::int8_t>(cells[i], 0);
+  }
+}
+
 void KeyframeGrid::add_disc(const Vec2& p_keyframe, double radius_m, int evidence) {
   const Vec2 reach = Vec2::Constant(radius_m);
   reserve(p_keyframe - reach, p_keyframe + reach);
@@ -191,6 +267,8 @@ GridCrop KeyframeGrid::crop() const {
   out.cell_m = cells_.cell_m();
   out.traversed = traversed_;
   out.body_radius_m = body_radius_m_;
+  out.cameras = cameras_;
+  out.standing = standing_;
   const CellBox& box = cells_.box();
   const auto set = [](std::int8_t v) { return v != 0; };
   bool any = false;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <vector>
 
 #include "core/geometry/lattice2.h"
@@ -10,6 +11,18 @@
 #include "core/map/floor_mapper.h"
 
 namespace panoptes {
+
+/// Where a camera has been: the floor under it, and how high it was.
+struct CameraPlace {
+  Vec2 foot = Vec2::Zero();
+  double height_m = 0;
+};
+
+/// Something stands here, at least this high.
+struct StandingPoint {
+  Vec2 p = Vec2::Zero();
+  double height_m = 0;
+};
 
 /// The evidence of one keyframe, in its own frame, bounded to what was seen: row `r` holds cells
 /// [rows[r].begin, rows[r].end) of lattice row `first_row + r`; lattice cell (column, row) covers
@@ -28,8 +41,21 @@ struct GridCrop {
   std::vector<Vec2> traversed;  ///< where the middle of the body has been,
   double body_radius_m = 0;     ///< and how far it reaches from there
 
+  std::vector<CameraPlace> cameras;     ///< that saw all this, a few along the way
+  std::vector<StandingPoint> standing;  ///< found on it
+
   std::int8_t at(int column, int row) const;  ///< 0 outside
 };
+
+/// Takes out the floor that no camera of the crop has seen because something stands before it,
+/// whatever the pictures were taken to show: `standing`, in the crop's frame, hides it as far as
+/// the line of sight over it, and `half_width_m` to each side. Returns whether there was any.
+bool hide_behind(GridCrop& crop, std::span<const StandingPoint> standing,
+                 double half_width_m = 0.05);
+
+/// Takes back what was called an obstacle: another floor has proved to be one, and may be what was
+/// seen. Returns whether there was anything.
+bool forget_obstacles(GridCrop& crop);
 
 /// The log-odds grid of the keyframe that is open: every reading of the floor is added to it. What
 /// is seen again from nearly the same place is no new evidence: it can contradict, but not make
@@ -40,6 +66,11 @@ class KeyframeGrid {
 
   /// `floor_camera`: which of the robot's floor cameras, counted from 0.
   void add(const FloorReading& reading, const Pose2& T_keyframe_body, int floor_camera = 0);
+
+  /// Takes back what was called an obstacle.
+  void forget_obstacles();
+
+  void add_standing(const StandingPoint& point) { standing_.push_back(point); }
 
   /// The disc about `p_keyframe` is free: the body stands there, or it is assumed at the start.
   void add_free_disc(const Vec2& p_keyframe, double radius_m);
@@ -59,6 +90,8 @@ class KeyframeGrid {
   Lattice2<std::int8_t> cells_;
   std::vector<Vec2> traversed_;
   double body_radius_m_ = 0;
+  std::vector<CameraPlace> cameras_;
+  std::vector<StandingPoint> standing_;
   // Where the last independent reading was taken.
   std::map<int, Pose2> T_keyframe_last_;
 };

@@ -81,10 +81,7 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
   if (located.keyframe_made == 0) {
     open_.add_free_disc(Vec2::Zero(), start_radius_m());
   } else if (located.keyframe_made) {
-    const auto crop = std::make_shared<const GridCrop>(open_.crop());
-    closed_.push_back(crop);
-    global_.add(crop, T_map_keyframes[static_cast<std::size_t>(open_keyframe_)]);
-    local_.close(crop, keyframes[static_cast<std::size_t>(open_keyframe_)].T_odom_body);
+    close_keyframe(keyframes, T_map_keyframes);
     open_ = KeyframeGrid(options_.cell_m);
     open_keyframe_ = *located.keyframe_made;
   }
@@ -112,6 +109,14 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
     const Pose2 T_odom_then = seen.odometry.T_odom_body * T_now_then;
     FloorReading reading = floor_cameras_[i].floor.read(picture->second.bgr, T_odom_then, !bumped_);
     check_camera(i, picture->second.bgr, reading, T_odom_then, seen.odometry.twist_body);
+    for (const UprightPoint& point : reading.upright_odom) {
+      open_.add_standing(
+          {located.T_last_body * (seen.odometry.T_odom_body.inverse() * point.p_odom),
+           point.height_m});
+    }
+    if (reading.learned_new_floor) {
+      forget_obstacles();
+    }
     if (reading.sees_floor || i == 0) {
       open_.add(reading, located.T_last_body * T_now_then, static_cast<int>(i));
     }
@@ -124,6 +129,58 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
       local_.map(open_, keyframes[static_cast<std::size_t>(open_keyframe_)].T_odom_body,
                  located.T_odom_body.position());
   return out;
+}
+
+// What was seen here before another floor was known may be that floor.
+void Mapper::forget_obstacles() {
+  open_.forget_obstacles();
+  for (std::size_t k = first_of_late(); k < closed_.size(); ++k) {
+    auto cleared = std::make_shared<GridCrop>(*closed_[k]);
+    if (panoptes::forget_obstacles(*cleared)) {
+      replace(k, std::move(cleared));
+    }
+  }
+}
+
+// Keyframes from this one on may be changed by what is seen later.
+std::size_t Mapper::first_of_late() const {
+  constexpr std::size_t kBefore = 40;
+  return closed_.size() - std::min(closed_.size(), kBefore);
+}
+
+void Mapper::replace(std::size_t keyframe, std::shared_ptr<const GridCrop> grid) {
+  local_.replace(closed_[keyframe], grid);
+  global_.replace(static_cast<int>(keyframe), grid);
+  closed_[keyframe] = std::move(grid);
+}
+
+// Something that stands hides the floor behind it from earlier keyframes, too, from which it was
+// not told from the floor yet.
+void Mapper::close_keyframe(const std::vector<Keyframe>& keyframes,
+                            const std::vector<Pose2>& T_map_keyframes) {
+  constexpr double kNear_m = 4;  // to the camera that may have looked past it
+  const auto open = static_cast<std::size_t>(open_keyframe_);
+  GridCrop crop = open_.crop();
+  hide_behind(crop, crop.standing);
+  for (std::size_t k = first_of_late(); k < closed_.size() && !crop.standing.empty(); ++k) {
+    const Pose2 T_k_open = T_map_keyframes[k].inverse() * T_map_keyframes[open];
+    std::vector<StandingPoint> standing;
+    for (const StandingPoint& point : crop.standing) {
+      const StandingPoint at_k{T_k_open * point.p, point.height_m};
+      if (std::any_of(
+              closed_[k]->cameras.begin(), closed_[k]->cameras.end(),
+              [&](const CameraPlace& camera) { return (camera.foot - at_k.p).norm() < kNear_m; })) {
+        standing.push_back(at_k);
+      }
+    }
+    auto hidden = std::make_shared<GridCrop>(*closed_[k]);
+    if (hide_behind(*hidden, standing)) {
+      replace(k, std::move(hidden));
+    }
+  }
+  closed_.push_back(std::make_shared<const GridCrop>(std::move(crop)));
+  global_.add(closed_.back(), T_map_keyframes[open]);
+  local_.close(closed_.back(), keyframes[open].T_odom_body);
 }
 
 // Wheels that turn against what the body touches would look like another mounting.

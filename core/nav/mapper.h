@@ -78,6 +78,11 @@ class Mapper {
  private:
   void check_camera(std::size_t camera, const cv::Mat& bgr, const FloorReading& reading,
                     const Pose2& T_odom_body, const Twist2& twist_body);
+  void forget_obstacles();
+  std::size_t first_of_late() const;
+  void replace(std::size_t keyframe, std::shared_ptr<const GridCrop> grid);
+  void close_keyframe(const std::vector<Keyframe>& keyframes,
+                      const std::vector<Pose2>& T_map_keyframes);
   void drive_over(const Pose2& T_keyframe_body, const Pose2& T_wheels_body, bool touches);
 
   MapperOptions options_;

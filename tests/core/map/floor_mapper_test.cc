@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/map/floor_mapper.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -169,6 +170,65 @@ TEST(FloorMapper, LeavesTheSecondCarpetAnObstacleWithoutParallax) {
     const FloorReading reading = mapper.read(draw(scene, camera, {x, 0, 0}, rng), {x, 0, 0}, true);
     EXPECT_LT(shares(reading, Vec2(1.9 - x, -0.2), Vec2(2.4 - x, 0.2)).free, 0.02);
   }
+}
+
+// What is found to stand up on a drive of 0.8 m towards what lies ahead.
+std::vector<UprightPoint> found_ahead(const FloorScene& scene, bool upright = true) {
+  Rng rng(11);
+  const RigCamera camera = office_floor_camera();
+  FloorMapperOptions options;
+  options.upright = upright;
+  FloorMapper mapper(options, camera, {});
+  std::vector<UprightPoint> found;
+  for (int i = 0; i < 21; ++i) {
+    const Pose2 T{0.04 * i, 0, 0};
+    const FloorReading reading = mapper.read(draw(scene, camera, T, rng), T, true);
+    found.insert(found.end(), reading.upright_odom.begin(), reading.upright_odom.end());
+  }
+  return found;
+}
+
+TEST(FloorMapper, FindsTheWholeFaceOfAThingOfTheFloorsColour) {
+  FloorScene scene;
+  scene.carpet = {kGreyBlue.bgr, 0.25, 1};
+  const SceneBox box{Vec2(1.6, -0.35), Vec2(2.2, 0.4), 0.5, scene.carpet};
+  scene.boxes = {kFarWall, box};
+  const std::vector<UprightPoint> found = found_ahead(scene);
+  for (double y = box.low.y() + 0.05; y < box.high.y(); y += 0.05) {
+    EXPECT_TRUE(std::any_of(found.begin(), found.end(), [&](const UprightPoint& point) {
+      return (point.p_odom - Vec2(box.low.x(), y)).norm() < 0.08;
+    })) << y;
+  }
+  const auto astray = std::count_if(found.begin(), found.end(), [&](const UprightPoint& point) {
+    return point.p_odom.x() < box.low.x() - 0.08;
+  });
+  EXPECT_LE(10 * astray, static_cast<int>(found.size()));
+  EXPECT_TRUE(found_ahead(scene, false).empty());
+}
+
+// A wall with a skirting board of the floor's colour: colour alone sees floor up to its edge.
+TEST(FloorMapper, AWallStandsWhereItsSkirtingBoardDoes) {
+  FloorScene scene;
+  scene.carpet = {kGreyBlue.bgr, 0.15, 1};
+  constexpr double kWall_m = 1.5;
+  scene.boxes = {{Vec2(kWall_m, -30), Vec2(kWall_m + 0.005, 30), 0.1, scene.carpet},
+                 {Vec2(kWall_m + 0.005, -30), Vec2(kWall_m + 0.2, 30), 2.5, {kWhite.bgr, 0.2, 4}}};
+  const std::vector<UprightPoint> found = found_ahead(scene);
+  int on_it = 0;
+  for (const UprightPoint& point : found) {
+    on_it += std::abs(point.p_odom.x() - kWall_m) < 0.06 ? 1 : 0;
+  }
+  EXPECT_GE(found.size(), 20U);
+  EXPECT_GE(on_it, static_cast<int>(0.9 * static_cast<double>(found.size())));
+}
+
+TEST(FloorMapper, NothingStandsOnTwoCarpets) {
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  scene.second_carpet = kBrown;
+  scene.seam_x_m = 1.5;
+  scene.boxes = {kFarWall};
+  EXPECT_TRUE(found_ahead(scene).empty());
 }
 
 TEST(FloorMapper, DoesNotLearnAfterABump) {

@@ -207,6 +207,26 @@ TEST_P(EveryCellSize, WhatWasDrivenThroughMovesToTheBitAsFromScratch) {
 
 INSTANTIATE_TEST_SUITE_P(Metres, EveryCellSize, testing::Values(0.01, 0.02, 0.05, 0.1));
 
+TEST_P(EveryCellSize, AReplacedGridFusesToTheBitAsFromScratch) {
+  Rng rng(29);
+  GlobalMap global(GetParam());
+  std::vector<PlacedGrid> placed;
+  for (int i = 0; i < 12; ++i) {
+    placed.push_back({random_crop(rng), random_pose(rng)});
+    global.add(placed.back().grid, placed.back().T_map_keyframe);
+  }
+  for (const int k : {3, 7, 3}) {
+    placed[static_cast<std::size_t>(k)].grid = random_crop(rng);
+    global.replace(k, placed[static_cast<std::size_t>(k)].grid);
+  }
+  const PlacedGrid open{random_crop(rng), random_pose(rng)};
+  const OccupancyMap replaced = global.map_with(open);
+  placed.push_back(open);
+  const OccupancyMap fresh = fuse(placed, GetParam());
+  EXPECT_EQ(replaced.origin, fresh.origin);
+  EXPECT_EQ(replaced.cells, fresh.cells);
+}
+
 TEST(GlobalMap, LeavesAloneWhatMovedByLessThanHalfACell) {
   Rng rng(2);
   GlobalMap global(0.05);

@@ -136,6 +136,88 @@ TEST(KeyframeGrid, RemembersWhereTheBodyHasBeenAndNoPlaceTwice) {
   EXPECT_EQ(crop.at(0, 0), 48);
 }
 
+// Free floor all about, but for a thing that colour has told.
+GridCrop free_floor() {
+  KeyframeGrid grid;
+  grid.add_free_disc(Vec2(1, 0), 2);
+  grid.add_occupied_disc(Vec2(1.6, 0), 0.03);
+  GridCrop crop = grid.crop();
+  crop.cameras = {{Vec2(0, 0), 0.6}, {Vec2(0, 0.3), 0.6}};
+  return crop;
+}
+
+// How far behind a point of height z, seen at `range_m` from a height, floor is hidden.
+double shadow_m(double range_m, double camera_m, double height_m) {
+  return range_m * height_m / (camera_m - height_m);
+}
+
+TEST(HideBehind, TakesOutTheFloorThatCamerasLookOverAndNoOther) {
+  const GridCrop before = free_floor();
+  GridCrop crop = before;
+  const StandingPoint point{Vec2(1.2, 0), 0.2};
+  constexpr double kHalf_m = 0.05;
+  EXPECT_TRUE(hide_behind(crop, std::vector<StandingPoint>{point}, kHalf_m));
+  for (std::size_t r = 0; r < crop.rows.size(); ++r) {
+    const int row = crop.first_row + static_cast<int>(r);
+    for (int column = crop.rows[r].begin; column < crop.rows[r].end; ++column) {
+      const Vec2 at = crop.cell_m * Vec2(column + 0.5, row + 0.5);
+      double inside = -1;  // by how much, of the nearest shadow's edge
+      for (const CameraPlace& camera : crop.cameras) {
+        const Vec2 to = point.p - camera.foot;
+        const Vec2 along = to.normalized();
+        const double reach = shadow_m(to.norm(), camera.height_m, point.height_m);
+        const double share = camera.height_m / (camera.height_m - point.height_m);
+        const double ahead = (at - point.p).dot(along);
+        const double aside =
+            std::abs(along.x() * (at - point.p).y() - along.y() * (at - point.p).x());
+        const double half = kHalf_m * (1 + (share - 1) * std::clamp(ahead / reach, 0.0, 1.0));
+        inside = std::max(inside, std::min({ahead, reach - ahead, half - aside}));
+      }
+      const int was = before.at(column, row);
+      const int is = crop.at(column, row);
+      if (was < 0 || inside < -2 * crop.cell_m) {
+        ASSERT_EQ(is, was) << at.transpose();
+      } else if (inside > 2 * crop.cell_m) {
+        ASSERT_EQ(is, 0) << at.transpose();
+      }
+    }
+  }
+  EXPECT_FALSE(hide_behind(crop, std::vector<StandingPoint>{point}, kHalf_m)) << "a second time";
+}
+
+TEST(HideBehind, WhatIsAsHighAsTheCameraHidesAllThatLiesBehind) {
+  GridCrop crop = free_floor();
+  EXPECT_TRUE(hide_behind(crop, std::vector<StandingPoint>{{Vec2(1.2, 0), 0.7}}));
+  for (double x = 1.25; x < 2.9; x += 0.1) {
+    EXPECT_LE(crop.at(static_cast<int>(x / crop.cell_m), 0), 0) << x;
+  }
+}
+
+TEST(HideBehind, WhereTheBodyHasBeenNothingStands) {
+  GridCrop crop = free_floor();
+  crop.traversed = {Vec2(1.1, 0.05)};
+  crop.body_radius_m = 0.25;
+  EXPECT_FALSE(hide_behind(crop, std::vector<StandingPoint>{{Vec2(1.2, 0), 0.2}}));
+}
+
+TEST(KeyframeGrid, ObstaclesAreTakenBackAndFloorIsNot) {
+  KeyframeGrid grid;
+  grid.add_free_disc(Vec2(1, 0), 1);
+  grid.add_occupied_disc(Vec2(1.6, 0), 0.1);
+  GridCrop crop = grid.crop();
+  const auto free =
+      std::count_if(crop.cells.begin(), crop.cells.end(), [](int v) { return v > 0; });
+  EXPECT_TRUE(forget_obstacles(crop));
+  EXPECT_FALSE(forget_obstacles(crop));
+  grid.forget_obstacles();
+  for (const GridCrop& after : {crop, grid.crop()}) {
+    EXPECT_EQ(after.at(160, 0), 0);
+    EXPECT_EQ(std::count_if(after.cells.begin(), after.cells.end(), [](int v) { return v > 0; }),
+              free);
+    EXPECT_TRUE(std::none_of(after.cells.begin(), after.cells.end(), [](int v) { return v < 0; }));
+  }
+}
+
 TEST(KeyframeGrid, AnEmptyGridCropsToNothing) {
   const GridCrop crop = KeyframeGrid().crop();
   EXPECT_TRUE(crop.rows.empty());
