@@ -173,6 +173,9 @@ void Mapper::close_keyframe(const std::vector<Keyframe>& keyframes,
         standing.push_back(at_k);
       }
     }
+    if (standing.empty()) {
+      continue;
+    }
     auto hidden = std::make_shared<GridCrop>(*closed_[k]);
     if (hide_behind(*hidden, standing)) {
       replace(k, std::move(hidden));
