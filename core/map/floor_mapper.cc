@@ -237,9 +237,14 @@ void FloorMapper::find_upright(const Pose2& T_odom_body) {
     const int row = begin < end ? row_at(range_m + point.sigma_m) : 0;
     for (int ray = begin; ray < end; ++ray) {
       const auto at = static_cast<std::size_t>(ray);
+      // what stands before the floor that is seen is not to be drawn on that
+      const bool stands = std::abs(ray - middle) <= std::max(core, 0.5) &&
+                          range_m + point.sigma_m >= static_cast<double>(p.range_m[0]);
       if (row < hidden_[at]) {
         hidden_[at] = static_cast<std::int16_t>(row);
-        stands_[at] = std::abs(ray - middle) <= std::max(core, 0.5) ? 1 : 0;
+        stands_[at] = stands ? 1 : 0;
+      } else if (row == hidden_[at] && stands) {
+        stands_[at] = 1;
       }
     }
   }

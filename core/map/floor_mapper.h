@@ -39,7 +39,7 @@ struct FloorReading {
   cv::Mat log_ratio;  ///< CV_32F, nats, the whole picture; 0 outside the mapped part
   std::shared_ptr<const FloorProjection> projection;
   std::vector<std::int8_t> evidence;  ///< the projection's body-frame raster, row-major along x
-  std::vector<UprightPoint> upright_odom;  ///< found in this picture
+  std::vector<UprightPoint> upright_odom;  ///< found since the last reading
   bool sees_floor = false;                 ///< the patch ahead has looked like one floor
   std::string fault;                       ///< why not
   double free_ahead_m =

@@ -379,7 +379,9 @@ void LocalMap::replace(const std::shared_ptr<const GridCrop>& grid,
                        std::shared_ptr<const GridCrop> by) {
   for (PlacedGrid& placed : closed_) {
     if (placed.grid == grid) {
+      sum_.subtract(placed);
       placed.grid = by;
+      sum_.add(placed);
     }
   }
 }

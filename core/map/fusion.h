@@ -110,7 +110,7 @@ class LocalMap {
   /// Takes the keyframe that was closed.
   void close(std::shared_ptr<const GridCrop> grid, const Pose2& T_odom_keyframe);
 
-  /// Another grid for one that it may have; in the map from the next close() on.
+  /// Another grid for one that it may have.
   void replace(const std::shared_ptr<const GridCrop>& grid, std::shared_ptr<const GridCrop> by);
 
   /// The local map about the robot with the open keyframe as it is now.

@@ -30,6 +30,7 @@ constexpr double kTrackStep_m = 0.02;
 
 // Places of a camera nearer together than this see as good as the same.
 constexpr double kCameraStep_m = 0.1;
+constexpr double kCameraStep_rad = 0.2;
 
 // A line of sight that meets the floor farther away says nothing.
 constexpr double kFarthest = 20;  // times as far as what it passes over
@@ -69,17 +70,29 @@ std::int8_t GridCrop::at(int column, int row) const {
              : std::int8_t{0};
 }
 
+namespace {
+
+bool under_body(const GridCrop& crop, const Vec2& p) {
+  return std::any_of(crop.traversed.begin(), crop.traversed.end(),
+                     [&](const Vec2& place) { return (p - place).norm() < crop.body_radius_m; });
+}
+
+bool looks_at(const CameraPlace& camera, const Vec2& to) {
+  return std::abs(wrap_angle(std::atan2(to.y(), to.x()) - camera.heading_rad)) <=
+         camera.half_width_rad;
+}
+
+}  // namespace
+
 bool hide_behind(GridCrop& crop, std::span<const StandingPoint> standing, double half_width_m) {
   bool any = false;
   for (const StandingPoint& point : standing) {
-    // where the body has been nothing stands
-    if (std::any_of(crop.traversed.begin(), crop.traversed.end(),
-                    [&](const Vec2& p) { return (p - point.p).norm() < crop.body_radius_m; })) {
+    if (under_body(crop, point.p)) {
       continue;
     }
     for (const CameraPlace& camera : crop.cameras) {
       const Vec2 to = point.p - camera.foot;
-      if (to.norm() < half_width_m || point.height_m <= 0) {
+      if (to.norm() < half_width_m || point.height_m <= 0 || !looks_at(camera, to)) {
         continue;
       }
       const double over = std::max(camera.height_m - point.height_m, camera.height_m / kFarthest);
@@ -107,8 +120,11 @@ bool hide_behind(GridCrop& crop, std::span<const StandingPoint> standing, double
         const int end = std::min(row.end, floor_of(right / crop.cell_m) + 1);
         for (int column = begin; column < end; ++column) {
           std::int8_t& cell = crop.cells[row.offset + static_cast<std::size_t>(column - row.begin)];
-          any = any || cell > 0;
-          cell = std::min<std::int8_t>(cell, 0);
+          if (cell > 0 &&
+              !under_body(crop, crop.cell_m * Vec2(column + 0.5, crop.first_row + r + 0.5))) {
+            any = true;
+            cell = 0;
+          }
         }
       }
     }
@@ -149,10 +165,15 @@ void KeyframeGrid::add(const FloorReading& reading, const Pose2& T_keyframe_body
   }
   const Pose2 T_keyframe_view = T_keyframe_body * p.T_body_view;
   const Vec2 foot = T_keyframe_view * p.foot_view;
+  const double half_width_rad = 0.5 * p.rays * p.ray_step_rad;
+  const CameraPlace here{foot, p.height_m,
+                         wrap_angle(T_keyframe_view.theta_rad + p.first_ray_rad + half_width_rad),
+                         half_width_rad + kCameraStep_rad};
   if (std::none_of(cameras_.begin(), cameras_.end(), [&](const CameraPlace& camera) {
-        return (camera.foot - foot).norm() < kCameraStep_m;
+        return (camera.foot - foot).norm() < kCameraStep_m && camera.height_m == here.height_m &&
+               std::abs(wrap_angle(camera.heading_rad - here.heading_rad)) < kCameraStep_rad;
       })) {
-    cameras_.push_back({foot, p.height_m});
+    cameras_.push_back(here);
   }
 
   std::vector<Vec2> outline;

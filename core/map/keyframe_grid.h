@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -12,10 +13,12 @@
 
 namespace panoptes {
 
-/// Where a camera has been: the floor under it, and how high it was.
+/// Where a camera has been: the floor under it, how high it was, and what it looked at.
 struct CameraPlace {
   Vec2 foot = Vec2::Zero();
   double height_m = 0;
+  double heading_rad = 0;                        ///< of the middle of its view,
+  double half_width_rad = std::numbers::pi / 2;  ///< which reaches so far to each side
 };
 
 /// Something stands here, at least this high.
@@ -47,9 +50,10 @@ struct GridCrop {
   std::int8_t at(int column, int row) const;  ///< 0 outside
 };
 
-/// Takes out the floor that no camera of the crop has seen because something stands before it,
-/// whatever the pictures were taken to show: `standing`, in the crop's frame, hides it as far as
-/// the line of sight over it, and `half_width_m` to each side. Returns whether there was any.
+/// Takes out the floor that lies behind what stands, seen from where the crop's cameras looked at
+/// it, whatever the pictures were taken to show: `standing`, in the crop's frame, hides it as far
+/// as the line of sight over it, and `half_width_m` to each side. What the body has driven over
+/// stays, and where it has been nothing stands. Returns whether there was any such floor.
 bool hide_behind(GridCrop& crop, std::span<const StandingPoint> standing,
                  double half_width_m = 0.05);
 

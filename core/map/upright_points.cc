@@ -64,7 +64,7 @@ constexpr double kForgotten_m = 4;
 constexpr double kForgotten_s = 20;
 constexpr double kForgotten_rad = 2 * deg_to_rad(360);
 constexpr double kOutOfReach_m = 4;
-constexpr double kSuggested_m = 1;  // of driving, in which a second picture must agree
+constexpr double kSuggested_m = 1;  // of driving, in which other pictures must agree
 
 }  // namespace
 
@@ -151,22 +151,24 @@ void UprightPoints::remember(const UprightPoint& point) {
   const auto same = std::find_if(points_.begin(), points_.end(), [&](const UprightPoint& other) {
     return (other.p_odom - point.p_odom).squaredNorm() < kSame_m * kSame_m;
   });
-  const Remembered now{driven_m_, turned_rad_, picture_};
+  const Remembered now{driven_m_, turned_rad_, picture_, point.height_m};
   if (same == points_.end()) {
     points_.push_back(point);
     remembered_.push_back(now);
     new_.push_back(point);
     return;
   }
-  remembered_[static_cast<std::size_t>(same - points_.begin())] = now;
+  Remembered& known = remembered_[static_cast<std::size_t>(same - points_.begin())];
   const double height_m = std::max(same->height_m, point.height_m);
-  const bool taller = height_m > kTaller * same->height_m;
   if (point.sigma_m < same->sigma_m) {
     *same = point;
-    same->height_m = height_m;
   }
-  if (taller) {  // and hides more
-    same->height_m = height_m;
+  same->height_m = height_m;
+  const double told_m = known.told_height_m;
+  known = now;
+  known.told_height_m = told_m;
+  if (height_m > kTaller * told_m) {  // and hides more
+    known.told_height_m = height_m;
     new_.push_back(*same);
   }
 }
@@ -199,7 +201,7 @@ void UprightPoints::suggest(const std::vector<UprightPoint>& points) {
                 std::sqrt(static_cast<double>(agreeing) / information)});
     }
     suggested_.push_back(point);
-    suggested_at_.push_back({driven_m_, turned_rad_, picture_});
+    suggested_at_.push_back({driven_m_, turned_rad_, picture_, point.height_m});
   }
 }
 

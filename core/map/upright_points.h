@@ -36,7 +36,7 @@ class UprightPoints {
   /// taller than before.
   std::vector<UprightPoint> add(const cv::Mat& bgr, const Pose2& T_odom_body);
 
-  /// What another way of looking found in this picture. A place that a second picture finds as well
+  /// What another way of looking found in this picture. A place on which three pictures agree
   /// is remembered like those found by add(), which returns it next.
   void suggest(const std::vector<UprightPoint>& points);
 
@@ -62,6 +62,7 @@ class UprightPoints {
     double driven_m = 0;  // by the robot until it was seen last
     double turned_rad = 0;
     int picture = 0;
+    double told_height_m = 0;
   };
 
   std::optional<Sight> sight(const cv::Point2f& px, const Mat2& covariance_px,

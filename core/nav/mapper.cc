@@ -115,9 +115,8 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
            point.height_m});
     }
     if (reading.learned_new_floor) {
-      forget_obstacles();
-    }
-    if (reading.sees_floor || i == 0) {
+      forget_obstacles();  // this reading does not know the new floor yet
+    } else if (reading.sees_floor || i == 0) {
       open_.add(reading, located.T_last_body * T_now_then, static_cast<int>(i));
     }
     if (i == 0) {
@@ -129,6 +128,12 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
       local_.map(open_, keyframes[static_cast<std::size_t>(open_keyframe_)].T_odom_body,
                  located.T_odom_body.position());
   return out;
+}
+
+GridCrop Mapper::open_crop() const {
+  GridCrop crop = open_.crop();
+  hide_behind(crop, crop.standing);
+  return crop;
 }
 
 // What was seen here before another floor was known may be that floor.
@@ -160,8 +165,7 @@ void Mapper::close_keyframe(const std::vector<Keyframe>& keyframes,
                             const std::vector<Pose2>& T_map_keyframes) {
   constexpr double kNear_m = 4;  // to the camera that may have looked past it
   const auto open = static_cast<std::size_t>(open_keyframe_);
-  GridCrop crop = open_.crop();
-  hide_behind(crop, crop.standing);
+  GridCrop crop = open_crop();
   for (std::size_t k = first_of_late(); k < closed_.size() && !crop.standing.empty(); ++k) {
     const Pose2 T_k_open = T_map_keyframes[k].inverse() * T_map_keyframes[open];
     std::vector<StandingPoint> standing;
@@ -181,6 +185,7 @@ void Mapper::close_keyframe(const std::vector<Keyframe>& keyframes,
       replace(k, std::move(hidden));
     }
   }
+  crop.standing.clear();
   closed_.push_back(std::make_shared<const GridCrop>(std::move(crop)));
   global_.add(closed_.back(), T_map_keyframes[open]);
   local_.close(closed_.back(), keyframes[open].T_odom_body);
@@ -233,7 +238,7 @@ std::vector<PlacedGrid> Mapper::placed(const std::vector<Pose2>& T_map_keyframes
     all.push_back({closed_[k], T_map_keyframes[k]});
   }
   if (!T_map_keyframes.empty()) {
-    all.push_back({std::make_shared<const GridCrop>(open_.crop()), T_map_keyframes.back()});
+    all.push_back({std::make_shared<const GridCrop>(open_crop()), T_map_keyframes.back()});
   }
   return all;
 }
@@ -242,7 +247,7 @@ OccupancyMap Mapper::map(const std::vector<Pose2>& T_map_keyframes) {
   if (T_map_keyframes.empty()) {
     return {};
   }
-  return global_.map_with({std::make_shared<const GridCrop>(open_.crop()), T_map_keyframes.back()});
+  return global_.map_with({std::make_shared<const GridCrop>(open_crop()), T_map_keyframes.back()});
 }
 
 OccupancyMap Mapper::finished_map(double cell_m, const std::vector<Pose2>& T_map_keyframes) const {

@@ -78,6 +78,7 @@ class Mapper {
  private:
   void check_camera(std::size_t camera, const cv::Mat& bgr, const FloorReading& reading,
                     const Pose2& T_odom_body, const Twist2& twist_body);
+  GridCrop open_crop() const;
   void forget_obstacles();
   std::size_t first_of_late() const;
   void replace(std::size_t keyframe, std::shared_ptr<const GridCrop> grid);

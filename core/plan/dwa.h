@@ -17,7 +17,7 @@ struct DwaOptions {
   int speed_samples = 7;
   int turn_samples = 21;        ///< odd, so that keeping straight on is always tried
   double distance_cap_m = 1.0;  ///< free path beyond this is worth no more
-  double margin_m = 0.04;       ///< kept from everything when creeping
+  double margin_m = 0.04;       ///< kept from things when creeping, less from unknown floor
   double margin_s = 0.15;       ///< and this much more per m/s: 13 cm in all at 0.6 m/s
   double heading_weight = 10;
   double distance_weight = 2;
