@@ -21,7 +21,7 @@ namespace panoptes {
 struct FloorMapperOptions {
   FloorColourOptions colour;
   bool parallax = true;  ///< learn other floors by their motion; off: the thesis's own
-  bool upright = true;   ///< what stands up by its motion ends the floor; off: the thesis's own
+  bool upright = true;   ///< what stands up by its motion ends the floor
   FloorParallaxOptions parallax_check;
   double obstacle_height_m = 0.02;  ///< what is lower than this may pass for a stain
   double foot_depth_m = 0.04;       ///< how far behind its foot an obstacle is taken to reach
