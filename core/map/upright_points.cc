@@ -56,7 +56,12 @@ constexpr double kUpright_m = 0.03;  // surely higher than this it stands up
 constexpr double kSurely = 3;        // sigmas
 constexpr double kOutlier = 9;       // chi-square of one degree
 constexpr int kConfirmed = 3;
+constexpr int kConfirmedAlone = 8;
 constexpr double kVague_m = 0.06;  // a place known no better is of no use
+
+constexpr double kSupport_m = 0.05;  // sightings nearer together are of one thing
+constexpr int kSupport = 3;          // others that a place needs
+constexpr int kNoTrack = 0;          // what another way of looking found
 
 constexpr double kTaller = 1.25;
 constexpr double kSame_m = 0.03;  // points nearer together are one
@@ -142,9 +147,38 @@ bool UprightPoints::judge(Track& track, const Sight& now, const Pose2& T_odom_bo
   const Vec2 sight = track.first.floor_odom - track.foot_odom;
   const double sigma_m = sight.norm() * share * share * sigma_slide;
   if (track.confirmed >= kConfirmed && sigma_m < kVague_m) {
-    remember({track.foot_odom + share * sight, h * (1 - share), sigma_m});
+    sighted({track.foot_odom + share * sight, h * (1 - share), sigma_m}, track.id, track.confirmed);
   }
   return path_m < kLongest_m;
+}
+
+// Notes it; it counts, and those that say so with it, once others say that something stands there.
+void UprightPoints::sighted(const UprightPoint& point, int track, int confirmed) {
+  std::vector<std::size_t> others;
+  for (std::size_t i = 0; i < sightings_.size(); ++i) {
+    const Sighting& other = sightings_[i];
+    if ((other.track != track || track == kNoTrack) &&
+        (other.point.p_odom - point.p_odom).squaredNorm() < kSupport_m * kSupport_m) {
+      others.push_back(i);
+    }
+  }
+  const bool supported = static_cast<int>(others.size()) >= kSupport;
+  sightings_.push_back({point, track, picture_});
+  const bool known = std::any_of(points_.begin(), points_.end(), [&](const UprightPoint& other) {
+    return (other.p_odom - point.p_odom).squaredNorm() < kSame_m * kSame_m;
+  });
+  if (supported || known || confirmed >= kConfirmedAlone) {
+    remember(point);
+  }
+  if (supported) {
+    for (const std::size_t i : others) {
+      if (!sightings_[i].counts) {
+        remember(sightings_[i].point);
+        sightings_[i].counts = true;
+      }
+    }
+    sightings_.back().counts = true;
+  }
 }
 
 void UprightPoints::remember(const UprightPoint& point) {
@@ -197,8 +231,9 @@ void UprightPoints::suggest(const std::vector<UprightPoint>& points) {
       seen_m = suggested_at_[i].driven_m;
     }
     if (agreeing >= kConfirmed) {
-      remember({mean.p_odom / information, mean.height_m,
-                std::sqrt(static_cast<double>(agreeing) / information)});
+      sighted({mean.p_odom / information, mean.height_m,
+               std::sqrt(static_cast<double>(agreeing) / information)},
+              kNoTrack, agreeing);
     }
     suggested_.push_back(point);
     suggested_at_.push_back({driven_m_, turned_rad_, picture_, point.height_m});
@@ -218,6 +253,10 @@ void UprightPoints::forget(const Vec2& robot_odom) {
   }
   points_.resize(kept);
   remembered_.resize(kept);
+  const auto late = std::find_if(
+      sightings_.begin(), sightings_.end(),
+      [&](const Sighting& sighting) { return picture_ - sighting.picture < forgotten_pictures_; });
+  sightings_.erase(sightings_.begin(), late);
   std::size_t old = 0;
   while (old < suggested_.size() && driven_m_ - suggested_at_[old].driven_m > kSuggested_m) {
     ++old;
@@ -287,7 +326,7 @@ void UprightPoints::find_new(const cv::Mat& grey, const Pose2& T_odom_body) {
   for (const cv::Point2f& px : corners) {
     const Mat2 covariance_px = corner_covariance(grey, px);
     if (const std::optional<Sight> first = sight(px, covariance_px, T_odom_view)) {
-      tracks_.push_back({*first, T_odom_body, foot_odom, px, covariance_px});
+      tracks_.push_back({*first, T_odom_body, foot_odom, px, covariance_px, 0, ++last_track_});
     }
   }
 }

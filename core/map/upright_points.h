@@ -23,10 +23,11 @@ struct UprightPoint {
 /// picture (Lucas and Kanade 1981; Shi and Tomasi 1994). Where the line of sight to a corner of
 /// height z meets the floor slides along the path of the camera, whose height is h, by z / (h - z)
 /// of its length; that of the floor's own texture stays (plane and parallax, Irani and Anandan
-/// 1996). What slides otherwise moves by itself or was followed wrongly. Found points are
-/// remembered, for the camera looks over them as it comes near, until the wheels have gone so far
-/// that they no longer tell where the points are, or for twenty seconds: what can walk may have
-/// left.
+/// 1996). What slides otherwise moves by itself or was followed wrongly. So may what is alone:
+/// a repeated pattern can be followed from one copy to the next. A point counts once others say of
+/// the same place that something stands there, or eight pictures have confirmed it. Found points are remembered, for the camera looks
+/// over them as it comes near, until the wheels have gone so far that they no longer tell where the
+/// points are, or for twenty seconds: what can walk may have left.
 class UprightPoints {
  public:
   /// `rate_hz`: of the pictures.
@@ -54,9 +55,16 @@ class UprightPoints {
     cv::Point2f px;      // now
     Mat2 covariance_px;  // of following it
     double slide = 0;
+    int id = 0;
     int confirmed = 0;      // by pictures in a row: stands up;
     double low_slide = 0;   // and all of them allow for a slide
     double high_slide = 0;  // between these
+  };
+  struct Sighting {  // one picture's word for a place
+    UprightPoint point;
+    int track = 0;
+    int picture = 0;
+    bool counts = false;
   };
   struct Remembered {
     double driven_m = 0;  // by the robot until it was seen last
@@ -69,6 +77,7 @@ class UprightPoints {
                              const Pose2& T_odom_view) const;
   void follow(const cv::Mat& grey, const Pose2& T_odom_body);
   bool judge(Track& track, const Sight& now, const Pose2& T_odom_body);
+  void sighted(const UprightPoint& point, int track, int confirmed);
   void remember(const UprightPoint& point);
   void forget(const Vec2& robot_odom);
   void find_new(const cv::Mat& grey, const Pose2& T_odom_body);
@@ -76,7 +85,9 @@ class UprightPoints {
   std::shared_ptr<const FloorProjection> projection_;
   Mat3 H_px_view_;
   std::vector<Track> tracks_;
-  std::vector<cv::Mat> pyramid_;  // of the last picture
+  int last_track_ = 0;
+  std::vector<Sighting> sightings_;  // of late
+  std::vector<cv::Mat> pyramid_;     // of the last picture
   std::optional<Pose2> T_odom_last_;
   double driven_m_ = 0;
   double turned_rad_ = 0;

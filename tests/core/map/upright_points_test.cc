@@ -73,7 +73,7 @@ class EveryWheel : public testing::TestWithParam<double> {};
 TEST_P(EveryWheel, AThingOfTheFloorsColourIsFoundWhereItStands) {
   Drive drive(scene_of({kPrinter}), GetParam());
   drive.step({});
-  drive.go(20, {0.04, 0});
+  drive.go(24, {0.04, 0});  // what is alone takes eight pictures
   ASSERT_GE(drive.all.size(), 6U);
   int near = 0;
   for (const UprightPoint& point : drive.all) {
@@ -140,13 +140,13 @@ TEST(UprightPoints, AreForgottenByARobotThatStandsAndWaits) {
   EXPECT_TRUE(drive.points.points().empty());
 }
 
-TEST(UprightPoints, WhatOtherWaysOfLookingSuggestStandsWhereThreePicturesAgree) {
+TEST(UprightPoints, WhatOtherWaysOfLookingSuggestStandsWhereFourPicturesAgree) {
   Drive drive(scene_of({}));
   const UprightPoint thing{Vec2(1, 0.2), 0.2, 0.03};
-  for (int picture = 0; picture < 3; ++picture) {
+  for (int picture = 0; picture < 4; ++picture) {
     EXPECT_TRUE(drive.step({0.05, 0}).empty()) << picture;
     UprightPoint seen = thing;
-    seen.p_odom.x() += 0.02 * (picture - 1);
+    seen.p_odom.x() += 0.01 * (picture - 1.5);
     seen.height_m += 0.05 * picture;
     const UprightPoint elsewhere{Vec2(1 + 0.3 * picture, -0.5), 0.2, 0.03};  // each says otherwise
     const UprightPoint vague{Vec2(1, 0.6), 0.2, 0.1};
@@ -155,7 +155,7 @@ TEST(UprightPoints, WhatOtherWaysOfLookingSuggestStandsWhereThreePicturesAgree) 
   const std::vector<UprightPoint> found = drive.step({0.05, 0});
   ASSERT_EQ(found.size(), 1U);
   EXPECT_NEAR((found[0].p_odom - thing.p_odom).norm(), 0, 0.01);
-  EXPECT_NEAR(found[0].height_m, thing.height_m + 0.1, 1e-9) << "it reaches as high as was seen";
+  EXPECT_NEAR(found[0].height_m, thing.height_m + 0.15, 1e-9) << "it reaches as high as was seen";
 }
 
 TEST(UprightPoints, TheSamePicturesMakeTheSameBits) {
