@@ -138,7 +138,7 @@ void bind(Fields& f, RandomOptions& o) {
 
 void bind(Fields& f, ExploreOptions& o) {
   f.choice("method", o.method);
-  f("search", o.search);
+  f.removed("search", "is the driver's now: driver.search");
   f("min_information_gain", o.min_information_gain, positive);
   f("blacklist_m", o.blacklist_m, not_negative);
   f("blacklist_s", o.blacklist_s, positive);
@@ -147,29 +147,18 @@ void bind(Fields& f, ExploreOptions& o) {
 
 Explorer::Explorer(const ExploreOptions& options, const Body& body, const FloorWedge& wedge,
                    Rng rng)
-    : options_(options), body_(body), wedge_(wedge), rng_(rng) {}
+    : options_(options),
+      body_(body),
+      wedge_(wedge),
+      rng_(rng),
+      given_up_(options.blacklist_m, options.blacklist_s) {}
 
-bool Explorer::is_abandoned(const Vec2& p_map, Time now) const {
-  return std::any_of(abandoned_.begin(), abandoned_.end(), [&](const AbandonedGoal& g) {
-    return now < g.until && (g.place.p_map() - p_map).norm() <= options_.blacklist_m;
-  });
-}
-
-void Explorer::abandon(Time now) {
-  if (!goal_) {
-    return;
+void Explorer::abandon(Time now, const OccupancyMap& map, std::span<const Pose2> T_map_keyframes) {
+  if (goal_) {
+    given_up_.add(
+        now, goal_->pose_map, [&map](const Vec2& p) { return map.at(p); }, T_map_keyframes);
+    goal_.reset();
   }
-  double for_s = options_.blacklist_s;
-  const AnchoredPose place = *goal_place_;
-  goal_.reset();
-  for (AbandonedGoal& g : abandoned_) {
-    if ((g.place.p_map() - place.p_map()).norm() <= options_.blacklist_m) {
-      g.for_s *= 2;
-      g.until = now + from_seconds(g.for_s);
-      return;
-    }
-  }
-  abandoned_.push_back({place, now + from_seconds(for_s), for_s});
 }
 
 void Explorer::reached() {
@@ -183,9 +172,6 @@ void Explorer::follow(std::span<const Pose2> T_map_keyframes) {
   if (goal_) {
     goal_place_->follow(T_map_keyframes);
     goal_->pose_map = goal_place_->T_map_place();
-  }
-  for (AbandonedGoal& g : abandoned_) {
-    g.place.follow(T_map_keyframes);
   }
   for (InVain& cell : looked_in_vain_) {
     cell.place.follow(T_map_keyframes);
@@ -252,15 +238,14 @@ void Explorer::strike_off(const Views& views, const Pose2& T_map_looked,
   }
 }
 
-ExploreChoice Explorer::choose(Time now, const OccupancyMap& map, const Pose2& T_map_body,
+ExploreChoice Explorer::choose(Time now, const DrivableGrid& grid, const Pose2& T_map_body,
                                std::span<const Pose2> T_map_keyframes) {
   follow(T_map_keyframes);
-  // As far as the camera sees beyond what is mapped: unknown floor out there counts too.
-  const DrivableGrid grid = drivable_grid_of_coarse(
-      options_.search, body_, coarsen(map, options_.search.cell_m, wedge_.far_m));
+  const auto known = [&map = grid.clearance.map](const Vec2& p) { return map.at(p); };
+  given_up_.update(now, known, T_map_keyframes);
   ExploreChoice choice = std::holds_alternative<DirectedOptions>(options_.method)
-                             ? choose_directed(std::get<DirectedOptions>(options_.method), now,
-                                               grid, T_map_body, T_map_keyframes)
+                             ? choose_directed(std::get<DirectedOptions>(options_.method), grid,
+                                               T_map_body, T_map_keyframes)
                              : choose_random(std::get<RandomOptions>(options_.method), now, grid,
                                              T_map_body, T_map_keyframes);
   const bool kept = goal_ && choice.goal && goal_->pose_map == choice.goal->pose_map;
@@ -356,7 +341,7 @@ std::optional<Explorer::View> Explorer::best_view(const Views& views, int cell,
 
 // Cells to look from, those first that are near. Only places from which unknown floor is in range
 // can show any.
-std::vector<std::pair<double, int>> Explorer::places_to_look_from(const Views& views, Time now,
+std::vector<std::pair<double, int>> Explorer::places_to_look_from(const Views& views,
                                                                   bool& some_abandoned) const {
   const DrivableGrid& grid = views.grid;
   const OccupancyMap& map = grid.clearance.map;
@@ -375,7 +360,7 @@ std::vector<std::pair<double, int>> Explorer::places_to_look_from(const Views& v
           to_wanted_m[cell] > wedge_.far_m) {
         continue;
       }
-      if (is_abandoned(map.centre(column, row), now)) {
+      if (given_up_.contains(map.centre(column, row))) {
         some_abandoned = true;
         continue;
       }
@@ -387,14 +372,14 @@ std::vector<std::pair<double, int>> Explorer::places_to_look_from(const Views& v
 }
 
 // The present goal, judged anew; empty where it cannot be reached any more.
-std::optional<Explorer::View> Explorer::present_view(const Views& views, Time now) const {
+std::optional<Explorer::View> Explorer::present_view(const Views& views) const {
   if (!goal_) {
     return std::nullopt;
   }
   const Pose2& pose_map = goal_->pose_map;
   const int column = views.grid.clearance.column(pose_map.position());
   const int row = views.grid.clearance.row(pose_map.position());
-  if (!views.grid.drivable(column, row) || is_abandoned(pose_map.position(), now)) {
+  if (!views.grid.drivable(column, row) || given_up_.contains(pose_map.position())) {
     return std::nullopt;
   }
   const std::size_t cell = views.grid.clearance.index(column, row);
@@ -408,8 +393,8 @@ std::optional<Explorer::View> Explorer::present_view(const Views& views, Time no
   return kept;
 }
 
-ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
-                                        const DrivableGrid& grid, const Pose2& T_map_body,
+ExploreChoice Explorer::choose_directed(const DirectedOptions& o, const DrivableGrid& grid,
+                                        const Pose2& T_map_body,
                                         std::span<const Pose2> T_map_keyframes) {
   ExploreChoice out;
   const Views views = this->views(o, grid, T_map_body, T_map_keyframes);
@@ -418,7 +403,7 @@ ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
   // out unseen.
   const double most_m2 = 0.5 * wedge_.width_rad * wedge_.far_m * wedge_.far_m;
   std::optional<View> best;
-  for (const auto& [cost_m, cell] : places_to_look_from(views, now, some_abandoned)) {
+  for (const auto& [cost_m, cell] : places_to_look_from(views, some_abandoned)) {
     if (best && most_m2 / (cost_m / o.pace_mps + o.fixed_cost_s) <= best->worth) {
       break;
     }
@@ -434,7 +419,7 @@ ExploreChoice Explorer::choose_directed(const DirectedOptions& o, Time now,
   }
   out.frontier_reachable = true;
   // The present goal is kept while nothing is clearly better.
-  if (const std::optional<View> kept = present_view(views, now);
+  if (const std::optional<View> kept = present_view(views);
       kept && best->worth <= o.hysteresis * kept->worth) {
     best = kept;
   }
@@ -460,7 +445,7 @@ ExploreChoice Explorer::choose_random(const RandomOptions& o, Time now, const Dr
     const int column = grid.clearance.column(p);
     const int row = grid.clearance.row(p);
     return grid.drivable(column, row) &&
-           std::isfinite(field.cost_m[grid.clearance.index(column, row)]) && !is_abandoned(p, now);
+           std::isfinite(field.cost_m[grid.clearance.index(column, row)]) && !given_up_.contains(p);
   };
   if (goal_ && reachable(goal_->pose_map.position())) {
     out.goal = goal_;

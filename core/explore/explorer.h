@@ -12,6 +12,7 @@
 #include "core/base/rng.h"
 #include "core/base/time.h"
 #include "core/config/fields.h"
+#include "core/explore/given_up.h"
 #include "core/geometry/body.h"
 #include "core/graph/anchored_pose.h"
 #include "core/plan/path_search.h"
@@ -52,11 +53,11 @@ void bind(Fields& f, RandomOptions& o);
 
 struct ExploreOptions {
   std::variant<DirectedOptions, RandomOptions> method;
-  SearchOptions search;
+  SearchOptions search;  ///< the driver's: what is passable is one thing
   double min_information_gain =
       0.25;  ///< of the robot's own area: less unknown floor in view is not worth a drive
   double blacklist_m = 0.3;  ///< around a goal given up
-  double blacklist_s = 30;   ///< doubled every time it is given up again
+  double blacklist_s = 30;   ///< at least, doubled every time it is given up again
 };
 void bind(Fields& f, ExploreOptions& o);
 
@@ -81,28 +82,29 @@ class Explorer {
  public:
   Explorer(const ExploreOptions& options, const Body& body, const FloorWedge& wedge, Rng rng);
 
-  ExploreChoice choose(Time now, const OccupancyMap& map, const Pose2& T_map_body,
+  /// `grid` is what the robot will be driven by, with unknown cells around it as far as the camera
+  /// sees, since what may come into view there counts.
+  ExploreChoice choose(Time now, const DrivableGrid& grid, const Pose2& T_map_body,
                        std::span<const Pose2> T_map_keyframes = {});
 
-  /// The present goal could not be reached: leave its surroundings alone for a while.
-  void abandon(Time now);
+  /// How far beyond the known map the camera sees.
+  double border_m() const { return wedge_.far_m; }
+
+  /// The present goal could not be reached: leave its surroundings alone for a while, and until the
+  /// map there has changed.
+  void abandon(Time now, const OccupancyMap& map, std::span<const Pose2> T_map_keyframes = {});
 
   /// The present goal has been reached; the next choice owes it nothing. What should have come into
   /// view there and did not, twice, is not counted again.
   void reached();
 
  private:
-  struct AbandonedGoal {
-    AnchoredPose place;
-    Time until;
-    double for_s;
-  };
   struct InVain {  // a cell that did not come into view
     AnchoredPose place;
     int times;
   };
 
-  ExploreChoice choose_directed(const DirectedOptions& o, Time now, const DrivableGrid& grid,
+  ExploreChoice choose_directed(const DirectedOptions& o, const DrivableGrid& grid,
                                 const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes);
   struct Views;
   struct View;  // from a place at a heading
@@ -110,15 +112,14 @@ class Explorer {
               std::span<const Pose2> T_map_keyframes);
   std::optional<View> best_view(const Views& views, int cell,
                                 std::optional<double> only_heading) const;
-  std::vector<std::pair<double, int>> places_to_look_from(const Views& views, Time now,
+  std::vector<std::pair<double, int>> places_to_look_from(const Views& views,
                                                           bool& some_abandoned) const;
-  std::optional<View> present_view(const Views& views, Time now) const;
+  std::optional<View> present_view(const Views& views) const;
   ExploreChoice choose_random(const RandomOptions& o, Time now, const DrivableGrid& grid,
                               const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes);
   void strike_off(const Views& views, const Pose2& T_map_looked,
                   std::span<const Pose2> T_map_keyframes);
   void follow(std::span<const Pose2> T_map_keyframes);
-  bool is_abandoned(const Vec2& p_map, Time now) const;
 
   ExploreOptions options_;
   Body body_;
@@ -126,7 +127,7 @@ class Explorer {
   Rng rng_;
   std::optional<ExploreGoal> goal_;
   std::optional<AnchoredPose> goal_place_;
-  std::vector<AbandonedGoal> abandoned_;
+  GivenUp given_up_;
   std::optional<AnchoredPose> looked_;  // from here, since the last choice
   std::vector<InVain> looked_in_vain_;
   std::optional<AnchoredPose> area_;  // where the thesis's method has been staying

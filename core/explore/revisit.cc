@@ -17,11 +17,10 @@ void bind(Fields& f, RevisitOptions& o) {
 }
 
 std::optional<RevisitPlan> choose_revisit(const RevisitOptions& options,
-                                          const SearchOptions& search, const Body& body,
-                                          const OccupancyMap& map, const Pose2& T_map_body,
-                                          Time now, const std::vector<VisitedPose>& places,
+                                          const SearchOptions& search, const DrivableGrid& grid,
+                                          const Pose2& T_map_body, Time now,
+                                          const std::vector<VisitedPose>& places,
                                           const std::vector<Vec2>& avoid) {
-  const DrivableGrid grid = drivable_grid(search, body, map);
   const CostField field = flood(search, grid, T_map_body.position());
   const auto cost_m = [&](const Vec2& p) -> std::optional<double> {
     const int column = grid.clearance.column(p);

@@ -39,9 +39,9 @@ struct RevisitPlan {
 /// hand. `places` are in the order of the path; empty when none is old enough and reachable.
 /// `avoid` are places not to start from (given up, or tried of late).
 std::optional<RevisitPlan> choose_revisit(const RevisitOptions& options,
-                                          const SearchOptions& search, const Body& body,
-                                          const OccupancyMap& map, const Pose2& T_map_body,
-                                          Time now, const std::vector<VisitedPose>& places,
+                                          const SearchOptions& search, const DrivableGrid& grid,
+                                          const Pose2& T_map_body, Time now,
+                                          const std::vector<VisitedPose>& places,
                                           const std::vector<Vec2>& avoid);
 
 }  // namespace panoptes

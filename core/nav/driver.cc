@@ -29,6 +29,12 @@ void stamp(OccupancyMap& map, const Vec2& p, double radius_m) {
   }
 }
 
+/// What is known of a point, by the local map first.
+Cell known(const DriveTask& task, const Vec2& p_map) {
+  const Cell near = task.local_odom->at(task.T_map_odom.inverse() * p_map);
+  return near != Cell::kUnknown ? near : task.map->at(p_map);
+}
+
 OccupancyMap unknown_around(const Vec2& p, double within_m, double cell_m) {
   OccupancyMap map;
   map.cell_m = cell_m;
@@ -36,33 +42,6 @@ OccupancyMap unknown_around(const Vec2& p, double within_m, double cell_m) {
   const int side = static_cast<int>(std::ceil(2 * within_m / cell_m));
   map.assign(side, side);
   return map;
-}
-
-/// Lays what `local_odom` knows within this distance of the robot over the coarse map.
-void overlay(const OccupancyMap& local_odom, const Pose2& T_map_odom, const Vec2& robot_map,
-             double within_m, OccupancyMap& coarse_map) {
-  const Pose2 T_odom_map = T_map_odom.inverse();
-  const int samples = parts_a_side(coarse_map.cell_m, local_odom.cell_m);
-  const double step_m = coarse_map.cell_m / samples;
-  const Vec2 along_x = T_odom_map.rotation() * Vec2(step_m, 0);
-  const Vec2 along_y = T_odom_map.rotation() * Vec2(0, step_m);
-  const Vec2 low = robot_map - Vec2::Constant(within_m);
-  const Vec2 high = robot_map + Vec2::Constant(within_m);
-  const int begin_column = std::clamp(coarse_map.column(low), 0, coarse_map.columns);
-  const int end_column = std::clamp(coarse_map.column(high), 0, coarse_map.columns);
-  const int begin_row = std::clamp(coarse_map.row(low), 0, coarse_map.rows);
-  const int end_row = std::clamp(coarse_map.row(high), 0, coarse_map.rows);
-  for (int row = begin_row; row < end_row; ++row) {
-    for (int column = begin_column; column < end_column; ++column) {
-      const Vec2 corner = T_odom_map * coarse_map.point(column, row);
-      const Cell cell = resampled(samples, [&](int i, int j) {
-        return local_odom.at(corner + (i + 0.5) * along_x + (j + 0.5) * along_y);
-      });
-      if (cell != Cell::kUnknown) {
-        coarse_map(column, row) = cell;
-      }
-    }
-  }
 }
 
 }  // namespace
@@ -88,17 +67,21 @@ void bind(Fields& f, DriverOptions& o) {
   f("retreat_mps", o.retreat_mps, positive);
   f.angle("retreat_turn", o.retreat_turn_rad, between(0.01, std::numbers::pi));
   f("recovery_s", o.recovery_s, positive);
+  f("same_place_m", o.same_place_m, positive);
+  f("same_goal_m", o.same_goal_m, positive);
+  f("looked_s", o.looked_s, not_negative);
+  f("blocked_for_s", o.blocked_for_s, positive);
   f("touched_m", o.touched_m, between(0, 1));
   f("touched_s", o.touched_s, not_negative);
   f.renamed("carrot_m", "lookahead_m");
 }
 
-OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
+OccupancyMap window_map(double cell_m, double side_m, const DriveTask& task,
                         const std::vector<Vec2>& touched_odom, double touched_m) {
   const OccupancyMap& local = *task.local_odom;
   OccupancyMap window;
-  window.cell_m = options.cell_m;
-  const int side = static_cast<int>(std::ceil(options.window_m / options.cell_m));
+  window.cell_m = cell_m;
+  const int side = static_cast<int>(std::ceil(side_m / cell_m));
   window.assign(side, side);
   // On a fixed grid in odom, so that cells do not shift under the robot from one step to the next.
   const Vec2 corner =
@@ -159,30 +142,66 @@ Driver::Driver(const DriverOptions& options, const Body& body, const Timing& tim
     : options_(options),
       body_(body),
       reaction_(timing),
-      floor_ahead_m_(std::min(floor_ahead_m, options.dwa.distance_cap_m)) {}
+      floor_ahead_m_(std::min(floor_ahead_m, options.dwa.distance_cap_m)),
+      blocked_(body.radius_m, options.blocked_for_s) {}
 
 double Driver::speed_limit_mps() const {
   return std::min(body_.max_speed_mps, speed_that_stops_mps(floor_ahead_m_, reaction_.reaction_s(),
                                                             body_.max_accel_mps2));
 }
 
+DrivableGrid Driver::drivable_by_map(const DriveTask& task) const {
+  OccupancyMap coarse =
+      coarsen(*task.map, options_.search.cell_m, std::max(options_.overlay_m, task.border_m));
+  if (coarse.cells.empty()) {
+    const Vec2 here_map = (task.T_map_odom * task.T_odom_body).position();
+    coarse = unknown_around(here_map, options_.overlay_m, coarse.cell_m);
+  }
+  for (const Vec2& p : blocked_map(task.stamp)) {
+    stamp(coarse, p, options_.touched_m);
+  }
+  return drivable_grid_of_coarse(options_.search, body_, std::move(coarse));
+}
+
+DrivableGrid Driver::grid_near(const DriveTask& task) const {
+  const Pose2 T_odom_map = task.T_map_odom.inverse();
+  std::vector<Vec2> blocked_odom = blocked_map(task.stamp);
+  for (Vec2& p : blocked_odom) {
+    p = T_odom_map * p;
+  }
+  NearMap near;
+  near.T_window_map = T_odom_map;
+  near.robot_map = (task.T_map_odom * task.T_odom_body).position();
+  near.within_m = options_.overlay_m;
+  // In a square that is turned against the other's axes, with all that the discs on it reach.
+  const double reach_m = body_.radius_m + options_.search.margin_m +
+                         options_.search.inflation_distance_m + options_.search.cell_m;
+  const double side_m = 2 * (std::numbers::sqrt2 * near.within_m + reach_m);
+  near.window = clearance_map(
+      window_map(options_.dwa.cell_m, side_m, task, blocked_odom, options_.touched_m), reach_m);
+  DrivableGrid by_map = drivable_by_map(task);
+  return drivable_grid_with(options_.search, body_, std::move(by_map.clearance.map),
+                            std::move(near));
+}
+
+const DrivableGrid& Driver::drivable(const DriveTask& task) {
+  if (grid_at_ != task.stamp || !grid_) {
+    grid_ = grid_near(task);
+    grid_at_ = task.stamp;
+  }
+  return *grid_;
+}
+
 void Driver::plan(const DriveTask& task) {
   planned_ = task.stamp;
-  const Pose2 T_map_body = task.T_map_odom * task.T_odom_body;
-  OccupancyMap coarse = coarsen(*task.map, options_.search.cell_m, options_.overlay_m);
-  if (coarse.cells.empty()) {
-    coarse = unknown_around(T_map_body.position(), options_.overlay_m, coarse.cell_m);
-  }
-  overlay(*task.local_odom, task.T_map_odom, T_map_body.position(), options_.overlay_m, coarse);
+  const Vec2 here_map = (task.T_map_odom * task.T_odom_body).position();
   PathSearch found;
   for (const bool past_touched : {false, true}) {
-    past_touched_ = past_touched;
-    OccupancyMap map = coarse;
-    for (const Vec2& p : touched_map(task.stamp)) {
-      stamp(map, p, options_.touched_m);
+    if (past_touched_ != past_touched) {
+      past_touched_ = past_touched;
+      grid_at_.reset();
     }
-    grid_ = drivable_grid_of_coarse(options_.search, body_, std::move(map));
-    found = search_path(options_.search, *grid_, T_map_body.position(), goal_->pose_map.position());
+    found = search_path(options_.search, drivable(task), here_map, goal_->pose_map.position());
     if (found.path || touched_.empty()) {
       break;
     }
@@ -272,28 +291,99 @@ void Driver::start_retreat(const DriveTask& task, const std::string& why) {
   retreat_left_m_ = options_.retreat_m;
 }
 
+Driver::Attempts& Driver::attempts_here(const DriveTask& task) {
+  const Pose2 T_map_body = task.T_map_odom * task.T_odom_body;
+  const auto same = std::find_if(attempts_.begin(), attempts_.end(), [&](const Attempts& tried) {
+    return (tried.place.p_map() - T_map_body.position()).norm() <= options_.same_place_m &&
+           (tried.goal.p_map() - goal_->pose_map.position()).norm() <= options_.same_goal_m;
+  });
+  if (same != attempts_.end()) {
+    return *same;
+  }
+  attempts_.push_back({AnchoredPose(T_map_body, task.T_map_keyframes),
+                       AnchoredPose(goal_->pose_map, task.T_map_keyframes)});
+  return attempts_.back();
+}
+
+bool Driver::looked_here(const DriveTask& task) const {
+  const Vec2 here_map = (task.T_map_odom * task.T_odom_body).position();
+  return looked_ && to_seconds(task.stamp - looked_at_) < options_.looked_s &&
+         (looked_->p_map() - here_map).norm() <= options_.same_place_m;
+}
+
+void Driver::start_look(const DriveTask& task, const std::string& why, DriveStep& out) {
+  mode_ = Mode::kLook;
+  mode_since_ = task.stamp;
+  why_ = why;
+  look_left_rad_ = 2 * std::numbers::pi;
+  looked_.emplace(task.T_map_odom * task.T_odom_body, task.T_map_keyframes);
+  looked_at_ = task.stamp;
+  out.reason = why + ": turning on the spot to look";
+}
+
 void Driver::recover(const DriveTask& task, const std::string& why, DriveStep& out) {
   turning_ = false;
   count_as_getting_on(task);
   out.state = PilotState::kRecovering;
   out.command_body = brake();
-  ++recoveries_;
-  if (recoveries_ == 1) {
-    mode_ = Mode::kLook;
-    mode_since_ = task.stamp;
-    why_ = why;
-    look_left_rad_ = 2 * std::numbers::pi;
-    out.reason = why + ": turning on the spot to look";
-  } else if (recoveries_ == 2 && track_odom_.size() > 1) {
-    start_retreat(task, why);
-    out.reason = why + ": retreating along the own track";
-  } else {
-    recoveries_ = 0;
-    out.goal_given_up = true;
-    out.reason = why + ": goal given up";
-    goal_.reset();
-    path_.reset();
+  Attempts& tried = attempts_here(task);
+  if (tried.last == Attempt::kNone) {
+    tried.last = Attempt::kLooked;
+    if (!looked_here(task)) {
+      start_look(task, why, out);
+      return;
+    }
   }
+  if (tried.last == Attempt::kLooked) {
+    tried.last = Attempt::kRetreated;
+    if (track_odom_.size() > 1) {
+      start_retreat(task, why);
+      out.reason = why + ": retreating along the own track";
+      return;
+    }
+  }
+  if (tried.last == Attempt::kRetreated) {
+    tried.last = Attempt::kWentAnotherWay;
+    if (block_path_ahead(task)) {
+      plan(task);
+      out.replanned = true;
+      if (path_) {
+        out.reason = why + ": taking another way";
+        return;
+      }
+    }
+  }
+  give_up(why, out);
+}
+
+void Driver::give_up(const std::string& why, DriveStep& out) {
+  std::erase_if(attempts_, [&](const Attempts& tried) {
+    return (tried.goal.p_map() - goal_->pose_map.position()).norm() <= options_.same_goal_m;
+  });
+  out.goal_given_up = true;
+  out.reason = why + ": goal given up";
+  goal_.reset();
+  path_.reset();
+}
+
+// Closes the path to all plans where it leads away from here. False where it ends before.
+bool Driver::block_path_ahead(const DriveTask& task) {
+  if (!path_) {
+    return false;
+  }
+  const Vec2 here_map = (task.T_map_odom * task.T_odom_body).position();
+  const double away_m = body_.radius_m + options_.search.margin_m + 2 * options_.touched_m;
+  const auto ahead = std::find_if(
+      path_->points.begin() + static_cast<std::ptrdiff_t>(std::min(along_, path_->points.size())),
+      path_->points.end(), [&](const Vec2& p) { return (p - here_map).norm() >= away_m; });
+  if (ahead == path_->points.end()) {
+    return false;
+  }
+  blocked_.add(
+      task.stamp, {ahead->x(), ahead->y(), 0},
+      [&](const Vec2& p_map) { return known(task, p_map); }, task.T_map_keyframes);
+  grid_at_.reset();
+  return true;
 }
 
 void Driver::count_as_getting_on(const DriveTask& task) {
@@ -324,6 +414,14 @@ void Driver::touch(const DriveTask& task) {
   }
   touched_.push_back({AnchoredPose({p_map.x(), p_map.y(), 0}, task.T_map_keyframes),
                       task.stamp + from_seconds(for_s), for_s});
+  grid_at_.reset();
+}
+
+std::vector<Vec2> Driver::blocked_map(Time now) const {
+  std::vector<Vec2> places_map = touched_map(now);
+  const std::vector<Vec2> blocked = blocked_.places_map();
+  places_map.insert(places_map.end(), blocked.begin(), blocked.end());
+  return places_map;
 }
 
 std::vector<Vec2> Driver::touched_map(Time now) const {
@@ -346,21 +444,7 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
     out.replanned = true;
   }
   if (!path_) {
-    out.command_body = brake();
-    out.state = PilotState::kStopped;
-    out.reason = no_path_;
-    if (plans_failed_ < options_.plan_failures) {
-      return;
-    }
-    plans_failed_ = 0;
-    // Where the robot itself stands in no drivable place, looking or backing out may help; a goal
-    // that nothing leads to is refused without moving.
-    const int column = grid_->clearance.column(T_map_body.position());
-    const int row = grid_->clearance.row(T_map_body.position());
-    if (grid_->drivable(column, row)) {
-      recoveries_ = 2;  // straight to giving up
-    }
-    recover(task, no_path_, out);
+    without_path(task, out);
     return;
   }
 
@@ -426,8 +510,9 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
   for (Vec2& p : touched_odom) {
     p = T_odom_map * p;
   }
-  const ClearanceMap window =
-      clearance_map(window_map(options_.dwa, task, touched_odom, options_.touched_m), kCap_m);
+  const ClearanceMap window = clearance_map(window_map(options_.dwa.cell_m, options_.dwa.window_m,
+                                                       task, touched_odom, options_.touched_m),
+                                            kCap_m);
   DwaResult result = choose_arc(options_.dwa, body_, window, request);
   out.window = std::move(result.window);
   out.state = PilotState::kDriving;
@@ -446,6 +531,33 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
     if (to_seconds(task.stamp - *blocked_since_) >= options_.blocked_s) {
       recover(task, "no arc gets on", out);
     }
+  }
+}
+
+// Where the robot itself stands in no drivable place, backing out may help as well; where the map
+// alone knows a way, what is near stands in it for the moment. A goal that nothing leads to is
+// refused without moving.
+void Driver::without_path(const DriveTask& task, DriveStep& out) {
+  out.command_body = brake();
+  out.state = PilotState::kStopped;
+  out.reason = no_path_;
+  out.no_path = out.replanned;
+  if (plans_failed_ < options_.plan_failures) {
+    return;
+  }
+  plans_failed_ = 0;
+  const Vec2 here_map = (task.T_map_odom * task.T_odom_body).position();
+  const DrivableGrid& grid = drivable(task);
+  if (!grid.drivable(grid.clearance.column(here_map), grid.clearance.row(here_map))) {
+    recover(task, no_path_, out);
+  } else if (!looked_here(task) && search_path(options_.search, drivable_by_map(task), here_map,
+                                               goal_->pose_map.position())
+                                       .path) {
+    out.state = PilotState::kRecovering;
+    start_look(task, no_path_, out);
+  } else {
+    out.state = PilotState::kRecovering;
+    give_up(no_path_, out);
   }
 }
 
@@ -511,6 +623,22 @@ void Driver::retreat(const DriveTask& task, DriveStep& out) {
   out.command_body = {v, v * curvature};
 }
 
+// What is remembered goes where relaxation takes the keyframes that hold it.
+void Driver::follow(const DriveTask& task) {
+  for (Touched& touched : touched_) {
+    touched.place.follow(task.T_map_keyframes);
+  }
+  for (Attempts& tried : attempts_) {
+    tried.place.follow(task.T_map_keyframes);
+    tried.goal.follow(task.T_map_keyframes);
+  }
+  if (looked_) {
+    looked_->follow(task.T_map_keyframes);
+  }
+  blocked_.update(
+      task.stamp, [&](const Vec2& p_map) { return known(task, p_map); }, task.T_map_keyframes);
+}
+
 DriveStep Driver::step(const DriveTask& task) {
   PANOPTES_CHECK(task.local_odom != nullptr && task.map != nullptr, "the driver needs both maps");
   DriveStep out;
@@ -519,9 +647,7 @@ DriveStep Driver::step(const DriveTask& task) {
   remember_track(task);
   const bool hit = task.bumper_pressed && !bumper_was_;
   bumper_was_ = task.bumper_pressed;
-  for (Touched& touched : touched_) {
-    touched.place.follow(task.T_map_keyframes);
-  }
+  follow(task);
   if (hit) {
     touch(task);
   }
@@ -531,7 +657,6 @@ DriveStep Driver::step(const DriveTask& task) {
     goal_.reset();
     path_.reset();
     mode_ = Mode::kDrive;
-    recoveries_ = 0;
     turning_ = false;
     count_as_getting_on(task);
     out.command_body = brake();
@@ -550,9 +675,6 @@ DriveStep Driver::step(const DriveTask& task) {
     goal_ = task.goal;
     if ((task.T_odom_body.position() - got_on_odom_).norm() >= body_.radius_m) {
       count_as_getting_on(task);
-      if (mode_ == Mode::kDrive) {
-        recoveries_ = 0;
-      }
     }
     if (hit && mode_ == Mode::kRetreat) {
       mode_ = Mode::kDrive;  // something is behind: no farther back
@@ -560,7 +682,6 @@ DriveStep Driver::step(const DriveTask& task) {
       path_.reset();
     } else if (hit) {
       start_retreat(task, "touched something");
-      recoveries_ = 1;
     }
     if (hit) {
       out.state = PilotState::kRecovering;

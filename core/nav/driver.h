@@ -9,6 +9,7 @@
 
 #include "core/base/time.h"
 #include "core/config/fields.h"
+#include "core/explore/given_up.h"
 #include "core/geometry/body.h"
 #include "core/graph/anchored_pose.h"
 #include "core/nav/pilot_step.h"
@@ -42,7 +43,11 @@ struct DriverOptions {
   double retreat_mps = 0.12;
   double retreat_turn_rad = 0.35;  ///< back to a track farther aside than this: on the spot first
   double recovery_s = 12;          ///< twice what a full turn or a retreat takes; then it ends
-  double touched_m = 0.05;         ///< around a touched point that is an obstacle: a cell of a plan
+  double same_place_m = 0.5;       ///< what is tried so near to a place was tried there
+  double same_goal_m = 0.3;
+  double looked_s = 30;       ///< having looked about, it does not again for so long
+  double blocked_for_s = 30;  ///< where nothing got on, at least; doubled every time
+  double touched_m = 0.05;    ///< around a touched point that is an obstacle: a cell of a plan
   double touched_s = 30;  ///< as long as a goal given up is left alone, and likewise doubled each
                           ///< time: what no camera sees and stays is touched a few times in a
                           ///< run, the logarithm of its length, at most
@@ -66,7 +71,8 @@ struct DriveTask {
   Twist2 twist_body;
   bool bumper_pressed = false;
   std::optional<DriveGoal> goal;  ///< none: stand
-  bool relaxed = false;           ///< the map has moved: plan again at once
+  double border_m = 0;   ///< of unknown cells around the known map, for who chooses the goals
+  bool relaxed = false;  ///< the map has moved: plan again at once
   bool keep_window = false;
 };
 
@@ -76,23 +82,23 @@ struct DriveStep {
   std::string reason;
   bool goal_reached = false;
   bool goal_given_up = false;
+  bool no_path = false;  ///< to the goal, as things are; given up when that lasts
   std::optional<Vec2> lookahead_odom;
   std::vector<WindowScore> window;
   std::vector<Vec2> path_map;  ///< the path being followed
   bool replanned = false;
 };
 
-/// The square around the robot that the dynamic window looks at, on cells of `options.cell_m` in
-/// `odom`: the local map, the global one where that knows nothing, and discs of `touched_m` about
-/// `touched_odom` as occupied.
+/// A square of `side_m` around the robot on cells of `cell_m` in `odom`: the local map, the global
+/// one where that knows nothing, and discs of `touched_m` about `touched_odom` as occupied.
 /// Single unknown cells among free ones are holes between pixels and count as free.
-OccupancyMap window_map(const DwaOptions& options, const DriveTask& task,
+OccupancyMap window_map(double cell_m, double side_m, const DriveTask& task,
                         const std::vector<Vec2>& touched_odom, double touched_m);
 
 /// Drives to one goal after another: a path over the map, a lookahead point on it, the dynamic
-/// window over the local map. Where that fails it recovers, in this order: turn on the spot to look
-/// (safe for a disc), retreat slowly along its own track (its only way of reversing), give the
-/// goal up.
+/// window over the local map. Where that fails it recovers, each at most once at one place on the
+/// way to one goal, in this order: turn on the spot to look (safe for a disc), retreat slowly along
+/// its own track (its only way of reversing), take another way, give the goal up.
 class Driver {
  public:
   /// `floor_ahead_m` is how far ahead of the body the floor is seen, at most. It drives no faster
@@ -107,8 +113,24 @@ class Driver {
 
   DriveStep step(const DriveTask& task);
 
+  /// Where it drives, as it sees things at this observation: the map, over which the local map and
+  /// what was touched are laid around the robot, on the cells that the dynamic window works on.
+  /// Places where nothing got on are occupied. Good until the next call.
+  const DrivableGrid& drivable(const DriveTask& task);
+
+  /// The same by the map alone: what passes here and not there is blocked for the moment.
+  DrivableGrid drivable_by_map(const DriveTask& task) const;
+
  private:
   enum class Mode { kDrive, kLook, kRetreat };
+
+  /// What was tried at a place to get on to a goal.
+  enum class Attempt { kNone, kLooked, kRetreated, kWentAnotherWay };
+  struct Attempts {
+    AnchoredPose place;
+    AnchoredPose goal;
+    Attempt last = Attempt::kNone;
+  };
 
   /// Where the bumper was pressed: an obstacle until whoever stood there has had time to go, and
   /// from then on where there is another way. For what stays, twice as long each time that it is
@@ -120,11 +142,20 @@ class Driver {
   };
 
   void plan(const DriveTask& task);
+  DrivableGrid grid_near(const DriveTask& task) const;
+  void follow(const DriveTask& task);
+  Attempts& attempts_here(const DriveTask& task);
+  bool looked_here(const DriveTask& task) const;
+  void start_look(const DriveTask& task, const std::string& why, DriveStep& out);
+  bool block_path_ahead(const DriveTask& task);
+  void give_up(const std::string& why, DriveStep& out);
+  void without_path(const DriveTask& task, DriveStep& out);
   void remember_track(const DriveTask& task);
   void recover(const DriveTask& task, const std::string& why, DriveStep& out);
   void start_retreat(const DriveTask& task, const std::string& why);
   void touch(const DriveTask& task);
   std::vector<Vec2> touched_map(Time now) const;
+  std::vector<Vec2> blocked_map(Time now) const;  // and where nothing got on
   void drive(const DriveTask& task, std::optional<Time> blocked_since, DriveStep& out);
   void look(const DriveTask& task, DriveStep& out);
   void retreat(const DriveTask& task, DriveStep& out);
@@ -155,13 +186,17 @@ class Driver {
   std::string why_;  // the recovery was begun
   std::optional<DriveGoal> goal_;
   std::optional<DrivableGrid> grid_;
+  std::optional<Time> grid_at_;  // made at this observation, and nothing has been touched since
   std::optional<Path> path_;
   std::string no_path_;    // why not
   int plans_failed_ = 0;   // one after another
   std::size_t along_ = 0;  // point of the path reached
   std::optional<Time> planned_;
   bool turning_ = false;  // to a lookahead point too far aside
-  int recoveries_ = 0;    // since it last got on
+  std::vector<Attempts> attempts_;
+  std::optional<AnchoredPose> looked_;  // about here, last
+  Time looked_at_;
+  GivenUp blocked_;  // places of paths where nothing got on
   bool bumper_was_ = false;
   std::deque<Pose2> track_odom_;  // where the body has been, latest last
   double retreat_left_m_ = 0;

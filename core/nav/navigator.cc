@@ -20,6 +20,11 @@ FloorWedge wedge_of(const FloorProjection& projection, const Rig& rig, const Bod
   return wedge;
 }
 
+ExploreOptions with_search(ExploreOptions options, const SearchOptions& search) {
+  options.search = search;
+  return options;
+}
+
 }  // namespace
 
 void bind(Fields& f, NavigatorOptions& o) {
@@ -44,8 +49,8 @@ Navigator::Navigator(const NavigatorOptions& options, const Body& body, const Ti
       slam_(slam),
       listener_(std::move(listener)),
       steers_by_(floor_cameras(slam.rig())),
-      explorer_(options.explore, body, wedge_of(slam.floor_projection(), slam.rig(), body),
-                rng.fork("explorer")),
+      explorer_(with_search(options.explore, options.driver.search), body,
+                wedge_of(slam.floor_projection(), slam.rig(), body), rng.fork("explorer")),
       driver_(options.driver, body, timing,
               wedge_of(slam.floor_projection(), slam.rig(), body).far_m - body.radius_m) {}
 
@@ -61,7 +66,7 @@ std::vector<std::string> Navigator::warnings() const {
                   limit_mps, body_.max_speed_mps, driver_.reaction_s(), driver_.floor_ahead_m())};
 }
 
-void Navigator::choose_goal(const SlamStep& at) {
+void Navigator::choose_goal(const Observation& seen, const SlamStep& at) {
   const bool waited = !chosen_ || to_seconds(at.stamp - *chosen_) >= options_.choose_s;
   const bool due = waited || at.relaxed || (!goal_ && looks_in_vain_ == 0);
   if (!due) {
@@ -69,8 +74,14 @@ void Navigator::choose_goal(const SlamStep& at) {
   }
   chosen_ = at.stamp;
   plan_map_ = slam_.planning_map();
-  const ExploreChoice choice =
-      explorer_.choose(at.stamp, plan_map_, at.T_map_body, slam_.graph().T_map_node);
+  const DriveTask task = task_of(seen, at);
+  const std::vector<Pose2>& T_map_nodes = slam_.graph().T_map_node;
+  ExploreChoice choice =
+      explorer_.choose(at.stamp, driver_.drivable(task), at.T_map_body, T_map_nodes);
+  if (!choice.goal) {
+    // By the map alone: what is near may block the way for the moment.
+    choice = explorer_.choose(at.stamp, driver_.drivable_by_map(task), at.T_map_body, T_map_nodes);
+  }
   frontier_reachable_ = choice.frontier_reachable;
   exploring_ = choice.goal.has_value();
   why_no_goal_ = choice.reason;
@@ -79,11 +90,11 @@ void Navigator::choose_goal(const SlamStep& at) {
     goal_ = DriveGoal{choice.goal->pose_map, choice.goal->heading_matters};
     revisit_.clear();
   } else {
-    choose_revisit_goal(at);
+    choose_revisit_goal(task, at);
   }
 }
 
-void Navigator::choose_revisit_goal(const SlamStep& at) {
+void Navigator::choose_revisit_goal(const DriveTask& task, const SlamStep& at) {
   const SharedGraph& graph = slam_.graph();
   if (revisit_.empty() && revisits_ < options_.revisits_last) {
     const std::vector<Mat3> covariances =
@@ -98,7 +109,7 @@ void Navigator::choose_revisit_goal(const SlamStep& at) {
       revisited_map.push_back(graph.T_map_node[static_cast<std::size_t>(keyframe)].position());
     }
     if (const auto stretch =
-            choose_revisit(options_.revisit, options_.explore.search, body_, plan_map_,
+            choose_revisit(options_.revisit, options_.driver.search, driver_.drivable(task),
                            at.T_map_body, at.stamp, places, revisited_map)) {
       revisit_.assign(stretch->places.begin(), stretch->places.end());
       revisited_.push_back(revisit_.front());
@@ -136,6 +147,7 @@ DriveTask Navigator::task_of(const Observation& seen, const SlamStep& at) const 
   task.twist_body = seen.odometry.twist_body;
   task.bumper_pressed = seen.health.bumper_pressed;
   task.relaxed = at.relaxed;
+  task.border_m = explorer_.border_m();
   task.keep_window = options_.keep_pictures;
   return task;
 }
@@ -178,10 +190,16 @@ void Navigator::drive(const Observation& seen, const SlamStep& at, PilotStep& st
   step.window = std::move(driven.window);
   if (driven.goal_reached || driven.goal_given_up) {
     if (revisit_.empty()) {
-      driven.goal_reached ? explorer_.reached() : explorer_.abandon(at.stamp);
+      if (driven.goal_reached) {
+        explorer_.reached();
+      } else {
+        explorer_.abandon(at.stamp, driver_.drivable(task).clearance.map, task.T_map_keyframes);
+      }
     }
     revisit_.clear();
     goal_.reset();
+  } else if (driven.no_path) {
+    chosen_.reset();  // there may be another goal as things are
   }
 }
 
@@ -207,7 +225,7 @@ void Navigator::plan(const Observation& seen, const SlamStep& at, PilotStep& ste
     } else if (!slam_.looked_at_floor()) {
       step.reason = "waits for the first pictures";
     } else if (!slam_.keyframes().empty() && !done_) {
-      choose_goal(at);
+      choose_goal(seen, at);
       drive(seen, at, step);
     } else if (done_) {
       step.reason = "nothing is left to explore";

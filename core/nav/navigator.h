@@ -60,8 +60,8 @@ class Navigator {
   bool camera_lost(Time now);
   void stand(const Observation& seen, const SlamStep& at, PilotStep& step);
   DriveTask task_of(const Observation& seen, const SlamStep& at) const;
-  void choose_goal(const SlamStep& at);
-  void choose_revisit_goal(const SlamStep& at);
+  void choose_goal(const Observation& seen, const SlamStep& at);
+  void choose_revisit_goal(const DriveTask& task, const SlamStep& at);
   DriveGoal revisit_goal(const Pose2& T_map_body);
   void drive(const Observation& seen, const SlamStep& at, PilotStep& step);
 

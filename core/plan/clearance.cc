@@ -60,6 +60,18 @@ ClearanceMap clearance_map(OccupancyMap map, double cap_m) {
   return out;
 }
 
+double outline_clearance_m(const ClearanceMap& map, double radius_m, double unknown_nearer_m,
+                           const Vec2& p) {
+  const int column = map.column(p);
+  const int row = map.row(p);
+  if (!map.map.contains(column, row)) {
+    return -radius_m;
+  }
+  const std::size_t i = map.index(column, row);
+  return std::min<double>(map.to_occupied_m[i], map.to_unknown_m[i] + unknown_nearer_m) -
+         0.5 * map.map.cell_m - radius_m;
+}
+
 OccupancyMap coarsen(const OccupancyMap& map, double cell_m, double border_m) {
   const int factor = parts_a_side(cell_m, map.cell_m);
   OccupancyMap all;

@@ -22,6 +22,16 @@ struct ClearanceMap {
 
 ClearanceMap clearance_map(OccupancyMap map, double cap_m);
 
+/// The room that a disc about `p` has: from its outline to the nearest lethal cell, with half a
+/// cell taken off because distances run between the centres of cells. Unknown floor is kept from by
+/// `unknown_nearer_m` less than what is occupied. Minus the radius outside the map.
+double outline_clearance_m(const ClearanceMap& map, double radius_m, double unknown_nearer_m,
+                           const Vec2& p);
+
+/// Floor that nobody has seen is mostly free: what hides there begins somewhere behind its edge. So
+/// it is kept from by so much less than what is occupied, but never driven over.
+inline constexpr double kUnknownNearer_m = 0.04;
+
 /// Distance from each cell's centre to the nearest blocking cell's centre, capped (exactly:
 /// Felzenszwalb and Huttenlocher 2012, by OpenCV). `blocks` is row-major.
 std::vector<float> distance_m(const std::vector<std::uint8_t>& blocks, int columns, int rows,

@@ -21,26 +21,6 @@ struct Candidate {
   double score = 0;
 };
 
-// Floor that nobody has seen is mostly free: what hides there begins somewhere behind its edge. So
-// it is kept from by so much less, but never driven over.
-constexpr double kUnknownFarther_m = 0.04;
-
-/// From the body's outline to the nearest lethal cell, with half a cell taken off because distances
-/// run between the centres of cells.
-double outline_clearance(const DwaOptions& options, const ClearanceMap& map, const Body& body,
-                         const Vec2& p) {
-  const int column = map.column(p);
-  const int row = map.row(p);
-  const double half_cell_m = 0.5 * map.map.cell_m;
-  if (!map.map.contains(column, row)) {
-    return -body.radius_m;
-  }
-  const double farther_m = std::min(kUnknownFarther_m, options.margin_m);
-  const std::size_t i = map.index(column, row);
-  return std::min<double>(map.to_occupied_m[i], map.to_unknown_m[i] + farther_m) - half_cell_m -
-         body.radius_m;
-}
-
 }  // namespace
 
 void bind(Fields& f, DwaOptions& o) {
@@ -76,8 +56,11 @@ DwaResult choose_arc(const DwaOptions& options, const Body& body, const Clearanc
   const double w_low = std::max(-body.max_turn_radps, w_now - dw);
   const double w_high = std::min(body.max_turn_radps, w_now + dw);
 
-  const double here_m =
-      outline_clearance(options, local_odom, body, request.T_odom_body.position());
+  const auto room_m = [&](const Vec2& p) {
+    return outline_clearance_m(local_odom, body.radius_m,
+                               std::min(kUnknownNearer_m, options.margin_m), p);
+  };
+  const double here_m = room_m(request.T_odom_body.position());
   const double step_m = std::max(0.5 * local_odom.map.cell_m, 0.02);
 
   const auto roll = [&](const Twist2& twist) {
@@ -100,7 +83,7 @@ DwaResult choose_arc(const DwaOptions& options, const Body& body, const Clearanc
       while (path_m < options.distance_cap_m) {
         const double step = std::max(step_m, gap - margin - local_odom.map.cell_m);
         const Pose2 T = request.T_odom_body * exp_twist(twist, (path_m + step) / twist.v_mps);
-        gap = outline_clearance(options, local_odom, body, T.position());
+        gap = room_m(T.position());
         if (gap < margin) {
           break;
         }

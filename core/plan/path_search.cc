@@ -136,7 +136,91 @@ std::optional<int> nearest_drivable(const DrivableGrid& grid, const Vec2& p, dou
   return best;
 }
 
+// The cells that a finer map counts in.
+struct Box {
+  int low_column;
+  int end_column;
+  int low_row;
+  int end_row;
+};
+
+Box box_of(const NearMap& near, const OccupancyMap& map) {
+  const Vec2 low = near.robot_map - Vec2::Constant(near.within_m);
+  const Vec2 high = near.robot_map + Vec2::Constant(near.within_m);
+  return {std::clamp(map.column(low), 0, map.columns), std::clamp(map.column(high), 0, map.columns),
+          std::clamp(map.row(low), 0, map.rows), std::clamp(map.row(high), 0, map.rows)};
+}
+
+// Calls each(p) with places spread evenly over a cell, about as far apart as the finer cells.
+template <class Each>
+void for_each_place(const DrivableGrid& grid, int column, int row, const Each& each) {
+  const OccupancyMap& map = grid.clearance.map;
+  const int side = parts_a_side(map.cell_m, grid.near->window.map.cell_m);
+  for (int j = 0; j < side; ++j) {
+    for (int i = 0; i < side; ++i) {
+      each(map.point(column + (i + 0.5) / side, row + (j + 0.5) / side));
+    }
+  }
+}
+
+struct Place {
+  Vec2 p_map = Vec2::Zero();
+  double clearance_m = -kInfinity;
+};
+
+// Among equals the one nearest to the cell's centre.
+Place roomiest(const DrivableGrid& grid, int column, int row) {
+  const NearMap& near = *grid.near;
+  const Vec2 centre = grid.clearance.map.centre(column, row);
+  Place best;
+  for_each_place(grid, column, row, [&](const Vec2& p) {
+    const double unknown_nearer_m =
+        grid.through_unknown ? kInfinity : std::min(kUnknownNearer_m, grid.margin_m);
+    const double clearance_m =
+        outline_clearance_m(near.window, grid.radius_m, unknown_nearer_m, near.T_window_map * p) -
+        grid.margin_m;
+    if (clearance_m > best.clearance_m ||
+        (clearance_m == best.clearance_m &&
+         (p - centre).squaredNorm() < (best.p_map - centre).squaredNorm())) {
+      best = {p, clearance_m};
+    }
+  });
+  return best;
+}
+
+// Lays what the finer map knows over the coarse one.
+void lay_over(const NearMap& near, OccupancyMap& coarse) {
+  const OccupancyMap& window = near.window.map;
+  const int samples = parts_a_side(coarse.cell_m, window.cell_m);
+  const double step_m = coarse.cell_m / samples;
+  const Vec2 along_x = near.T_window_map.rotation() * Vec2(step_m, 0);
+  const Vec2 along_y = near.T_window_map.rotation() * Vec2(0, step_m);
+  const Box box = box_of(near, coarse);
+  for (int row = box.low_row; row < box.end_row; ++row) {
+    for (int column = box.low_column; column < box.end_column; ++column) {
+      const Vec2 corner = near.T_window_map * coarse.point(column, row);
+      const Cell cell = resampled(samples, [&](int i, int j) {
+        return window.at(corner + (i + 0.5) * along_x + (j + 0.5) * along_y);
+      });
+      if (cell != Cell::kUnknown) {
+        coarse(column, row) = cell;
+      }
+    }
+  }
+}
+
 }  // namespace
+
+Vec2 DrivableGrid::place(int column, int row) const {
+  if (near) {
+    const Box box = box_of(*near, clearance.map);
+    if (column >= box.low_column && column < box.end_column && row >= box.low_row &&
+        row < box.end_row) {
+      return roomiest(*this, column, row).p_map;
+    }
+  }
+  return clearance.map.centre(column, row);
+}
 
 void bind(Fields& f, SearchOptions& o) {
   f("cell_m", o.cell_m, between(0.01, 0.5));
@@ -154,6 +238,9 @@ DrivableGrid drivable_grid_of_coarse(const SearchOptions& options, const Body& b
   const double cap_m =
       body.radius_m + options.margin_m + options.inflation_distance_m + coarse.cell_m;
   DrivableGrid grid;
+  grid.radius_m = body.radius_m;
+  grid.margin_m = options.margin_m;
+  grid.through_unknown = options.through_unknown;
   grid.clearance = clearance_map(std::move(coarse), cap_m);
   grid.clearance_m.resize(grid.clearance.map.cells.size());
   const auto occupied_m = static_cast<float>(body.radius_m + options.margin_m);
@@ -162,6 +249,21 @@ DrivableGrid drivable_grid_of_coarse(const SearchOptions& options, const Body& b
     const float to_occupied = grid.clearance.to_occupied_m[i] - occupied_m;
     const float to_unknown = grid.clearance.to_unknown_m[i] - unknown_m;
     grid.clearance_m[i] = options.through_unknown ? to_occupied : std::min(to_occupied, to_unknown);
+  }
+  return grid;
+}
+
+DrivableGrid drivable_grid_with(const SearchOptions& options, const Body& body, OccupancyMap coarse,
+                                NearMap near) {
+  lay_over(near, coarse);
+  const Box box = box_of(near, coarse);
+  DrivableGrid grid = drivable_grid_of_coarse(options, body, std::move(coarse));
+  grid.near = std::move(near);
+  for (int row = box.low_row; row < box.end_row; ++row) {
+    for (int column = box.low_column; column < box.end_column; ++column) {
+      grid.clearance_m[grid.clearance.index(column, row)] =
+          static_cast<float>(roomiest(grid, column, row).clearance_m);
+    }
   }
   return grid;
 }
@@ -182,7 +284,7 @@ std::vector<Vec2> path_to(const DrivableGrid& grid, const CostField& field, int 
     return path;
   }
   for (int at = cell; at >= 0; at = field.came_from[at]) {
-    path.push_back(map.centre(at % map.columns, at / map.columns));
+    path.push_back(grid.place(at % map.columns, at / map.columns));
   }
   std::reverse(path.begin(), path.end());
   return path;
@@ -283,8 +385,9 @@ Lookahead lookahead_point(const DrivableGrid& grid, const Path& path, const Vec2
         grid.clearance.index(grid.clearance.column(points[i]), grid.clearance.row(points[i]));
     clearance = std::min<double>(clearance, grid.clearance_m[cell]);
   }
-  const double wanted_m =
+  const double narrower_m =
       std::min(clearance, 2 * grid.clearance.map.cell_m) - 0.5 * grid.clearance.map.cell_m;
+  const double wanted_m = clearance < 0 ? narrower_m : std::max(0.0, narrower_m);
   constexpr double kNearest_m = 0.25;  // nearer, and its direction is noise
   while (at > nearest && ahead > kNearest_m &&
          !straight_line_clear(grid, robot, points[at], wanted_m)) {

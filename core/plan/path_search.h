@@ -23,21 +23,43 @@ struct SearchOptions {
 };
 void bind(Fields& f, SearchOptions& o);
 
+/// What is known about the robot on finer cells, in another frame: the window that it is driven by.
+/// It counts in a square about the robot.
+struct NearMap {
+  ClearanceMap window;
+  Pose2 T_window_map;
+  Vec2 robot_map = Vec2::Zero();
+  double within_m = 0;  ///< half the square's side; the window reaches farther by a body and more
+};
+
 /// Where the middle of a disc may be, on coarse cells: the clearance left beyond radius and margin,
 /// in metres; negative where it must not be. Cells of unknown floor must not be under the disc.
 struct DrivableGrid {
   ClearanceMap clearance;
   std::vector<float> clearance_m;  ///< as the map's cells
+  double radius_m = 0;             ///< of the disc
+  double margin_m = 0;
+  bool through_unknown = false;
+  std::optional<NearMap> near;
 
   bool drivable(int column, int row) const {
     return clearance.map.contains(column, row) && clearance_m[clearance.index(column, row)] >= 0;
   }
+
+  /// The place in a cell with most room: its centre, or by the finer map where there is one.
+  Vec2 place(int column, int row) const;
 };
 
 DrivableGrid drivable_grid(const SearchOptions& options, const Body& body, const OccupancyMap& map);
 /// As above, from a map that is on cells of `cell_m` already.
 DrivableGrid drivable_grid_of_coarse(const SearchOptions& options, const Body& body,
                                      OccupancyMap coarse);
+
+/// As above; in the square that `near` counts in, both cells and room are the finer map's. A cell
+/// there has the room of its best place: within it the disc passes wherever the dynamic window,
+/// which works on that map, lets it pass.
+DrivableGrid drivable_grid_with(const SearchOptions& options, const Body& body, OccupancyMap coarse,
+                                NearMap near);
 
 /// What it costs to get from a start to every cell: metres, more where it is narrow.
 struct CostField {

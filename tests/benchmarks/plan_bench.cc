@@ -36,9 +36,12 @@ BENCHMARK(search_across_the_office)->Unit(benchmark::kMillisecond);
 
 void choose_a_goal(benchmark::State& state) {
   const OccupancyMap map = office(false);
+  const SearchOptions search;
   Explorer explorer({}, Body(), FloorWedge(), Rng(1));
   for (auto _ : state) {
-    benchmark::DoNotOptimize(explorer.choose(Time(), map, {6, 1, 0}));
+    const DrivableGrid grid =
+        drivable_grid_of_coarse(search, Body(), coarsen(map, search.cell_m, explorer.border_m()));
+    benchmark::DoNotOptimize(explorer.choose(Time(), grid, {6, 1, 0}));
   }
 }
 BENCHMARK(choose_a_goal)->Unit(benchmark::kMillisecond);
@@ -59,7 +62,8 @@ void dynamic_window(benchmark::State& state) {
   request.longest_cycle_s = request.cycle_s;
   request.lookahead_odom = {6.1, 3.7};
   for (auto _ : state) {
-    const ClearanceMap window = clearance_map(window_map(options, task, {}, 0), 1.0);
+    const ClearanceMap window =
+        clearance_map(window_map(options.cell_m, options.window_m, task, {}, 0), 1.0);
     benchmark::DoNotOptimize(choose_arc(options, Body(), window, request));
   }
 }

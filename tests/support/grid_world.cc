@@ -318,10 +318,22 @@ GridRun explore_world(const GridWorld& world, const Pose2& start, const ExploreO
   Time next_note;
   int fruitless = 0;
   while (to_seconds(robot.now()) < duration_s) {
+    DriveTask task;
+    task.stamp = robot.now();
+    task.local_odom = &robot.local_odom();
+    task.map = &robot.map();
+    task.T_map_odom = robot.T_map_odom();
+    task.T_odom_body = robot.T_odom_body();
+    task.twist_body = robot.twist();
+    task.bumper_pressed = robot.bumper();
+    task.border_m = explorer.border_m();
     if (robot.now() >= next_choice) {
       next_choice = robot.now() + from_seconds(1.5);
-      const ExploreChoice choice =
-          explorer.choose(robot.now(), robot.map(), robot.T_map_odom() * robot.T_odom_body());
+      const Pose2 T_map_body = robot.T_map_odom() * robot.T_odom_body();
+      ExploreChoice choice = explorer.choose(robot.now(), driver.drivable(task), T_map_body);
+      if (!choice.goal) {
+        choice = explorer.choose(robot.now(), driver.drivable_by_map(task), T_map_body);
+      }
       goal.reset();
       if (choice.goal) {
         goal = DriveGoal{choice.goal->pose_map, choice.goal->heading_matters};
@@ -333,14 +345,6 @@ GridRun explore_world(const GridWorld& world, const Pose2& start, const ExploreO
         break;
       }
     }
-    DriveTask task;
-    task.stamp = robot.now();
-    task.local_odom = &robot.local_odom();
-    task.map = &robot.map();
-    task.T_map_odom = robot.T_map_odom();
-    task.T_odom_body = robot.T_odom_body();
-    task.twist_body = robot.twist();
-    task.bumper_pressed = robot.bumper();
     task.goal = goal;
     const DriveStep step = driver.step(task);
     if (step.reason != said) {
@@ -353,13 +357,16 @@ GridRun explore_world(const GridWorld& world, const Pose2& start, const ExploreO
       run.said.emplace_back(line.data());
       run.recoveries += step.state == PilotState::kRecovering ? 1 : 0;
     }
+    if (step.no_path) {
+      next_choice = robot.now();
+    }
     if (step.goal_reached) {
       explorer.reached();
       next_choice = robot.now();
     }
     if (step.goal_given_up) {
       ++run.given_up;
-      explorer.abandon(robot.now());
+      explorer.abandon(robot.now(), driver.drivable(task).clearance.map);
       next_choice = robot.now();
     }
     robot.step(step.command_body);

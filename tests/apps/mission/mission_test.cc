@@ -55,7 +55,6 @@ TEST(Mission, TellsTheNamesOfTodayOfSettingsThatWereCalledOtherwise) {
            {"navigator.driver.carrot_m", "lookahead_m"},
            {"navigator.driver.search.comfort_m", "inflation_distance_m"},
            {"navigator.driver.search.crowding", "clearance_weight"},
-           {"navigator.explore.search.comfort_m", "inflation_distance_m"},
            {"navigator.explore.method.settle_s", "fixed_cost_s"},
            {"navigator.explore.method.loyalty", "hysteresis"},
            {"navigator.explore.least_gain", "min_information_gain"},

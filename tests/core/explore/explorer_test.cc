@@ -15,6 +15,12 @@ Explorer make_explorer(const ExploreOptions& options = {}) {
   return {options, Body(), FloorWedge(), Rng(1)};
 }
 
+/// What an explorer with these defaults is given to choose by.
+DrivableGrid grid_of(const OccupancyMap& map) {
+  const SearchOptions search;
+  return drivable_grid_of_coarse(search, Body(), coarsen(map, search.cell_m, FloorWedge().far_m));
+}
+
 /// A room of 6 x 4 m of which the part beyond x = 3 m is unknown.
 OccupancyMap half_known() {
   OccupancyMap map = test::empty_room(6, 4, 0.01);
@@ -24,7 +30,8 @@ OccupancyMap half_known() {
 
 TEST(Explorer, LooksTowardsTheUnknown) {
   Explorer explorer = make_explorer();
-  const ExploreChoice choice = explorer.choose(Time(), half_known(), {1, 2, deg_to_rad(180)});
+  const ExploreChoice choice =
+      explorer.choose(Time(), grid_of(half_known()), {1, 2, deg_to_rad(180)});
   ASSERT_TRUE(choice.goal) << choice.reason;
   EXPECT_TRUE(choice.frontier_reachable);
   EXPECT_LT(choice.goal->pose_map.x_m, 3);
@@ -34,7 +41,8 @@ TEST(Explorer, LooksTowardsTheUnknown) {
 
 TEST(Explorer, IsDoneInAKnownRoom) {
   Explorer explorer = make_explorer();
-  const ExploreChoice choice = explorer.choose(Time(), test::empty_room(6, 4, 0.01), {1, 2, 0});
+  const ExploreChoice choice =
+      explorer.choose(Time(), grid_of(test::empty_room(6, 4, 0.01)), {1, 2, 0});
   EXPECT_FALSE(choice.goal);
   EXPECT_FALSE(choice.frontier_reachable);
 }
@@ -46,7 +54,7 @@ TEST(Explorer, DoesNotHopeForWhatTheRobotCannotReach) {
   test::fill(map, 5, 2, 6, 2.3, Cell::kUnknown);
   test::fill(map, 2, 1, 3, 2, Cell::kOccupied);
   test::fill(map, 2.3, 1.3, 2.7, 1.7, Cell::kUnknown);
-  const ExploreChoice choice = make_explorer().choose(Time(), map, {1, 2, 0});
+  const ExploreChoice choice = make_explorer().choose(Time(), grid_of(map), {1, 2, 0});
   EXPECT_FALSE(choice.goal);
   EXPECT_FALSE(choice.frontier_reachable);
 }
@@ -54,14 +62,14 @@ TEST(Explorer, DoesNotHopeForWhatTheRobotCannotReach) {
 TEST(Explorer, IgnoresWhatIsBehindAWall) {
   OccupancyMap map = half_known();
   test::fill(map, 2.95, 0, 3, 4, Cell::kOccupied);
-  EXPECT_FALSE(make_explorer().choose(Time(), map, {1, 2, 0}).frontier_reachable);
+  EXPECT_FALSE(make_explorer().choose(Time(), grid_of(map), {1, 2, 0}).frontier_reachable);
 }
 
 TEST(Explorer, KeepsItsGoalWhileNothingIsClearlyBetter) {
   Explorer explorer = make_explorer();
   const OccupancyMap map = half_known();
-  const ExploreChoice first = explorer.choose(Time(), map, {1, 2, 0});
-  const ExploreChoice second = explorer.choose(time_at(1), map, {1.1, 2, 0.1});
+  const ExploreChoice first = explorer.choose(Time(), grid_of(map), {1, 2, 0});
+  const ExploreChoice second = explorer.choose(time_at(1), grid_of(map), {1.1, 2, 0.1});
   ASSERT_TRUE(first.goal && second.goal);
   EXPECT_EQ(first.goal->pose_map, second.goal->pose_map);
 }
@@ -87,7 +95,7 @@ TEST(Explorer, EndsWhereNoLookShowsAnything) {
     Pose2 here{0.5, 0.5, 0};
     int looks = 0;
     for (; looks < 300; ++looks) {
-      const ExploreChoice choice = explorer.choose(time_at(looks), map, here);
+      const ExploreChoice choice = explorer.choose(time_at(looks), grid_of(map), here);
       if (!choice.goal) {
         break;
       }
@@ -102,10 +110,10 @@ TEST(Explorer, LeavesAGoalGivenUpAlone) {
   ExploreOptions options;
   Explorer explorer = make_explorer(options);
   const OccupancyMap map = half_known();
-  const ExploreChoice first = explorer.choose(Time(), map, {1, 2, 0});
+  const ExploreChoice first = explorer.choose(Time(), grid_of(map), {1, 2, 0});
   ASSERT_TRUE(first.goal);
-  explorer.abandon(Time());
-  const ExploreChoice second = explorer.choose(time_at(1), map, {1, 2, 0});
+  explorer.abandon(Time(), grid_of(map).clearance.map);
+  const ExploreChoice second = explorer.choose(time_at(1), grid_of(map), {1, 2, 0});
   ASSERT_TRUE(second.goal);
   EXPECT_GT((second.goal->pose_map.position() - first.goal->pose_map.position()).norm(),
             options.blacklist_m);
@@ -118,7 +126,7 @@ TEST(Explorer, StopsHopingForWhatNeverComesIntoView) {
   Pose2 T_map_body{1, 2, 0};
   int looks = 0;
   for (; looks < 100; ++looks) {
-    const ExploreChoice choice = explorer.choose(time_at(5.0 * looks), map, T_map_body);
+    const ExploreChoice choice = explorer.choose(time_at(5.0 * looks), grid_of(map), T_map_body);
     if (!choice.goal) {
       EXPECT_FALSE(choice.frontier_reachable);
       break;
@@ -144,13 +152,13 @@ TEST(Explorer, ItsGoalAndThoseGivenUpMoveWithTheMap) {
   const std::vector<Pose2> after = {moved(before[0]), moved(before[1])};
   for (const bool given_up : {false, true}) {
     Explorer explorer = make_explorer(options);
-    const ExploreChoice first = explorer.choose(Time(), half_known(), {1, 2, 0}, before);
+    const ExploreChoice first = explorer.choose(Time(), grid_of(half_known()), {1, 2, 0}, before);
     ASSERT_TRUE(first.goal);
     if (given_up) {
-      explorer.abandon(Time());
+      explorer.abandon(Time(), grid_of(half_known()).clearance.map, before);
     }
     const ExploreChoice second =
-        explorer.choose(time_at(1), moved(half_known()), moved({1, 2, 0}), after);
+        explorer.choose(time_at(1), grid_of(moved(half_known())), moved({1, 2, 0}), after);
     ASSERT_TRUE(second.goal);
     const double off =
         (second.goal->pose_map.position() - moved(first.goal->pose_map).position()).norm();
@@ -169,7 +177,8 @@ TEST(Explorer, WhatNeverCameIntoViewIsNotHopedForAgainWhereTheMapHasMoved) {
   std::vector<Pose2> T_map_keyframes = {T_map_body};
   double at_s = 0;
   for (; at_s < 500; at_s += 5) {
-    const ExploreChoice choice = explorer.choose(time_at(at_s), map, T_map_body, T_map_keyframes);
+    const ExploreChoice choice =
+        explorer.choose(time_at(at_s), grid_of(map), T_map_body, T_map_keyframes);
     if (!choice.goal) {
       break;
     }
@@ -181,7 +190,8 @@ TEST(Explorer, WhatNeverCameIntoViewIsNotHopedForAgainWhereTheMapHasMoved) {
   for (Pose2& T : T_map_keyframes) {
     T = moved(T);
   }
-  EXPECT_FALSE(explorer.choose(time_at(at_s), moved(map), moved(T_map_body), T_map_keyframes).goal);
+  EXPECT_FALSE(
+      explorer.choose(time_at(at_s), grid_of(moved(map)), moved(T_map_body), T_map_keyframes).goal);
 }
 
 TEST(Explorer, DrawsTheThesissRandomGoalsInItsSquareAndFartherAfterTooLong) {
@@ -192,7 +202,7 @@ TEST(Explorer, DrawsTheThesissRandomGoalsInItsSquareAndFartherAfterTooLong) {
   const Pose2 T_map_body{6, 6, 0};
   bool farther = false;
   for (int i = 0; i < 40; ++i) {
-    const ExploreChoice choice = explorer.choose(time_at(i), map, T_map_body);
+    const ExploreChoice choice = explorer.choose(time_at(i), grid_of(map), T_map_body);
     ASSERT_TRUE(choice.goal) << choice.reason;
     const double off =
         (choice.goal->pose_map.position() - T_map_body.position()).cwiseAbs().maxCoeff();

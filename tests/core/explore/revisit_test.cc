@@ -24,8 +24,8 @@ TEST(Revisit, TakesAnOldStretchInTheDirectionAtHand) {
   const OccupancyMap map = test::empty_room(10, 4, 0.01);
   // East of the way, facing west: driving it backwards costs least.
   const auto found =
-      choose_revisit(RevisitOptions(), SearchOptions(), Body(), map, {9.2, 1.5, deg_to_rad(180)},
-                     time_at(300), straight_path_east(), {});
+      choose_revisit(RevisitOptions(), SearchOptions(), drivable_grid({}, Body(), map),
+                     {9.2, 1.5, deg_to_rad(180)}, time_at(300), straight_path_east(), {});
   ASSERT_TRUE(found);
   EXPECT_FALSE(found->same_heading);
   EXPECT_GE(found->places.size(), 8U);
@@ -40,8 +40,9 @@ TEST(Revisit, PrefersTheUncertain) {
   for (int i = 0; i < 12; ++i) {
     places[static_cast<std::size_t>(i)].uncertainty_m = 1.0;
   }
-  const auto found = choose_revisit(RevisitOptions(), SearchOptions(), Body(), map,
-                                    {8.5, 2, deg_to_rad(180)}, time_at(300), places, {});
+  const auto found =
+      choose_revisit(RevisitOptions(), SearchOptions(), drivable_grid({}, Body(), map),
+                     {8.5, 2, deg_to_rad(180)}, time_at(300), places, {});
   ASSERT_TRUE(found);
   EXPECT_LT(found->places.back(), 12);
 }
@@ -54,8 +55,9 @@ TEST(Revisit, AimsAtNoPlaceThatNobodyKnowsWhereItIs) {
     for (int i = 0; i < 12; ++i) {
       places[static_cast<std::size_t>(i)].uncertainty_m = unknown;
     }
-    const auto found = choose_revisit(RevisitOptions(), SearchOptions(), Body(), map,
-                                      {2, 2, deg_to_rad(180)}, time_at(300), places, {});
+    const auto found =
+        choose_revisit(RevisitOptions(), SearchOptions(), drivable_grid({}, Body(), map),
+                       {2, 2, deg_to_rad(180)}, time_at(300), places, {});
     ASSERT_TRUE(found);
     EXPECT_GE(*std::min_element(found->places.begin(), found->places.end()), 12);
   }
@@ -63,14 +65,14 @@ TEST(Revisit, AimsAtNoPlaceThatNobodyKnowsWhereItIs) {
 
 TEST(Revisit, LeavesYoungAndTriedPlacesAlone) {
   const OccupancyMap map = test::empty_room(10, 4, 0.01);
-  EXPECT_FALSE(choose_revisit(RevisitOptions(), SearchOptions(), Body(), map, {5, 2, 0},
-                              time_at(60), straight_path_east(), {}));
+  EXPECT_FALSE(choose_revisit(RevisitOptions(), SearchOptions(), drivable_grid({}, Body(), map),
+                              {5, 2, 0}, time_at(60), straight_path_east(), {}));
   std::vector<Vec2> tried;
   for (const VisitedPose& place : straight_path_east()) {
     tried.push_back(place.T_map_body.position());
   }
-  EXPECT_FALSE(choose_revisit(RevisitOptions(), SearchOptions(), Body(), map, {5, 2, 0},
-                              time_at(300), straight_path_east(), tried));
+  EXPECT_FALSE(choose_revisit(RevisitOptions(), SearchOptions(), drivable_grid({}, Body(), map),
+                              {5, 2, 0}, time_at(300), straight_path_east(), tried));
 }
 
 }  // namespace

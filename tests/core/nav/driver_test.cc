@@ -215,6 +215,47 @@ TEST(Driver, RefusesAnUnreachableGoalWithoutMoving) {
   EXPECT_EQ((r.T_map_body.position() - Vec2(1, 2)).norm(), 0);
 }
 
+TEST(Driver, LooksOnceAtWhatOnlyTheLocalMapHasInTheWayAndDoesNotDriveAtIt) {
+  Ride r = ride();
+  test::fill(r.local, 2.9, 0, 3.1, 4, Cell::kOccupied);
+  double turned_rad = 0;
+  const auto drive = [&](const DriveGoal& goal) {
+    turned_rad = 0;
+    return r.drive(goal, 60, [&](const DriveStep& s) {
+      turned_rad += std::abs(r.twist.w_radps) * kFrame_s;
+      return finished(s);
+    });
+  };
+  EXPECT_TRUE(drive(DriveGoal{{5, 2, 0}, false}).goal_given_up);
+  EXPECT_NEAR(turned_rad, 2 * std::numbers::pi, 0.2);
+  EXPECT_TRUE(drive(DriveGoal{{5, 3, 0}, false}).goal_given_up);  // looked about already
+  EXPECT_LT(turned_rad, 0.2);
+  EXPECT_LT((r.T_map_body.position() - Vec2(1, 2)).norm(), 0.02);
+}
+
+TEST(Driver, TriesEachRecoveryOnceAtAPlaceAndThenAnotherWay) {
+  Ride r = ride();
+  test::fill(r.map, 2.9, 1.2, 3.1, 4, Cell::kOccupied);  // a way round below,
+  test::fill(r.map, 2.9, 2.4, 3.1, 3.2, Cell::kFree);    // and a gap: a pane is in it
+  r.local = r.map;
+  int looks = 0;
+  int retreats = 0;
+  std::string said;
+  r.T_map_body = {1, 2.8, 0};
+  const DriveStep last = r.drive(DriveGoal{{4.5, 2.8, 0}, false}, 200, [&](const DriveStep& s) {
+    if (r.T_map_body.y_m > 2.2 && r.T_map_body.x_m < 2.9) {
+      r.T_map_body.x_m = std::min(r.T_map_body.x_m, 2.8);
+    }
+    looks += s.reason != said && s.reason.find("to look") != std::string::npos ? 1 : 0;
+    retreats += s.reason != said && s.reason.find("retreating") != std::string::npos ? 1 : 0;
+    said = s.reason;
+    return finished(s);
+  });
+  EXPECT_TRUE(last.goal_reached) << last.reason;
+  EXPECT_EQ(looks, 1);
+  EXPECT_EQ(retreats, 1);
+}
+
 TEST(Driver, DetoursAroundWhatOnlyTheLocalMapKnows) {
   Ride r = ride();
   test::fill(r.local, 2.9, 1.2, 3.1, 3, Cell::kOccupied);

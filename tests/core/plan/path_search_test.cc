@@ -111,6 +111,66 @@ TEST(PathSearch, AgreesWithTheFlood) {
   EXPECT_NEAR(length, found.path->length_m, 0.08);
 }
 
+/// The window of a robot at (1.2, 2) in a frame that is turned and shifted against the map's, of a
+/// room that a wall divides but for a gap of this width, whose middle is at y = `middle_m`.
+NearMap near_a_gap(double width_m, double middle_m, const Pose2& T_window_map) {
+  NearMap near;
+  near.T_window_map = T_window_map;
+  near.robot_map = {1.2, 2};
+  near.within_m = 1.5;
+  OccupancyMap window;
+  window.cell_m = 0.02;
+  window.assign(300, 300);
+  window.origin = T_window_map * near.robot_map - Vec2::Constant(150 * window.cell_m);
+  const Pose2 T_map_window = T_window_map.inverse();
+  for (int row = 0; row < window.rows; ++row) {
+    for (int column = 0; column < window.columns; ++column) {
+      const Vec2 p = T_map_window * window.centre(column, row);
+      const bool in_wall = std::abs(p.x() - 2) < 0.05 && std::abs(p.y() - middle_m) > 0.5 * width_m;
+      window(column, row) = in_wall ? Cell::kOccupied : Cell::kFree;
+    }
+  }
+  near.window = clearance_map(std::move(window), 1);
+  return near;
+}
+
+TEST(NearMap, PassesAGapTenCentimetresWiderThanTheRobotWhereverItsCellsLie) {
+  const SearchOptions options;
+  const Body body;
+  const OccupancyMap map = test::empty_room(4, 4, options.cell_m);
+  const auto crosses = [&](double width_m, double middle_m, const Pose2& T_window_map) {
+    const DrivableGrid grid =
+        drivable_grid_with(options, body, map, near_a_gap(width_m, middle_m, T_window_map));
+    const PathSearch found = search_path(options, grid, {1.2, 2}, {3, 2});
+    if (!found.path) {
+      return false;
+    }
+    for (const Vec2& p : found.path->points) {  // in the middle of the gap, not of a cell
+      if (std::abs(p.x() - 2) < 0.05) {
+        EXPECT_NEAR(p.y(), middle_m, 0.02);
+      }
+    }
+    return true;
+  };
+  for (const double turn_rad : {0.0, 0.4, 0.785}) {
+    for (const double middle_m : {2.0, 2.013, 2.025, 2.037}) {
+      const Pose2 T_window_map{0.3, -0.7, turn_rad};
+      EXPECT_TRUE(crosses(2 * (body.radius_m + options.margin_m) + 0.04, middle_m, T_window_map))
+          << turn_rad << " " << middle_m;
+      EXPECT_FALSE(crosses(2 * body.radius_m, middle_m, T_window_map));
+    }
+  }
+}
+
+TEST(NearMap, CountsInItsSquareAlone) {
+  const SearchOptions options;
+  const OccupancyMap map = test::empty_room(4, 4, options.cell_m);
+  NearMap near = near_a_gap(0, 2, {});
+  near.within_m = 0.5;  // the wall is farther away
+  EXPECT_TRUE(
+      search_path(options, drivable_grid_with(options, Body(), map, near), {1.2, 2}, {3, 2}).path);
+}
+
 TEST(Lookahead, IsAheadOnThePathAndCutsNoCorner) {
   OccupancyMap map = test::empty_room(4, 4, 0.01);
   test::fill(map, 0, 1.5, 2.5, 2.5, Cell::kOccupied);  // an L about (2.5, 1.5)
