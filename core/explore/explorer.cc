@@ -61,40 +61,65 @@ FixedCell fixed_cell(const OccupancyMap& map, const Vec2& p_map) {
           static_cast<int>(std::floor(p_map.y() / map.cell_m))};
 }
 
-/// Unknown possibly_traversable floor, in square metres, along each ray of a full turn about
-/// `place`.
-void cast_rays(const DirectedOptions& o, const FloorWedge& wedge, const ClearanceMap& map,
-               const std::vector<std::uint8_t>& possibly_traversable,
-               const std::vector<Vec2>& directions, const Vec2& place,
-               std::vector<double>& information_gains_m2) {
-  const double step_m = kRayStep * map.map.cell_m;
-  const double sector_rad = kTwoPi / static_cast<double>(directions.size());
-  for (std::size_t k = 0; k < directions.size(); ++k) {
+/// What a cell is to a line of sight.
+enum class Sight : std::uint8_t { kClear, kHides, kUnknown, kWanted };
+
+/// A cell on a line of sight from the centre of another.
+struct RayCell {
+  int columns = 0;
+  int rows = 0;
+  double length_m = 0;  ///< of the line in it
+  double area_m2 = 0;   ///< of the line's sector in it, where the camera sees floor at all
+};
+using Ray = std::vector<RayCell>;
+
+/// The same for each place that is looked from: rays of a full turn, the first half a sector off
+/// the x axis.
+std::vector<Ray> rays_about(int count, const FloorWedge& wedge, double cell_m) {
+  const double step_m = kRayStep * cell_m;
+  const double sector_rad = kTwoPi / count;
+  std::vector<Ray> rays(static_cast<std::size_t>(count));
+  for (int k = 0; k < count; ++k) {
+    const double angle = sector_rad * (k + 0.5);
+    Ray& ray = rays[static_cast<std::size_t>(k)];
+    // What hides the floor may stand nearer than the floor that is seen.
+    for (double r = cell_m; r < wedge.far_m - cell_m; r += step_m) {
+      const int columns = static_cast<int>(std::floor(0.5 + r * std::cos(angle) / cell_m));
+      const int rows = static_cast<int>(std::floor(0.5 + r * std::sin(angle) / cell_m));
+      if (ray.empty() || ray.back().columns != columns || ray.back().rows != rows) {
+        ray.push_back({columns, rows});
+      }
+      ray.back().length_m += step_m;
+      ray.back().area_m2 += r >= wedge.near_m ? r * sector_rad * step_m : 0;
+    }
+  }
+  return rays;
+}
+
+/// Wanted floor, in square metres, along each ray about a cell.
+void cast_rays(double unknown_depth_m, const OccupancyMap& map, const std::vector<Sight>& sights,
+               const std::vector<Ray>& rays, int cell, std::vector<double>& gains_m2) {
+  const int column = cell % map.columns;
+  const int row = cell / map.columns;
+  for (std::size_t k = 0; k < rays.size(); ++k) {
     double gain = 0;
     double unknown_m = 0;
-    // What hides the floor may stand nearer than the floor that is seen.
-    for (double r = map.map.cell_m; r < wedge.far_m - map.map.cell_m; r += step_m) {
-      const Vec2 p = place + r * directions[k];
-      const int column = map.column(p);
-      const int row = map.row(p);
-      if (!map.map.contains(column, row)) {
+    for (const RayCell& at : rays[k]) {
+      if (!map.contains(column + at.columns, row + at.rows)) {
         break;
       }
-      const std::size_t i = map.index(column, row);
-      if (hides(map, i)) {
+      const Sight sight =
+          sights[static_cast<std::size_t>(cell + at.rows * map.columns + at.columns)];
+      if (sight == Sight::kClear) {
+        continue;
+      }
+      unknown_m += at.length_m;
+      if (sight == Sight::kHides || unknown_m > unknown_depth_m) {
         break;
       }
-      if (map.map.cells[i] == Cell::kUnknown) {
-        unknown_m += step_m;
-        if (unknown_m > o.unknown_depth_m) {
-          break;
-        }
-        if (possibly_traversable[i] != 0 && r >= wedge.near_m) {
-          gain += r * sector_rad * step_m;
-        }
-      }
+      gain += sight == Sight::kWanted ? at.area_m2 : 0;
     }
-    information_gains_m2[k] = gain;
+    gains_m2[k] = gain;
   }
 }
 
@@ -190,7 +215,9 @@ struct Explorer::Views {
   const DrivableGrid& grid;
   CostField field;
   std::vector<std::uint8_t> possibly_traversable;  // cells that may be floor
-  std::vector<Vec2> directions;                    // of rays
+  std::vector<Vec2> directions;                    // of rays,
+  std::vector<Ray> rays;                           // and what lies along them
+  std::vector<Sight> sights;                       // of each cell
   double least_m2 = 0;                             // of unknown floor that is worth a look
   Pose2 T_map_body;
 };
@@ -263,7 +290,8 @@ struct Explorer::View {
 
 Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& grid,
                                 const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes) {
-  Views views{o, grid, flood(options_.search, grid, T_map_body.position()), {}, {}, 0, T_map_body};
+  Views views{o,  grid,      flood(options_.search, grid, T_map_body.position()), {}, {}, {}, {},
+              0., T_map_body};
   views.possibly_traversable = possibly_traversable_cells(grid, body_, views.field);
   const auto rays = static_cast<std::size_t>(o.rays);
   views.directions.resize(rays);
@@ -284,6 +312,15 @@ Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& gr
       views.possibly_traversable[grid.clearance.index(column, row)] = 0;
     }
   }
+  views.rays = rays_about(o.rays, wedge_, grid.clearance.map.cell_m);
+  views.sights.resize(grid.clearance.map.cells.size());
+  for (std::size_t i = 0; i < views.sights.size(); ++i) {
+    if (hides(grid.clearance, i)) {
+      views.sights[i] = Sight::kHides;
+    } else if (grid.clearance.map.cells[i] == Cell::kUnknown) {
+      views.sights[i] = views.possibly_traversable[i] != 0 ? Sight::kWanted : Sight::kUnknown;
+    }
+  }
   views.least_m2 =
       options_.min_information_gain * std::numbers::pi * body_.radius_m * body_.radius_m;
   return views;
@@ -298,8 +335,7 @@ std::optional<Explorer::View> Explorer::best_view(const Views& views, int cell,
   const int width = std::max(1, static_cast<int>(std::floor(wedge_.width_rad / kTwoPi * o.rays)));
   const Vec2 place = map.centre(cell % map.columns, cell / map.columns);
   std::vector<double> gains(rays);
-  cast_rays(o, wedge_, views.grid.clearance, views.possibly_traversable, views.directions, place,
-            gains);
+  cast_rays(o.unknown_depth_m, map, views.sights, views.rays, cell, gains);
   double all = 0;
   for (const double g : gains) {
     all += g;

@@ -173,10 +173,9 @@ DrivableGrid Driver::grid_near(const DriveTask& task) const {
   near.T_window_map = T_odom_map;
   near.robot_map = (task.T_map_odom * task.T_odom_body).position();
   near.within_m = options_.overlay_m;
-  // In a square that is turned against the other's axes, with all that the discs on it reach.
   const double reach_m = body_.radius_m + options_.search.margin_m +
                          options_.search.inflation_distance_m + options_.search.cell_m;
-  const double side_m = 2 * (std::numbers::sqrt2 * near.within_m + reach_m);
+  const double side_m = 2 * (near.within_m + reach_m);
   near.window = clearance_map(
       window_map(options_.dwa.cell_m, side_m, task, blocked_odom, options_.touched_m), reach_m);
   DrivableGrid by_map = drivable_by_map(task);

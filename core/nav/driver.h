@@ -27,7 +27,7 @@ struct DriverOptions {
   double replan_failed_s = 0.2;  ///< between plans while there is none
   int plan_failures = 3;  ///< one after another, then recover: a speck in the local map lasts for a
                           ///< picture or two
-  double overlay_m = 2.0;  ///< a plan takes the local map so far about the robot, else the map
+  double overlay_m = 1.6;  ///< a plan takes the local map so far about the robot, else the map
   double turn_first_rad =
       deg_to_rad(60);        ///< a lookahead point farther aside than this is turned to on the spot
   double turned_rad = 0.26;  ///< 15 degrees: the dynamic window takes it from there

@@ -136,7 +136,7 @@ std::optional<int> nearest_drivable(const DrivableGrid& grid, const Vec2& p, dou
   return best;
 }
 
-// The cells that a finer map counts in.
+// About the cells that a finer map counts in.
 struct Box {
   int low_column;
   int end_column;
@@ -149,6 +149,10 @@ Box box_of(const NearMap& near, const OccupancyMap& map) {
   const Vec2 high = near.robot_map + Vec2::Constant(near.within_m);
   return {std::clamp(map.column(low), 0, map.columns), std::clamp(map.column(high), 0, map.columns),
           std::clamp(map.row(low), 0, map.rows), std::clamp(map.row(high), 0, map.rows)};
+}
+
+bool counts(const NearMap& near, const OccupancyMap& map, int column, int row) {
+  return (map.centre(column, row) - near.robot_map).squaredNorm() <= near.within_m * near.within_m;
 }
 
 // Calls each(p) with places spread evenly over a cell, about as far apart as the finer cells.
@@ -198,6 +202,9 @@ void lay_over(const NearMap& near, OccupancyMap& coarse) {
   const Box box = box_of(near, coarse);
   for (int row = box.low_row; row < box.end_row; ++row) {
     for (int column = box.low_column; column < box.end_column; ++column) {
+      if (!counts(near, coarse, column, row)) {
+        continue;
+      }
       const Vec2 corner = near.T_window_map * coarse.point(column, row);
       const Cell cell = resampled(samples, [&](int i, int j) {
         return window.at(corner + (i + 0.5) * along_x + (j + 0.5) * along_y);
@@ -212,12 +219,8 @@ void lay_over(const NearMap& near, OccupancyMap& coarse) {
 }  // namespace
 
 Vec2 DrivableGrid::place(int column, int row) const {
-  if (near) {
-    const Box box = box_of(*near, clearance.map);
-    if (column >= box.low_column && column < box.end_column && row >= box.low_row &&
-        row < box.end_row) {
-      return roomiest(*this, column, row).p_map;
-    }
+  if (near && counts(*near, clearance.map, column, row)) {
+    return roomiest(*this, column, row).p_map;
   }
   return clearance.map.centre(column, row);
 }
@@ -261,6 +264,9 @@ DrivableGrid drivable_grid_with(const SearchOptions& options, const Body& body, 
   grid.near = std::move(near);
   for (int row = box.low_row; row < box.end_row; ++row) {
     for (int column = box.low_column; column < box.end_column; ++column) {
+      if (!counts(*grid.near, grid.clearance.map, column, row)) {
+        continue;
+      }
       grid.clearance_m[grid.clearance.index(column, row)] =
           static_cast<float>(roomiest(grid, column, row).clearance_m);
     }

@@ -24,12 +24,12 @@ struct SearchOptions {
 void bind(Fields& f, SearchOptions& o);
 
 /// What is known about the robot on finer cells, in another frame: the window that it is driven by.
-/// It counts in a square about the robot.
+/// It counts in a disc about the robot.
 struct NearMap {
   ClearanceMap window;
   Pose2 T_window_map;
   Vec2 robot_map = Vec2::Zero();
-  double within_m = 0;  ///< half the square's side; the window reaches farther by a body and more
+  double within_m = 0;  ///< the disc's radius; the window reaches farther by a body and more
 };
 
 /// Where the middle of a disc may be, on coarse cells: the clearance left beyond radius and margin,
@@ -55,7 +55,7 @@ DrivableGrid drivable_grid(const SearchOptions& options, const Body& body, const
 DrivableGrid drivable_grid_of_coarse(const SearchOptions& options, const Body& body,
                                      OccupancyMap coarse);
 
-/// As above; in the square that `near` counts in, both cells and room are the finer map's. A cell
+/// As above; in the disc that `near` counts in, both cells and room are the finer map's. A cell
 /// there has the room of its best place: within it the disc passes wherever the dynamic window,
 /// which works on that map, lets it pass.
 DrivableGrid drivable_grid_with(const SearchOptions& options, const Body& body, OccupancyMap coarse,

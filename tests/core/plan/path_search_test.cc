@@ -117,7 +117,7 @@ NearMap near_a_gap(double width_m, double middle_m, const Pose2& T_window_map) {
   NearMap near;
   near.T_window_map = T_window_map;
   near.robot_map = {1.2, 2};
-  near.within_m = 1.5;
+  near.within_m = 2.2;
   OccupancyMap window;
   window.cell_m = 0.02;
   window.assign(300, 300);
@@ -162,7 +162,7 @@ TEST(NearMap, PassesAGapTenCentimetresWiderThanTheRobotWhereverItsCellsLie) {
   }
 }
 
-TEST(NearMap, CountsInItsSquareAlone) {
+TEST(NearMap, CountsInItsDiscAlone) {
   const SearchOptions options;
   const OccupancyMap map = test::empty_room(4, 4, options.cell_m);
   NearMap near = near_a_gap(0, 2, {});
