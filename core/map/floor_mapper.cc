@@ -18,9 +18,19 @@ constexpr int kGainDenominator = 4;
 // Of the table's 32: what a floor's own colours average, with room for noise and texture.
 constexpr int kClearly = FloorColour::kClip / 3;
 
+// What is drawn on the floor is floor, if not as surely as what has its colour.
+constexpr int kStain = kClearly / 2;
+
 // Of what stands up around a point of it: what it hides, and what surely is its own.
 constexpr double kUprightWidth_m = 0.05;
 constexpr double kUprightCore_m = 0.015;
+
+// Things that stand no farther apart are one to a robot, which is wider.
+constexpr double kJoin_m = 0.35;
+
+// A line that is drawn on the floor, such as the joint of tiles, is no wider.
+constexpr double kLine_m = 0.025;
+constexpr double kLineShare = 0.5;  // of it; where lines cross they are wider
 
 // Enough colours for three Gaussians; more cost time and say nothing new.
 constexpr std::size_t kTrainedColours = 1500;
@@ -79,6 +89,7 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
   rated_.assign(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
   ratio_.assign(rays * rows, 0);
   smooth_.assign(rays * rows, 0);
+  across_.assign(rays * rows, 0);
   evidence_.assign(rays * rows, 0);
   first_.assign(rays, 0);
   hidden_.assign(rays, static_cast<std::int16_t>(p.rows));
@@ -217,37 +228,154 @@ double FloorMapper::ray_at(const Vec2& from_foot_view) const {
          projection_->ray_step_rad;
 }
 
+// Where two things stand so near together that no robot passes between them, what shows there
+// hides the floor as they do: a wall above a skirting board of the floor's colour has few corners,
+// far apart. Neighbours are joined that no third point lies between (Gabriel and Sokal 1969).
+void FloorMapper::join_upright(const std::vector<UprightPoint>& found) {
+  const std::vector<UprightPoint>& points = upright_->points();
+  joins_.clear();
+  joined_new_.clear();
+  std::vector<std::size_t> near;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec2& a = points[i].p_odom;
+    near.clear();
+    for (std::size_t j = 0; j < points.size(); ++j) {
+      if (j != i && (points[j].p_odom - a).squaredNorm() < kJoin_m * kJoin_m) {
+        near.push_back(j);
+      }
+    }
+    for (const std::size_t j : near) {
+      const Vec2& b = points[j].p_odom;
+      const Vec2 middle = 0.5 * (a + b);
+      const double radius2 = 0.25 * (b - a).squaredNorm();
+      if (j > i && std::none_of(near.begin(), near.end(), [&](std::size_t k) {
+            return k != j && (points[k].p_odom - middle).squaredNorm() < radius2;
+          })) {
+        joins_.push_back({points[i], points[j]});
+      }
+    }
+  }
+  const auto is_new = [&](const UprightPoint& point) {
+    return std::any_of(found.begin(), found.end(),
+                       [&](const UprightPoint& other) { return other.p_odom == point.p_odom; });
+  };
+  if (found.empty()) {
+    return;
+  }
+  for (const Join& join : joins_) {
+    const double length_m = (join.b.p_odom - join.a.p_odom).norm();
+    const int parts = static_cast<int>(std::ceil(length_m / (2 * kUprightWidth_m)));
+    if (parts < 2 || !(is_new(join.a) || is_new(join.b))) {
+      continue;
+    }
+    for (int k = 1; k < parts; ++k) {
+      const double share = static_cast<double>(k) / parts;
+      joined_new_.push_back({join.a.p_odom + share * (join.b.p_odom - join.a.p_odom),
+                             std::min(join.a.height_m, join.b.height_m),
+                             std::max(join.a.sigma_m, join.b.sigma_m)});
+    }
+  }
+}
+
 // What stands up hides the floor behind its foot, and has a width besides the point that was found.
+void FloorMapper::hide(const Vec2& from_foot, double sigma_m) {
+  const FloorProjection& p = *projection_;
+  const double range_m = from_foot.norm();
+  const double middle = ray_at(from_foot);
+  const double reach = kUprightWidth_m / range_m / p.ray_step_rad;
+  const double core = kUprightCore_m / range_m / p.ray_step_rad;
+  const int begin = std::max(0, static_cast<int>(std::ceil(middle - reach)));
+  const int end = std::min(p.rays, static_cast<int>(std::floor(middle + reach)) + 1);
+  const int row = begin < end ? row_at(range_m + sigma_m) : 0;
+  for (int ray = begin; ray < end; ++ray) {
+    const auto at = static_cast<std::size_t>(ray);
+    // what stands before the floor that is seen is not to be drawn on that
+    const bool stands = std::abs(ray - middle) <= std::max(core, 0.5) &&
+                        range_m + sigma_m >= static_cast<double>(p.range_m[0]);
+    if (row < hidden_[at]) {
+      hidden_[at] = static_cast<std::int16_t>(row);
+      stands_[at] = stands ? 1 : 0;
+    } else if (row == hidden_[at] && stands) {
+      stands_[at] = 1;
+    }
+  }
+}
+
+void FloorMapper::hide_between(const Vec2& from_foot_a, const Vec2& from_foot_b, double sigma_m) {
+  const FloorProjection& p = *projection_;
+  const double ray_a = ray_at(from_foot_a);
+  const double ray_b = ray_at(from_foot_b);
+  const int begin = std::max(0, static_cast<int>(std::ceil(std::min(ray_a, ray_b))));
+  const int end = std::min(p.rays, static_cast<int>(std::floor(std::max(ray_a, ray_b))) + 1);
+  for (int ray = begin; ray < end; ++ray) {
+    const double share = (ray - ray_a) / (ray_b - ray_a);  // near enough: they are close together
+    const double range_m = (from_foot_a + share * (from_foot_b - from_foot_a)).norm();
+    std::int16_t& hidden = hidden_[static_cast<std::size_t>(ray)];
+    const auto row = static_cast<std::int16_t>(row_at(range_m + sigma_m));
+    if (row < hidden) {
+      hidden = row;
+      stands_[static_cast<std::size_t>(ray)] = 0;
+    }
+  }
+}
+
 void FloorMapper::find_upright(const Pose2& T_odom_body) {
   const FloorProjection& p = *projection_;
   std::fill(hidden_.begin(), hidden_.end(), static_cast<std::int16_t>(p.rows));
   std::fill(stands_.begin(), stands_.end(), std::uint8_t{0});
   const Pose2 T_view_odom = (T_odom_body * p.T_body_view).inverse();
+  const auto from_foot = [&](const UprightPoint& point) {
+    return Vec2(T_view_odom * point.p_odom - p.foot_view);
+  };
+  const auto ahead = [](const Vec2& at) { return at.norm() >= kUprightWidth_m && at.x() > 0; };
   for (const UprightPoint& point : upright_->points()) {
-    const Vec2 from_foot = T_view_odom * point.p_odom - p.foot_view;
-    const double range_m = from_foot.norm();
-    if (range_m < kUprightWidth_m || from_foot.x() <= 0) {
-      continue;
-    }
-    const double middle = ray_at(from_foot);
-    const double reach = kUprightWidth_m / range_m / p.ray_step_rad;
-    const double core = kUprightCore_m / range_m / p.ray_step_rad;
-    const int begin = std::max(0, static_cast<int>(std::ceil(middle - reach)));
-    const int end = std::min(p.rays, static_cast<int>(std::floor(middle + reach)) + 1);
-    const int row = begin < end ? row_at(range_m + point.sigma_m) : 0;
-    for (int ray = begin; ray < end; ++ray) {
-      const auto at = static_cast<std::size_t>(ray);
-      // what stands before the floor that is seen is not to be drawn on that
-      const bool stands = std::abs(ray - middle) <= std::max(core, 0.5) &&
-                          range_m + point.sigma_m >= static_cast<double>(p.range_m[0]);
-      if (row < hidden_[at]) {
-        hidden_[at] = static_cast<std::int16_t>(row);
-        stands_[at] = stands ? 1 : 0;
-      } else if (row == hidden_[at] && stands) {
-        stands_[at] = 1;
-      }
+    if (const Vec2 at = from_foot(point); ahead(at)) {
+      hide(at, point.sigma_m);
     }
   }
+  for (const Join& join : joins_) {
+    const Vec2 a = from_foot(join.a);
+    const Vec2 b = from_foot(join.b);
+    if (ahead(a) && ahead(b)) {
+      hide_between(a, b, std::max(join.a.sigma_m, join.b.sigma_m));
+    }
+  }
+}
+
+// How wide across the rays what is no floor is, in rays.
+void FloorMapper::measure_across() {
+  const FloorProjection& p = *projection_;
+  const auto rays = static_cast<std::size_t>(p.rays);
+  for (std::size_t row = 0; row < static_cast<std::size_t>(p.rows); ++row) {
+    std::size_t ray = 0;
+    while (ray < rays) {
+      std::size_t end = ray;
+      while (end < rays && smooth_[row * rays + end] <= 0) {
+        ++end;
+      }
+      std::fill(across_.begin() + static_cast<std::ptrdiff_t>(row * rays + ray),
+                across_.begin() + static_cast<std::ptrdiff_t>(row * rays + end),
+                static_cast<std::int16_t>(end - ray));
+      ray = end + 1;
+    }
+  }
+}
+
+// Whether samples `row` to `end` of a ray, which show no floor, are of a line that is drawn on it:
+// thin along the ray, or across it for the most part.
+bool FloorMapper::is_line(std::size_t ray, std::size_t row, std::size_t end) const {
+  const FloorProjection& p = *projection_;
+  const auto rays = static_cast<std::size_t>(p.rays);
+  const auto range_m = [&](std::size_t at) { return static_cast<double>(p.range_m[at * rays]); };
+  if (range_m(end) - range_m(row) <= kLine_m) {
+    return true;
+  }
+  std::size_t thin = 0;
+  for (std::size_t at = row; at < end; ++at) {
+    const double across_m = across_[at * rays + ray] * p.ray_step_rad * range_m(at);
+    thin += across_m <= kLine_m ? 1U : 0U;
+  }
+  return static_cast<double>(thin) >= kLineShare * static_cast<double>(end - row);
 }
 
 void FloorMapper::scan() {
@@ -276,6 +404,7 @@ void FloorMapper::scan() {
     out[rays - 1] = ninth(2 * sum[rays - 1] + sum[rays - 2]);
   }
 
+  measure_across();
   std::fill(evidence_.begin(), evidence_.end(), std::int8_t{0});
   constexpr int kDivisor = FloorProjection::kFullWeight * kGainDenominator;
   const auto weighed = [&](std::size_t i, int ratio) {
@@ -309,39 +438,44 @@ void FloorMapper::scan() {
         ++row;
         continue;
       }
-      // a run of another colour: an object if it is as tall as one, else a stain
+      // a run of another colour: an object if it is as tall as one, else a stain or a line
       const auto wanted = static_cast<std::size_t>(min_run_[row]);
+      const auto stop = std::min(rows, static_cast<std::size_t>(hidden_[ray]));
       std::size_t end = row;
       int total = 0;
-      while (end < rows && end - row < wanted) {
+      while (end < stop) {
         const std::size_t j = end * rays + ray;
         if (p.pixel[j] < 0 || smooth_[j] > 0) {
           break;
         }
-        total += smooth_[j];
+        total += end - row < wanted ? smooth_[j] : 0;
         ++end;
       }
-      const bool left_picture = end == rows || p.pixel[end * rays + ray] < 0;
-      if (end - row < wanted && !left_picture) {
+      const bool left_picture = end == stop || p.pixel[end * rays + ray] < 0;
+      if (!left_picture && (end - row < wanted || is_line(ray, row, end))) {
         // floor goes on behind a stain as clearly as before it; what merely resembles floor there
         // is an object of nearly its colour that stands on its own shadow
+        const bool line = end - row >= wanted;
         int beyond = 0;
         int samples = 0;
-        for (std::size_t k = end; k < rows && k < end + wanted; ++k) {
+        int clear = 0;
+        for (std::size_t k = end; k < stop && k < end + (line ? 2 : 1) * wanted; ++k) {
           if (p.pixel[k * rays + ray] >= 0) {
             beyond += smooth_[k * rays + ray];
+            clear += smooth_[k * rays + ray] >= kClearly ? 1 : 0;
             ++samples;
           }
         }
-        if (beyond >= kClearly * samples) {
+        // behind a line the next one may follow soon
+        if (line ? 2 * clear >= static_cast<int>(wanted) : beyond >= kClearly * samples) {
           for (; row < end; ++row) {
-            evidence_[row * rays + ray] = weighed(row * rays + ray, smooth_[row * rays + ray]);
+            evidence_[row * rays + ray] = weighed(row * rays + ray, kStain);
           }
           continue;
         }
       }
       first_[ray] = static_cast<std::int16_t>(row);
-      const int mean = total / static_cast<int>(end - row);
+      const int mean = total / static_cast<int>(std::min(end - row, wanted));
       const std::size_t foot_end = std::min(row + static_cast<std::size_t>(foot_run_[row]), rows);
       for (; row < foot_end; ++row) {
         if (p.pixel[row * rays + ray] >= 0) {
@@ -395,6 +529,8 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
   rate(picture);
   if (upright_) {
     reading.upright_odom = upright_->add(picture, T_odom_body);
+    join_upright(reading.upright_odom);
+    reading.upright_odom.insert(reading.upright_odom.end(), joined_new_.begin(), joined_new_.end());
     find_upright(T_odom_body);
   }
   scan();

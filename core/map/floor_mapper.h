@@ -66,8 +66,13 @@ class FloorMapper {
   bool reaches_horizon(const cv::Mat& bgr);
   void rate(const cv::Mat& bgr);
   void find_upright(const Pose2& T_odom_body);
+  void join_upright(const std::vector<UprightPoint>& found);
+  void hide(const Vec2& from_foot, double sigma_m);
+  void hide_between(const Vec2& from_foot_a, const Vec2& from_foot_b, double sigma_m);
   int row_at(double range_m) const;
   double ray_at(const Vec2& from_foot_view) const;
+  void measure_across();
+  bool is_line(std::size_t ray, std::size_t row, std::size_t end) const;
   void scan();
   void learn(const cv::Mat& bgr);
 
@@ -90,9 +95,16 @@ class FloorMapper {
   std::vector<std::int8_t> rated_;   // picture: colour's log ratio, eighths of a nat
   std::vector<std::int8_t> ratio_;   // scan: the same
   std::vector<std::int8_t> smooth_;  // scan: mean of 3 x 3
+  std::vector<std::int16_t> across_;   // scan: neighbouring rays that show no floor
   std::vector<std::int8_t> evidence_;  // scan
   std::vector<std::int16_t> hidden_;   // per ray: row from which something hides the floor,
   std::vector<std::uint8_t> stands_;   // and whether it stands on this very ray
+  struct Join {
+    UprightPoint a;
+    UprightPoint b;
+  };
+  std::vector<Join> joins_;  // of upright points that no robot passes between
+  std::vector<UprightPoint> joined_new_;
   std::vector<std::int16_t>
       first_;  // per ray: row of the first obstacle, `rows` when there is none
 };

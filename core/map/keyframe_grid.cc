@@ -84,7 +84,8 @@ bool looks_at(const CameraPlace& camera, const Vec2& to) {
 
 }  // namespace
 
-bool hide_behind(GridCrop& crop, std::span<const StandingPoint> standing, double half_width_m) {
+bool hide_behind(GridCrop& crop, std::span<const StandingPoint> standing, double half_width_m,
+                 double behind_m) {
   bool any = false;
   for (const StandingPoint& point : standing) {
     if (under_body(crop, point.p)) {
@@ -98,8 +99,8 @@ bool hide_behind(GridCrop& crop, std::span<const StandingPoint> standing, double
       const double over = std::max(camera.height_m - point.height_m, camera.height_m / kFarthest);
       const double reach = camera.height_m / over;
       const Vec2 aside = half_width_m * Vec2(-to.y(), to.x()).normalized();
-      const std::vector<Vec2> shadow{point.p + aside, point.p - aside,
-                                     camera.foot + reach * (to - aside),
+      const Vec2 foot = point.p + behind_m * to.normalized();
+      const std::vector<Vec2> shadow{foot + aside, foot - aside, camera.foot + reach * (to - aside),
                                      camera.foot + reach * (to + aside)};
       double low = shadow.front().y();
       double high = low;

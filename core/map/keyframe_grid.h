@@ -52,10 +52,11 @@ struct GridCrop {
 
 /// Takes out the floor that lies behind what stands, seen from where the crop's cameras looked at
 /// it, whatever the pictures were taken to show: `standing`, in the crop's frame, hides it as far
-/// as the line of sight over it, and `half_width_m` to each side. What the body has driven over
-/// stays, and where it has been nothing stands. Returns whether there was any such floor.
+/// as the line of sight over it, and `half_width_m` to each side, from `behind_m` behind it on.
+/// What the body has driven over stays, and where it has been nothing stands. Returns whether there
+/// was any such floor.
 bool hide_behind(GridCrop& crop, std::span<const StandingPoint> standing,
-                 double half_width_m = 0.05);
+                 double half_width_m = 0.05, double behind_m = 0);
 
 /// Takes back what was called an obstacle: another floor has proved to be one, and may be what was
 /// seen. Returns whether there was anything.

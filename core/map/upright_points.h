@@ -25,9 +25,10 @@ struct UprightPoint {
 /// of its length; that of the floor's own texture stays (plane and parallax, Irani and Anandan
 /// 1996). What slides otherwise moves by itself or was followed wrongly. So may what is alone:
 /// a repeated pattern can be followed from one copy to the next. A point counts once others say of
-/// the same place that something stands there, or eight pictures have confirmed it. Found points are remembered, for the camera looks
-/// over them as it comes near, until the wheels have gone so far that they no longer tell where the
-/// points are, or for twenty seconds: what can walk may have left.
+/// the same place that something stands there, or eight pictures have confirmed it. Found points
+/// are remembered, for the camera looks over them as it comes near, until the wheels have gone so
+/// far that they no longer tell where the points are, or for twenty seconds: what can walk may have
+/// left.
 class UprightPoints {
  public:
   /// `rate_hz`: of the pictures.

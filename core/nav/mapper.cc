@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/geometry/pose3.h"
+#include "core/map/shadows.h"
 
 namespace panoptes {
 namespace {
@@ -185,7 +186,6 @@ void Mapper::close_keyframe(const std::vector<Keyframe>& keyframes,
       replace(k, std::move(hidden));
     }
   }
-  crop.standing.clear();
   closed_.push_back(std::make_shared<const GridCrop>(std::move(crop)));
   global_.add(closed_.back(), T_map_keyframes[open]);
   local_.close(closed_.back(), keyframes[open].T_odom_body);
@@ -250,9 +250,21 @@ OccupancyMap Mapper::map(const std::vector<Pose2>& T_map_keyframes) {
   return global_.map_with({std::make_shared<const GridCrop>(open_crop()), T_map_keyframes.back()});
 }
 
+std::optional<std::vector<Vec2>> Mapper::standing(const std::vector<Pose2>& T_map_keyframes) const {
+  if (!options_.floor.upright) {
+    return std::nullopt;
+  }
+  std::vector<Vec2> places;
+  for (std::size_t k = 0; k < closed_.size(); ++k) {
+    for (const StandingPoint& point : closed_[k]->standing) {
+      places.push_back(T_map_keyframes[k] * point.p);
+    }
+  }
+  return places;
+}
+
 OccupancyMap Mapper::finished_map(double cell_m, const std::vector<Pose2>& T_map_keyframes) const {
-  const std::vector<PlacedGrid> all = placed(T_map_keyframes);
-  return fuse(all, cell_m);
+  return fuse(without_shadows(placed(T_map_keyframes)), cell_m);
 }
 
 std::vector<Vec2> Mapper::contour(int keyframe, const std::vector<Pose2>& T_map_keyframes) const {

@@ -62,6 +62,10 @@ class Mapper {
   /// All of it made anew.
   OccupancyMap finished_map(double cell_m, const std::vector<Pose2>& T_map_keyframes) const;
 
+  /// What has been found to stand by its motion, floor colour or not: places in the map. Empty when
+  /// no camera looks for it.
+  std::optional<std::vector<Vec2>> standing(const std::vector<Pose2>& T_map_keyframes) const;
+
   /// Where free floor ends around a keyframe, in its frame (thesis 6.3.3).
   std::vector<Vec2> contour(int keyframe, const std::vector<Pose2>& T_map_keyframes) const;
 

@@ -92,6 +92,41 @@ TEST(FloorMapper, PassesOverAStainTooLowToBeAThing) {
   EXPECT_GT(shares(reading, Vec2(1.3, -0.25), Vec2(2, 0.25)).free, 0.95);
 }
 
+// Dark joints of 1 cm, 20 cm apart both ways.
+FloorScene tiles() {
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  const Surface joint{Vec3(40, 40, 45), 0.05, 9};
+  for (double at = -1; at <= 1.001; at += 0.2) {
+    scene.boxes.push_back({Vec2(0.9, at - 0.005), Vec2(2.3, at + 0.005), 0.001, joint});
+  }
+  for (double at = 0.9; at <= 2.31; at += 0.2) {  // beyond the floor that it knows from the start
+    scene.boxes.push_back({Vec2(at, -1), Vec2(at + 0.01, 1), 0.001, joint});
+  }
+  return scene;
+}
+
+TEST(FloorMapper, TheJointsOfTilesAreFloorAlongAcrossAndWhereTheyCross) {
+  Rng rng(3);
+  const RigCamera camera = office_floor_camera();
+  FloorMapper mapper({}, camera, {});
+  const FloorReading reading = mapper.read(draw(tiles(), camera, {}, rng), {}, true);
+  const Shares seen = shares(reading, Vec2(0.8, -0.3), Vec2(1.6, 0.3));
+  EXPECT_GT(seen.free, 0.9);
+  EXPECT_LT(seen.occupied, 0.01);
+}
+
+TEST(FloorMapper, AThinPostAmongTheJointsOfTilesIsNone) {
+  Rng rng(3);
+  const RigCamera camera = office_floor_camera();
+  FloorMapper mapper({}, camera, {});
+  FloorScene scene = tiles();
+  scene.boxes.push_back({Vec2(1.29, 0.1), Vec2(1.315, 0.125), 0.7, {Vec3(40, 40, 45), 0.05, 9}});
+  const FloorReading reading = mapper.read(draw(scene, camera, {}, rng), {}, true);
+  EXPECT_GT(shares(reading, Vec2(1.28, 0.1), Vec2(1.32, 0.125)).occupied, 0.5);
+  EXPECT_LT(shares(reading, Vec2(1.4, 0.12), Vec2(1.8, 0.13)).free, 0.2);
+}
+
 TEST(FloorMapper, LearnsASecondCarpetByDrivingTowardsIt) {
   Rng rng(4);
   const RigCamera camera = office_floor_camera();
@@ -217,6 +252,26 @@ TEST(FloorMapper, AWallStandsWhereItsSkirtingBoardDoes) {
   }
   EXPECT_GE(found.size(), 20U);
   EXPECT_GE(on_it, static_cast<int>(0.9 * static_cast<double>(found.size())));
+}
+
+// Where no robot passes between two things, what shows there is no floor to drive on.
+TEST(FloorMapper, WhatStandsCloseTogetherHidesWhatShowsBetween) {
+  Rng rng(4);
+  const RigCamera camera = office_floor_camera();
+  FloorMapper mapper({}, camera, {});
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  const Surface textured{Vec3(90, 120, 200), 0.6, 5};
+  scene.boxes = {{Vec2(1.6, 0.08), Vec2(1.66, 0.16), 0.5, textured},
+                 {Vec2(1.6, -0.16), Vec2(1.66, -0.08), 0.5, textured}};
+  FloorReading reading;
+  double x = 0;
+  for (; x <= 0.7; x += 0.04) {
+    reading = mapper.read(draw(scene, camera, {x, 0, 0}, rng), {x, 0, 0}, true);
+  }
+  x -= 0.04;
+  EXPECT_LT(shares(reading, Vec2(1.75 - x, -0.05), Vec2(2.1 - x, 0.05)).free, 0.2);
+  EXPECT_GT(shares(reading, Vec2(1.75 - x, 0.5), Vec2(2.1 - x, 0.6)).free, 0.9);
 }
 
 TEST(FloorMapper, NothingStandsOnTwoCarpets) {
