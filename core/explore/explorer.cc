@@ -61,8 +61,32 @@ FixedCell fixed_cell(const OccupancyMap& map, const Vec2& p_map) {
           static_cast<int>(std::floor(p_map.y() / map.cell_m))};
 }
 
-/// What a cell is to a line of sight.
-enum class Sight : std::uint8_t { kClear, kHides, kUnknown, kWanted };
+/// What a cell is to a line of sight. What hides may be doubtful: no obstacle, but another floor.
+enum class Sight : std::uint8_t { kClear, kHides, kDoubtful, kDoubtfulStill, kUnknown, kWanted };
+
+// An obstacle this far from all that is known to stand is doubtful until it has been in view so
+// often from so near by a robot that drove, for a floor is told by its motion. Where a look from
+// there has been in vain, one more from nearer by is worth it: the robot drives at it then. Seen
+// so, it counts for a strip of unknown floor: what is as wide as the robot is just worth a look.
+constexpr double kDoubtful_m = 0.3;
+constexpr double kNear_m = 1.4;
+constexpr double kNearer_m = 0.8;
+constexpr int kNearLooks = 3;
+constexpr double kDrove_m = 0.1;
+constexpr double kDoubtfulStrip_m = 0.1;
+
+bool ends_sight(Sight sight) {
+  return sight == Sight::kHides || sight == Sight::kDoubtful || sight == Sight::kDoubtfulStill;
+}
+
+bool is_worth_a_look(Sight sight, double range_m) {
+  return (sight == Sight::kDoubtful && range_m <= kNear_m) ||
+         (sight == Sight::kDoubtfulStill && range_m <= kNearer_m);
+}
+
+bool is_wanted(Sight sight) {
+  return sight == Sight::kWanted || sight == Sight::kDoubtful || sight == Sight::kDoubtfulStill;
+}
 
 /// A cell on a line of sight from the centre of another.
 struct RayCell {
@@ -70,6 +94,7 @@ struct RayCell {
   int rows = 0;
   double length_m = 0;  ///< of the line in it
   double area_m2 = 0;   ///< of the line's sector in it, where the camera sees floor at all
+  double range_m = 0;   ///< to where the line enters it
 };
 using Ray = std::vector<RayCell>;
 
@@ -87,7 +112,7 @@ std::vector<Ray> rays_about(int count, const FloorWedge& wedge, double cell_m) {
       const int columns = static_cast<int>(std::floor(0.5 + r * std::cos(angle) / cell_m));
       const int rows = static_cast<int>(std::floor(0.5 + r * std::sin(angle) / cell_m));
       if (ray.empty() || ray.back().columns != columns || ray.back().rows != rows) {
-        ray.push_back({columns, rows});
+        ray.push_back({columns, rows, 0, 0, r});
       }
       ray.back().length_m += step_m;
       ray.back().area_m2 += r >= wedge.near_m ? r * sector_rad * step_m : 0;
@@ -101,6 +126,7 @@ void cast_rays(double unknown_depth_m, const OccupancyMap& map, const std::vecto
                const std::vector<Ray>& rays, int cell, std::vector<double>& gains_m2) {
   const int column = cell % map.columns;
   const int row = cell / map.columns;
+  const double sector_rad = kTwoPi / static_cast<double>(rays.size());
   for (std::size_t k = 0; k < rays.size(); ++k) {
     double gain = 0;
     double unknown_m = 0;
@@ -113,8 +139,11 @@ void cast_rays(double unknown_depth_m, const OccupancyMap& map, const std::vecto
       if (sight == Sight::kClear) {
         continue;
       }
+      if (is_worth_a_look(sight, at.range_m)) {
+        gain += at.range_m * sector_rad * kDoubtfulStrip_m;
+      }
       unknown_m += at.length_m;
-      if (sight == Sight::kHides || unknown_m > unknown_depth_m) {
+      if (ends_sight(sight) || unknown_m > unknown_depth_m) {
         break;
       }
       gain += sight == Sight::kWanted ? at.area_m2 : 0;
@@ -214,11 +243,10 @@ struct Explorer::Views {
   const DirectedOptions& o;
   const DrivableGrid& grid;
   CostField field;
-  std::vector<std::uint8_t> possibly_traversable;  // cells that may be floor
-  std::vector<Vec2> directions;                    // of rays,
-  std::vector<Ray> rays;                           // and what lies along them
-  std::vector<Sight> sights;                       // of each cell
-  double least_m2 = 0;                             // of unknown floor that is worth a look
+  std::vector<Vec2> directions;  // of rays,
+  std::vector<Ray> rays;         // and what lies along them
+  std::vector<Sight> sights;     // of each cell
+  double least_m2 = 0;           // of unknown floor that is worth a look
   Pose2 T_map_body;
 };
 
@@ -226,7 +254,6 @@ struct Explorer::Views {
 void Explorer::strike_off(const Views& views, const Pose2& T_map_looked,
                           std::span<const Pose2> T_map_keyframes) {
   const DrivableGrid& grid = views.grid;
-  const std::vector<std::uint8_t>& possibly_traversable = views.possibly_traversable;
   const OccupancyMap& map = grid.clearance.map;
   const double step_rad = kRayStep * map.cell_m / wedge_.far_m;
   std::vector<Vec2> rays;
@@ -242,13 +269,15 @@ void Explorer::strike_off(const Views& views, const Pose2& T_map_looked,
       const Vec2 p = T_map_looked.position() + r * ray;
       const int column = grid.clearance.column(p);
       const int row = grid.clearance.row(p);
-      if (!map.contains(column, row) || hides(grid.clearance, grid.clearance.index(column, row))) {
-        break;
-      }
-      const std::size_t i = grid.clearance.index(column, row);
-      if (map.cells[i] == Cell::kUnknown && possibly_traversable[i] != 0) {
+      const Sight sight = map.contains(column, row)
+                              ? views.sights[grid.clearance.index(column, row)]
+                              : Sight::kHides;
+      if (sight == Sight::kWanted || is_worth_a_look(sight, r)) {
         const Vec2 centre = map.centre(column, row);
         seen.emplace(fixed_cell(map, centre), centre);
+      }
+      if (ends_sight(sight)) {
+        break;
       }
     }
   }
@@ -266,13 +295,14 @@ void Explorer::strike_off(const Views& views, const Pose2& T_map_looked,
 }
 
 ExploreChoice Explorer::choose(Time now, const DrivableGrid& grid, const Pose2& T_map_body,
-                               std::span<const Pose2> T_map_keyframes) {
+                               std::span<const Pose2> T_map_keyframes,
+                               const std::vector<Vec2>* standing_map) {
   follow(T_map_keyframes);
   const auto known = [&map = grid.clearance.map](const Vec2& p) { return map.at(p); };
   given_up_.update(now, known, T_map_keyframes);
   ExploreChoice choice = std::holds_alternative<DirectedOptions>(options_.method)
                              ? choose_directed(std::get<DirectedOptions>(options_.method), grid,
-                                               T_map_body, T_map_keyframes)
+                                               T_map_body, T_map_keyframes, standing_map)
                              : choose_random(std::get<RandomOptions>(options_.method), now, grid,
                                              T_map_body, T_map_keyframes);
   const bool kept = goal_ && choice.goal && goal_->pose_map == choice.goal->pose_map;
@@ -289,15 +319,29 @@ struct Explorer::View {
 };
 
 Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& grid,
-                                const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes) {
-  Views views{o,  grid,      flood(options_.search, grid, T_map_body.position()), {}, {}, {}, {},
-              0., T_map_body};
-  views.possibly_traversable = possibly_traversable_cells(grid, body_, views.field);
+                                const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes,
+                                const std::vector<Vec2>* standing_map) {
+  Views views{o, grid,      flood(options_.search, grid, T_map_body.position()), {}, {}, {},
+              0, T_map_body};
+  const std::vector<std::uint8_t> possibly_traversable =
+      possibly_traversable_cells(grid, body_, views.field);
   const auto rays = static_cast<std::size_t>(o.rays);
   views.directions.resize(rays);
   for (std::size_t k = 0; k < rays; ++k) {
     const double angle = kTwoPi * (static_cast<double>(k) + 0.5) / static_cast<double>(rays);
     views.directions[k] = {std::cos(angle), std::sin(angle)};
+  }
+  views.sights.resize(grid.clearance.map.cells.size());
+  for (std::size_t i = 0; i < views.sights.size(); ++i) {
+    if (hides(grid.clearance, i)) {
+      views.sights[i] = Sight::kHides;
+    } else if (grid.clearance.map.cells[i] == Cell::kUnknown) {
+      views.sights[i] = possibly_traversable[i] != 0 ? Sight::kWanted : Sight::kUnknown;
+    }
+  }
+  views.rays = rays_about(o.rays, wedge_, grid.clearance.map.cell_m);
+  if (standing_map != nullptr) {
+    mark_doubtful(views, T_map_keyframes, *standing_map);
   }
   if (looked_) {
     strike_off(views, looked_->T_map_place(), T_map_keyframes);
@@ -308,22 +352,81 @@ Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& gr
     const Vec2 p = place.p_map();
     const int column = grid.clearance.column(p);
     const int row = grid.clearance.row(p);
-    if (times >= kVain && grid.clearance.map.contains(column, row)) {
-      views.possibly_traversable[grid.clearance.index(column, row)] = 0;
+    if (!grid.clearance.map.contains(column, row)) {
+      continue;
     }
-  }
-  views.rays = rays_about(o.rays, wedge_, grid.clearance.map.cell_m);
-  views.sights.resize(grid.clearance.map.cells.size());
-  for (std::size_t i = 0; i < views.sights.size(); ++i) {
-    if (hides(grid.clearance, i)) {
-      views.sights[i] = Sight::kHides;
-    } else if (grid.clearance.map.cells[i] == Cell::kUnknown) {
-      views.sights[i] = views.possibly_traversable[i] != 0 ? Sight::kWanted : Sight::kUnknown;
+    Sight& sight = views.sights[grid.clearance.index(column, row)];
+    if (sight == Sight::kWanted && times >= kVain) {
+      sight = Sight::kUnknown;
+    } else if (sight == Sight::kDoubtful) {
+      sight = times >= kVain ? Sight::kHides : Sight::kDoubtfulStill;
     }
   }
   views.least_m2 =
       options_.min_information_gain * std::numbers::pi * body_.radius_m * body_.radius_m;
   return views;
+}
+
+// Of what hides, that which may be another floor.
+void Explorer::mark_doubtful(Views& views, std::span<const Pose2> T_map_keyframes,
+                             const std::vector<Vec2>& standing_map) const {
+  const OccupancyMap& map = views.grid.clearance.map;
+  std::vector<std::uint8_t> stands(map.cells.size(), 0);
+  for (const Vec2& p : standing_map) {
+    if (map.contains(map.column(p), map.row(p))) {
+      stands[map.index(map.column(p), map.row(p))] = 1;
+    }
+  }
+  const std::vector<float> to_standing_m =
+      distance_m(stands, map.columns, map.rows, map.cell_m, 2 * kDoubtful_m);
+  // How many keyframes had it in view from near by. Rays are so far apart there that each stands
+  // for the cells beside it.
+  std::vector<std::uint8_t> looks(map.cells.size(), 0);
+  std::vector<int> looked_by(map.cells.size(), -1);
+  const int beside =
+      static_cast<int>(std::ceil(0.5 * kNear_m * kTwoPi / views.o.rays / map.cell_m));
+  for (std::size_t k = 0; k < T_map_keyframes.size(); ++k) {
+    const Pose2& T = T_map_keyframes[k];
+    if (k == 0 || (T.position() - T_map_keyframes[k - 1].position()).norm() < kDrove_m) {
+      continue;
+    }
+    const int column = map.column(T.position());
+    const int row = map.row(T.position());
+    for (std::size_t j = 0; j < views.rays.size(); ++j) {
+      const Vec2 ahead = T.rotation().col(0);
+      if (views.directions[j].dot(ahead) < std::cos(0.5 * wedge_.width_rad)) {
+        continue;
+      }
+      for (const RayCell& at : views.rays[j]) {
+        const int to_column = column + at.columns;
+        const int to_row = row + at.rows;
+        if (!map.contains(to_column, to_row) || at.range_m > kNear_m) {
+          break;
+        }
+        if (views.sights[map.index(to_column, to_row)] != Sight::kHides) {
+          continue;
+        }
+        for (int r = std::max(0, to_row - beside); r <= std::min(map.rows - 1, to_row + beside);
+             ++r) {
+          for (int i = std::max(0, to_column - beside);
+               i <= std::min(map.columns - 1, to_column + beside); ++i) {
+            if (looked_by[map.index(i, r)] != static_cast<int>(k)) {
+              looked_by[map.index(i, r)] = static_cast<int>(k);
+              looks[map.index(i, r)] =
+                  static_cast<std::uint8_t>(std::min(kNearLooks, looks[map.index(i, r)] + 1));
+            }
+          }
+        }
+        break;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < views.sights.size(); ++i) {
+    if (views.sights[i] == Sight::kHides && to_standing_m[i] > kDoubtful_m &&
+        looks[i] < kNearLooks) {
+      views.sights[i] = Sight::kDoubtful;
+    }
+  }
 }
 
 // The best heading to stand at in a cell.
@@ -383,7 +486,7 @@ std::vector<std::pair<double, int>> Explorer::places_to_look_from(const Views& v
   const OccupancyMap& map = grid.clearance.map;
   std::vector<std::uint8_t> wanted(map.cells.size(), 0);
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    wanted[i] = views.possibly_traversable[i] != 0 && map.cells[i] == Cell::kUnknown ? 1 : 0;
+    wanted[i] = is_wanted(views.sights[i]) ? 1 : 0;
   }
   const std::vector<float> to_wanted_m =
       distance_m(wanted, map.columns, map.rows, map.cell_m, 2 * wedge_.far_m);
@@ -431,9 +534,10 @@ std::optional<Explorer::View> Explorer::present_view(const Views& views) const {
 
 ExploreChoice Explorer::choose_directed(const DirectedOptions& o, const DrivableGrid& grid,
                                         const Pose2& T_map_body,
-                                        std::span<const Pose2> T_map_keyframes) {
+                                        std::span<const Pose2> T_map_keyframes,
+                                        const std::vector<Vec2>* standing_map) {
   ExploreChoice out;
-  const Views views = this->views(o, grid, T_map_body, T_map_keyframes);
+  const Views views = this->views(o, grid, T_map_body, T_map_keyframes, standing_map);
   bool some_abandoned = false;
   // No view is worth more than the whole wedge of unknown floor: most of what is farther is ruled
   // out unseen.

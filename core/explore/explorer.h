@@ -83,9 +83,12 @@ class Explorer {
   Explorer(const ExploreOptions& options, const Body& body, const FloorWedge& wedge, Rng rng);
 
   /// `grid` is what the robot will be driven by, with unknown cells around it as far as the camera
-  /// sees, since what may come into view there counts.
+  /// sees, since what may come into view there counts. `standing_map` is what has been found to
+  /// stand by its motion: an obstacle far from all of it may be another floor, seen from afar, and
+  /// is worth a look from near by. Nothing is where nobody looks for what stands.
   ExploreChoice choose(Time now, const DrivableGrid& grid, const Pose2& T_map_body,
-                       std::span<const Pose2> T_map_keyframes = {});
+                       std::span<const Pose2> T_map_keyframes = {},
+                       const std::vector<Vec2>* standing_map = nullptr);
 
   /// How far beyond the known map the camera sees.
   double border_m() const { return wedge_.far_m; }
@@ -105,11 +108,14 @@ class Explorer {
   };
 
   ExploreChoice choose_directed(const DirectedOptions& o, const DrivableGrid& grid,
-                                const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes);
+                                const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes,
+                                const std::vector<Vec2>* standing_map);
   struct Views;
   struct View;  // from a place at a heading
   Views views(const DirectedOptions& o, const DrivableGrid& grid, const Pose2& T_map_body,
-              std::span<const Pose2> T_map_keyframes);
+              std::span<const Pose2> T_map_keyframes, const std::vector<Vec2>* standing_map);
+  void mark_doubtful(Views& views, std::span<const Pose2> T_map_keyframes,
+                     const std::vector<Vec2>& standing_map) const;
   std::optional<View> best_view(const Views& views, int cell,
                                 std::optional<double> only_heading) const;
   std::vector<std::pair<double, int>> places_to_look_from(const Views& views,

@@ -365,6 +365,29 @@ void Driver::give_up(const std::string& why, DriveStep& out) {
   path_.reset();
 }
 
+void Driver::block(const DriveTask& task, const Vec2& p_map) {
+  blocked_.add(
+      task.stamp, {p_map.x(), p_map.y(), 0}, [&](const Vec2& p) { return known(task, p); },
+      task.T_map_keyframes);
+  grid_at_.reset();
+}
+
+// Closes the place to all plans where what is near blocks the path that the map alone knows.
+bool Driver::block_way_by_map(const DriveTask& task, const Path& by_map) {
+  const DrivableGrid& grid = drivable(task);
+  const Vec2 here_map = (task.T_map_odom * task.T_odom_body).position();
+  const double away_m = body_.radius_m + options_.search.margin_m + options_.touched_m;
+  const auto blocked = std::find_if(by_map.points.begin(), by_map.points.end(), [&](const Vec2& p) {
+    return (p - here_map).norm() > away_m &&
+           !grid.drivable(grid.clearance.column(p), grid.clearance.row(p));
+  });
+  if (blocked == by_map.points.end()) {
+    return false;
+  }
+  block(task, *blocked);
+  return true;
+}
+
 // Closes the path to all plans where it leads away from here. False where it ends before.
 bool Driver::block_path_ahead(const DriveTask& task) {
   if (!path_) {
@@ -378,10 +401,7 @@ bool Driver::block_path_ahead(const DriveTask& task) {
   if (ahead == path_->points.end()) {
     return false;
   }
-  blocked_.add(
-      task.stamp, {ahead->x(), ahead->y(), 0},
-      [&](const Vec2& p_map) { return known(task, p_map); }, task.T_map_keyframes);
-  grid_at_.reset();
+  block(task, *ahead);
   return true;
 }
 
@@ -534,13 +554,13 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
 }
 
 // Where the robot itself stands in no drivable place, backing out may help as well; where the map
-// alone knows a way, what is near stands in it for the moment. A goal that nothing leads to is
-// refused without moving.
+// alone knows a way, what is near stands in it: for the moment, or for good. A goal that nothing
+// leads to is refused without moving.
 void Driver::without_path(const DriveTask& task, DriveStep& out) {
   out.command_body = brake();
   out.state = PilotState::kStopped;
   out.reason = no_path_;
-  out.no_path = out.replanned;
+  out.no_path = true;
   if (plans_failed_ < options_.plan_failures) {
     return;
   }
@@ -549,13 +569,20 @@ void Driver::without_path(const DriveTask& task, DriveStep& out) {
   const DrivableGrid& grid = drivable(task);
   if (!grid.drivable(grid.clearance.column(here_map), grid.clearance.row(here_map))) {
     recover(task, no_path_, out);
-  } else if (!looked_here(task) && search_path(options_.search, drivable_by_map(task), here_map,
-                                               goal_->pose_map.position())
-                                       .path) {
-    out.state = PilotState::kRecovering;
+    return;
+  }
+  out.state = PilotState::kRecovering;
+  const std::optional<Path> by_map =
+      search_path(options_.search, drivable_by_map(task), here_map, goal_->pose_map.position())
+          .path;
+  if (by_map && !looked_here(task)) {
     start_look(task, no_path_, out);
+  } else if (by_map && block_way_by_map(task, *by_map)) {
+    out.way_blocked = true;
+    out.reason = no_path_ + ": the way is blocked";
+    goal_.reset();
+    path_.reset();
   } else {
-    out.state = PilotState::kRecovering;
     give_up(no_path_, out);
   }
 }

@@ -46,7 +46,7 @@ struct DriverOptions {
   double same_place_m = 0.5;       ///< what is tried so near to a place was tried there
   double same_goal_m = 0.3;
   double looked_s = 30;       ///< having looked about, it does not again for so long
-  double blocked_for_s = 30;  ///< where nothing got on, at least; doubled every time
+  double blocked_for_s = 10;  ///< where nothing got on, at least; doubled every time
   double touched_m = 0.05;    ///< around a touched point that is an obstacle: a cell of a plan
   double touched_s = 30;  ///< as long as a goal given up is left alone, and likewise doubled each
                           ///< time: what no camera sees and stays is touched a few times in a
@@ -82,7 +82,9 @@ struct DriveStep {
   std::string reason;
   bool goal_reached = false;
   bool goal_given_up = false;
-  bool no_path = false;  ///< to the goal, as things are; given up when that lasts
+  bool no_path = false;      ///< to the goal, as things are
+  bool way_blocked = false;  ///< what is near blocks it, and plans keep clear of that place from
+                             ///< now on: there may be another way, or another goal
   std::optional<Vec2> lookahead_odom;
   std::vector<WindowScore> window;
   std::vector<Vec2> path_map;  ///< the path being followed
@@ -147,7 +149,9 @@ class Driver {
   Attempts& attempts_here(const DriveTask& task);
   bool looked_here(const DriveTask& task) const;
   void start_look(const DriveTask& task, const std::string& why, DriveStep& out);
+  void block(const DriveTask& task, const Vec2& p_map);
   bool block_path_ahead(const DriveTask& task);
+  bool block_way_by_map(const DriveTask& task, const Path& by_map);
   void give_up(const std::string& why, DriveStep& out);
   void without_path(const DriveTask& task, DriveStep& out);
   void remember_track(const DriveTask& task);

@@ -69,18 +69,21 @@ std::vector<std::string> Navigator::warnings() const {
 void Navigator::choose_goal(const Observation& seen, const SlamStep& at) {
   const bool waited = !chosen_ || to_seconds(at.stamp - *chosen_) >= options_.choose_s;
   const bool due = waited || at.relaxed || (!goal_ && looks_in_vain_ == 0);
-  if (!due) {
+  if (!due || (goal_ && driver_tries_)) {
     return;
   }
   chosen_ = at.stamp;
   plan_map_ = slam_.planning_map();
   const DriveTask task = task_of(seen, at);
   const std::vector<Pose2>& T_map_nodes = slam_.graph().T_map_node;
+  const std::optional<std::vector<Vec2>> standing = slam_.standing();
+  const std::vector<Vec2>* standing_map = standing ? &*standing : nullptr;
   ExploreChoice choice =
-      explorer_.choose(at.stamp, driver_.drivable(task), at.T_map_body, T_map_nodes);
+      explorer_.choose(at.stamp, driver_.drivable(task), at.T_map_body, T_map_nodes, standing_map);
   if (!choice.goal) {
     // By the map alone: what is near may block the way for the moment.
-    choice = explorer_.choose(at.stamp, driver_.drivable_by_map(task), at.T_map_body, T_map_nodes);
+    choice = explorer_.choose(at.stamp, driver_.drivable_by_map(task), at.T_map_body, T_map_nodes,
+                              standing_map);
   }
   frontier_reachable_ = choice.frontier_reachable;
   exploring_ = choice.goal.has_value();
@@ -183,6 +186,7 @@ void Navigator::drive(const Observation& seen, const SlamStep& at, PilotStep& st
   DriveTask task = task_of(seen, at);
   task.goal = goal_;
   DriveStep driven = driver_.step(task);
+  driver_tries_ = driven.no_path || driven.state == PilotState::kRecovering;
   step.command_body = driven.command_body;
   step.state = driven.state;
   step.reason = goal_ ? driven.reason : why_no_goal_;
@@ -198,8 +202,9 @@ void Navigator::drive(const Observation& seen, const SlamStep& at, PilotStep& st
     }
     revisit_.clear();
     goal_.reset();
-  } else if (driven.no_path) {
-    chosen_.reset();  // there may be another goal as things are
+  } else if (driven.way_blocked) {
+    revisit_.clear();
+    goal_.reset();
   }
 }
 

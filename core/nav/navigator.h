@@ -81,7 +81,8 @@ class Navigator {
   std::optional<DriveGoal> goal_;
   std::optional<Time> chosen_;
   std::string why_no_goal_;
-  std::deque<int> revisit_;  // keyframes of the stretch still to be driven over
+  bool driver_tries_ = false;  // to get on to the goal: no other is looked for meanwhile
+  std::deque<int> revisit_;    // keyframes of the stretch still to be driven over
   int revisits_ = 0;
   int looks_in_vain_ = 0;       // choices in a row that found nothing left to do
   std::vector<int> revisited_;  // keyframes that stretches were begun at

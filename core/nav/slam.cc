@@ -17,6 +17,10 @@ OccupancyMap Slam::map(double cell_m) const {
   return mapper_.finished_map(cell_m, localiser_.graph().T_map_node);
 }
 
+std::optional<std::vector<Vec2>> Slam::standing() const {
+  return mapper_.standing(graph().T_map_node);
+}
+
 OccupancyMap Slam::planning_map() {
   OccupancyMap map = mapper_.map(localiser_.graph().T_map_node);
   mapped_free_m2_ = map.area_m2(Cell::kFree);

@@ -357,7 +357,7 @@ GridRun explore_world(const GridWorld& world, const Pose2& start, const ExploreO
       run.said.emplace_back(line.data());
       run.recoveries += step.state == PilotState::kRecovering ? 1 : 0;
     }
-    if (step.no_path) {
+    if (step.way_blocked) {
       next_choice = robot.now();
     }
     if (step.goal_reached) {

@@ -65,6 +65,67 @@ TEST(Explorer, IgnoresWhatIsBehindAWall) {
   EXPECT_FALSE(make_explorer().choose(Time(), grid_of(map), {1, 2, 0}).frontier_reachable);
 }
 
+/// Along the walls of a room of 6 x 4 m, but for the east wall from y = 1.3 to 2.7 m.
+std::vector<Vec2> standing_but_for_a_doorway() {
+  std::vector<Vec2> standing;
+  for (double x = 0; x <= 6; x += 0.1) {
+    standing.emplace_back(x, 0);
+    standing.emplace_back(x, 3.99);
+  }
+  for (double y = 0; y <= 4; y += 0.1) {
+    standing.emplace_back(0, y);
+    if (std::abs(y - 2) > 0.7) {
+      standing.emplace_back(5.99, y);
+    }
+  }
+  return standing;
+}
+
+TEST(Explorer, LooksFromNearByAtAnObstacleThatNothingIsKnownToStandOn) {
+  const DrivableGrid grid = grid_of(test::empty_room(6, 4, 0.01));
+  std::vector<Vec2> standing = standing_but_for_a_doorway();
+  Explorer explorer = make_explorer();
+  const Pose2 T_map_body{1, 2, 0};
+  const Vec2 doorway(5.9, 2);
+  std::vector<double> ranges_m;
+  for (int looks = 0; looks < 20; ++looks) {
+    const ExploreChoice choice =
+        explorer.choose(time_at(5.0 * looks), grid, T_map_body, {}, &standing);
+    if (!choice.goal) {
+      break;
+    }
+    const Pose2& view = choice.goal->pose_map;
+    const Vec2 to_doorway = view.inverse() * doorway;
+    EXPECT_LT(std::abs(std::atan2(to_doorway.y(), to_doorway.x())), deg_to_rad(60));
+    ranges_m.push_back(to_doorway.norm());
+    explorer.reached();
+  }
+  ASSERT_GE(ranges_m.size(), 2U) << "once from near by, and once nearer";
+  EXPECT_LT(ranges_m.size(), 10U) << "and not for ever";
+  EXPECT_LT(ranges_m.front(), 1.6);
+  EXPECT_LT(ranges_m.back(), 1.0);
+
+  EXPECT_FALSE(make_explorer().choose(Time(), grid, T_map_body).goal)
+      << "where nobody looks for what stands, an obstacle is one";
+  standing.emplace_back(5.99, 1.5);
+  standing.emplace_back(5.99, 2);
+  standing.emplace_back(5.99, 2.5);
+  EXPECT_FALSE(make_explorer().choose(Time(), grid, T_map_body, {}, &standing).goal);
+}
+
+TEST(Explorer, WhatIsInViewOfARobotThatDrivesHasBeenLookedAt) {
+  const DrivableGrid grid = grid_of(test::empty_room(6, 4, 0.01));
+  const std::vector<Vec2> standing = standing_but_for_a_doorway();
+  const auto looks = [&](const std::vector<Pose2>& T_map_keyframes) {
+    return make_explorer()
+        .choose(Time(), grid, {1, 2, 0}, T_map_keyframes, &standing)
+        .goal.has_value();
+  };
+  EXPECT_FALSE(looks({{4.2, 2, 0}, {4.5, 2, 0}, {4.8, 2, 0}, {5.1, 2, 0}, {5.4, 2, 0}}));
+  EXPECT_TRUE(looks({{5, 2, -0.2}, {5, 2, 0}, {5, 2, 0.2}, {5, 2, 0.4}})) << "it only turned";
+  EXPECT_TRUE(looks({{4.2, 2, 3.1}, {4.5, 2, 3.1}, {4.8, 2, 3.1}, {5.1, 2, 3.1}})) << "away";
+}
+
 TEST(Explorer, KeepsItsGoalWhileNothingIsClearlyBetter) {
   Explorer explorer = make_explorer();
   const OccupancyMap map = half_known();
