@@ -160,7 +160,7 @@ DrivableGrid Driver::drivable_by_map(const DriveTask& task) const {
   for (const Vec2& p : blocked_map(task.stamp)) {
     stamp(coarse, p, options_.touched_m);
   }
-  return drivable_grid_of_coarse(options_.search, body_, std::move(coarse));
+  return drivable_grid_of_coarse(from_afar(options_.search), body_, std::move(coarse));
 }
 
 DrivableGrid Driver::grid_near(const DriveTask& task) const {
@@ -518,6 +518,10 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
   request.cycle_s = reaction_.cycle_s();
   request.longest_cycle_s = reaction_.longest_cycle_s();
   request.lookahead_odom = lookahead_odom;
+  // What the planner lets through, the window does as well, creeping, and not quite in the middle.
+  if (lookahead.clearance_m < options_.search.tight_m) {
+    request.margin_m = 0.5 * options_.search.margin_m;
+  }
   request.keep_window = task.keep_window;
   const double left = std::max(0.0, lookahead.to_go_m - 0.5 * options_.reached_m);
   const double limit_mps = speed_limit_mps();

@@ -101,8 +101,10 @@ CostField search(const SearchOptions& options, const DrivableGrid& grid, const V
         continue;
       }
       const double lack = std::clamp(1.0 - clearance / options.inflation_distance_m, 0.0, 2.0);
-      const double cost = field.cost_m[cell] +
-                          map.cell_m * n.length * (1.0 + options.clearance_weight * lack * lack);
+      const double tight = clearance < options.tight_m ? options.tight_weight : 0;
+      const double cost =
+          field.cost_m[cell] +
+          map.cell_m * n.length * (1.0 + options.clearance_weight * lack * lack + tight);
       if (cost < field.cost_m[to]) {
         field.cost_m[to] = cost;
         field.came_from[to] = cell;
@@ -228,12 +230,19 @@ Vec2 DrivableGrid::place(int column, int row) const {
 void bind(Fields& f, SearchOptions& o) {
   f("cell_m", o.cell_m, between(0.01, 0.5));
   f("margin_m", o.margin_m, not_negative);
+  f("tight_m", o.tight_m, not_negative);
+  f("tight_weight", o.tight_weight, not_negative);
   f("inflation_distance_m", o.inflation_distance_m, positive);
   f("clearance_weight", o.clearance_weight, not_negative);
   f("goal_tolerance_m", o.goal_tolerance_m, not_negative);
   f("through_unknown", o.through_unknown);
   f.renamed("comfort_m", "inflation_distance_m");
   f.renamed("crowding", "clearance_weight");
+}
+
+SearchOptions from_afar(SearchOptions options) {
+  options.margin_m -= 0.5 * options.cell_m;
+  return options;
 }
 
 DrivableGrid drivable_grid_of_coarse(const SearchOptions& options, const Body& body,
@@ -260,7 +269,8 @@ DrivableGrid drivable_grid_with(const SearchOptions& options, const Body& body, 
                                 NearMap near) {
   lay_over(near, coarse);
   const Box box = box_of(near, coarse);
-  DrivableGrid grid = drivable_grid_of_coarse(options, body, std::move(coarse));
+  DrivableGrid grid = drivable_grid_of_coarse(from_afar(options), body, std::move(coarse));
+  grid.margin_m = options.margin_m;
   grid.near = std::move(near);
   for (int row = box.low_row; row < box.end_row; ++row) {
     for (int column = box.low_column; column < box.end_column; ++column) {
@@ -391,6 +401,7 @@ Lookahead lookahead_point(const DrivableGrid& grid, const Path& path, const Vec2
         grid.clearance.index(grid.clearance.column(points[i]), grid.clearance.row(points[i]));
     clearance = std::min<double>(clearance, grid.clearance_m[cell]);
   }
+  lookahead.clearance_m = clearance;
   const double narrower_m =
       std::min(clearance, 2 * grid.clearance.map.cell_m) - 0.5 * grid.clearance.map.cell_m;
   const double wanted_m = clearance < 0 ? narrower_m : std::max(0.0, narrower_m);

@@ -38,6 +38,25 @@ double GridWorld::gap_m(const Vec2& p, double radius_m) const {
   return truth.to_occupied_m[truth.index(column, row)] - 0.5 * kCell_m - radius_m;
 }
 
+GridWorld make_two_rooms(double gap_m, Rng rng) {
+  OccupancyMap map;
+  map.cell_m = kCell_m;
+  map.assign(static_cast<int>(std::lround(7.4 / kCell_m)),
+             static_cast<int>(std::lround(4.2 / kCell_m)), Cell::kFree);
+  block(map, 0, 0, 7.4, 0.1);
+  block(map, 0, 4.1, 7.4, 4.2);
+  block(map, 0, 0, 0.1, 4.2);
+  block(map, 7.3, 0, 7.4, 4.2);
+  const double thick = rng.uniform(0.1, 0.3);
+  const double low = rng.uniform(0.6, 4.2 - 0.6 - gap_m);
+  // as wide as cells of the truth can make it, and no wider
+  const int first = static_cast<int>(std::lround(low / kCell_m));
+  const int end = first + static_cast<int>(std::floor(gap_m / kCell_m + 1e-9));
+  block(map, 3.7 - 0.5 * thick, 0, 3.7 + 0.5 * thick, first * kCell_m);
+  block(map, 3.7 - 0.5 * thick, end * kCell_m, 3.7 + 0.5 * thick, 4.2);
+  return {clearance_map(std::move(map), 2)};
+}
+
 GridWorld make_office(Rng rng) {
   OccupancyMap map;
   map.cell_m = kCell_m;

@@ -25,6 +25,10 @@ struct GridWorld {
 /// of desks left and right of a corridor with aisles of 0.88 to 1.6 m, chairs pushed in.
 GridWorld make_office(Rng rng);
 
+/// Two rooms of 3.5 x 4 m and a wall between them, 10 to 30 cm thick, with one gap as wide as asked
+/// somewhere in it, anywhere between cells of any map.
+GridWorld make_two_rooms(double gap_m, Rng rng);
+
 /// A place for the start, with `gap_m` of room around the disc.
 Pose2 draw_start(const GridWorld& world, double radius_m, double gap_m, Rng rng);
 

@@ -41,6 +41,20 @@ TEST(ClosedLoop, TouchesNothingThoughRangesAndPosesAreNoisy) {
   }
 }
 
+TEST(ClosedLoop, PassesAGapTenCentimetresWiderThanItself) {
+  for (const double gap_m : {0.6, 0.88}) {
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+      const Rng rng(seed);
+      const test::GridWorld world = test::make_two_rooms(gap_m, rng.fork("rooms"));
+      const Pose2 start = test::draw_start(world, Body().radius_m, 0.45, rng.fork("start"));
+      const test::GridRun run = test::explore_world(world, start, ExploreOptions(), DriverOptions(),
+                                                    {0.01, 0.01, 0.01}, 150, rng);
+      EXPECT_EQ(run.contacts, 0) << gap_m << " " << seed << "\n" << story(run);
+      EXPECT_GT(run.coverage.back().second, 0.8) << gap_m << " " << seed << "\n" << story(run);
+    }
+  }
+}
+
 TEST(ClosedLoop, RepeatsToTheBit) {
   const Rng rng(6);
   const test::GridWorld world = test::make_office(rng.fork("office"));
