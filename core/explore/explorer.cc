@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <iterator>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -75,17 +74,17 @@ constexpr int kNearLooks = 3;
 constexpr double kDrove_m = 0.1;
 constexpr double kDoubtfulStrip_m = 0.1;
 
-bool ends_sight(Sight sight) {
-  return sight == Sight::kHides || sight == Sight::kDoubtful || sight == Sight::kDoubtfulStill;
+bool is_doubtful(Sight sight) {
+  return sight == Sight::kDoubtful || sight == Sight::kDoubtfulStill;
 }
+
+bool ends_sight(Sight sight) { return sight == Sight::kHides || is_doubtful(sight); }
+
+bool is_wanted(Sight sight) { return sight == Sight::kWanted || is_doubtful(sight); }
 
 bool is_worth_a_look(Sight sight, double range_m) {
   return (sight == Sight::kDoubtful && range_m <= kNear_m) ||
          (sight == Sight::kDoubtfulStill && range_m <= kNearer_m);
-}
-
-bool is_wanted(Sight sight) {
-  return sight == Sight::kWanted || sight == Sight::kDoubtful || sight == Sight::kDoubtfulStill;
 }
 
 /// A cell on a line of sight from the centre of another.
@@ -96,7 +95,10 @@ struct RayCell {
   double area_m2 = 0;   ///< of the line's sector in it, where the camera sees floor at all
   double range_m = 0;   ///< to where the line enters it
 };
-using Ray = std::vector<RayCell>;
+struct Ray {
+  Vec2 direction = Vec2::Zero();
+  std::vector<RayCell> cells;
+};
 
 /// The same for each place that is looked from: rays of a full turn, the first half a sector off
 /// the x axis.
@@ -107,15 +109,17 @@ std::vector<Ray> rays_about(int count, const FloorWedge& wedge, double cell_m) {
   for (int k = 0; k < count; ++k) {
     const double angle = sector_rad * (k + 0.5);
     Ray& ray = rays[static_cast<std::size_t>(k)];
+    ray.direction = {std::cos(angle), std::sin(angle)};
     // What hides the floor may stand nearer than the floor that is seen.
     for (double r = cell_m; r < wedge.far_m - cell_m; r += step_m) {
-      const int columns = static_cast<int>(std::floor(0.5 + r * std::cos(angle) / cell_m));
-      const int rows = static_cast<int>(std::floor(0.5 + r * std::sin(angle) / cell_m));
-      if (ray.empty() || ray.back().columns != columns || ray.back().rows != rows) {
-        ray.push_back({columns, rows, 0, 0, r});
+      const int columns = static_cast<int>(std::floor(0.5 + r * ray.direction.x() / cell_m));
+      const int rows = static_cast<int>(std::floor(0.5 + r * ray.direction.y() / cell_m));
+      if (ray.cells.empty() || ray.cells.back().columns != columns ||
+          ray.cells.back().rows != rows) {
+        ray.cells.push_back({columns, rows, 0, 0, r});
       }
-      ray.back().length_m += step_m;
-      ray.back().area_m2 += r >= wedge.near_m ? r * sector_rad * step_m : 0;
+      ray.cells.back().length_m += step_m;
+      ray.cells.back().area_m2 += r >= wedge.near_m ? r * sector_rad * step_m : 0;
     }
   }
   return rays;
@@ -130,7 +134,7 @@ void cast_rays(double unknown_depth_m, const OccupancyMap& map, const std::vecto
   for (std::size_t k = 0; k < rays.size(); ++k) {
     double gain = 0;
     double unknown_m = 0;
-    for (const RayCell& at : rays[k]) {
+    for (const RayCell& at : rays[k].cells) {
       if (!map.contains(column + at.columns, row + at.rows)) {
         break;
       }
@@ -243,10 +247,9 @@ struct Explorer::Views {
   const DirectedOptions& o;
   const DrivableGrid& grid;
   CostField field;
-  std::vector<Vec2> directions;  // of rays,
-  std::vector<Ray> rays;         // and what lies along them
-  std::vector<Sight> sights;     // of each cell
-  double least_m2 = 0;           // of unknown floor that is worth a look
+  std::vector<Ray> rays;
+  std::vector<Sight> sights;  // of each cell
+  double least_m2 = 0;        // of unknown floor that is worth a look
   Pose2 T_map_body;
 };
 
@@ -261,8 +264,11 @@ void Explorer::strike_off(const Views& views, const Pose2& T_map_looked,
     rays.push_back(T_map_looked.rotation() * Vec2(std::cos(a), std::sin(a)));
   }
   const Vec2 ahead = T_map_looked.rotation().col(0);
-  std::copy_if(views.directions.begin(), views.directions.end(), std::back_inserter(rays),
-               [&](const Vec2& ray) { return ray.dot(ahead) >= std::cos(0.5 * wedge_.width_rad); });
+  for (const Ray& ray : views.rays) {
+    if (ray.direction.dot(ahead) >= std::cos(0.5 * wedge_.width_rad)) {
+      rays.push_back(ray.direction);
+    }
+  }
   std::map<FixedCell, Vec2> seen;
   for (const Vec2& ray : rays) {
     for (double r = map.cell_m; r < wedge_.far_m; r += kRayStep * map.cell_m) {
@@ -321,16 +327,9 @@ struct Explorer::View {
 Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& grid,
                                 const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes,
                                 const std::vector<Vec2>* standing_map) {
-  Views views{o, grid,      flood(options_.search, grid, T_map_body.position()), {}, {}, {},
-              0, T_map_body};
+  Views views{o, grid, flood(options_.search, grid, T_map_body.position()), {}, {}, 0, T_map_body};
   const std::vector<std::uint8_t> possibly_traversable =
       possibly_traversable_cells(grid, body_, views.field);
-  const auto rays = static_cast<std::size_t>(o.rays);
-  views.directions.resize(rays);
-  for (std::size_t k = 0; k < rays; ++k) {
-    const double angle = kTwoPi * (static_cast<double>(k) + 0.5) / static_cast<double>(rays);
-    views.directions[k] = {std::cos(angle), std::sin(angle)};
-  }
   views.sights.resize(grid.clearance.map.cells.size());
   for (std::size_t i = 0; i < views.sights.size(); ++i) {
     if (hides(grid.clearance, i)) {
@@ -392,12 +391,12 @@ void Explorer::mark_doubtful(Views& views, std::span<const Pose2> T_map_keyframe
     }
     const int column = map.column(T.position());
     const int row = map.row(T.position());
-    for (std::size_t j = 0; j < views.rays.size(); ++j) {
-      const Vec2 ahead = T.rotation().col(0);
-      if (views.directions[j].dot(ahead) < std::cos(0.5 * wedge_.width_rad)) {
+    const Vec2 ahead = T.rotation().col(0);
+    for (const Ray& ray : views.rays) {
+      if (ray.direction.dot(ahead) < std::cos(0.5 * wedge_.width_rad)) {
         continue;
       }
-      for (const RayCell& at : views.rays[j]) {
+      for (const RayCell& at : ray.cells) {
         const int to_column = column + at.columns;
         const int to_row = row + at.rows;
         if (!map.contains(to_column, to_row) || at.range_m > kNear_m) {
@@ -434,7 +433,7 @@ std::optional<Explorer::View> Explorer::best_view(const Views& views, int cell,
                                                   std::optional<double> only_heading) const {
   const DirectedOptions& o = views.o;
   const OccupancyMap& map = views.grid.clearance.map;
-  const std::size_t rays = views.directions.size();
+  const std::size_t rays = views.rays.size();
   const int width = std::max(1, static_cast<int>(std::floor(wedge_.width_rad / kTwoPi * o.rays)));
   const Vec2 place = map.centre(cell % map.columns, cell / map.columns);
   std::vector<double> gains(rays);

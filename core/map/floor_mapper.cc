@@ -259,9 +259,6 @@ void FloorMapper::join_upright(const std::vector<UprightPoint>& found) {
     return std::any_of(found.begin(), found.end(),
                        [&](const UprightPoint& other) { return other.p_odom == point.p_odom; });
   };
-  if (found.empty()) {
-    return;
-  }
   for (const Join& join : joins_) {
     const double length_m = (join.b.p_odom - join.a.p_odom).norm();
     const int parts = static_cast<int>(std::ceil(length_m / (2 * kUprightWidth_m)));

@@ -157,40 +157,34 @@ bool counts(const NearMap& near, const OccupancyMap& map, int column, int row) {
   return (map.centre(column, row) - near.robot_map).squaredNorm() <= near.within_m * near.within_m;
 }
 
-// Calls each(p) with places spread evenly over a cell, about as far apart as the finer cells.
-template <class Each>
-void for_each_place(const DrivableGrid& grid, int column, int row, const Each& each) {
-  const OccupancyMap& map = grid.clearance.map;
-  const int side = parts_a_side(map.cell_m, grid.near->window.map.cell_m);
-  for (int j = 0; j < side; ++j) {
-    for (int i = 0; i < side; ++i) {
-      each(map.point(column + (i + 0.5) / side, row + (j + 0.5) / side));
-    }
-  }
-}
-
 struct Place {
   Vec2 p_map = Vec2::Zero();
   double clearance_m = -kInfinity;
 };
 
-// Among equals the one nearest to the cell's centre.
+// Of places spread evenly over a cell, about as far apart as the finer cells; among equals the one
+// nearest to the cell's centre.
 Place roomiest(const DrivableGrid& grid, int column, int row) {
   const NearMap& near = *grid.near;
-  const Vec2 centre = grid.clearance.map.centre(column, row);
+  const OccupancyMap& map = grid.clearance.map;
+  const Vec2 centre = map.centre(column, row);
+  const double unknown_nearer_m =
+      grid.through_unknown ? kInfinity : std::min(kUnknownNearer_m, grid.margin_m);
+  const int side = parts_a_side(map.cell_m, near.window.map.cell_m);
   Place best;
-  for_each_place(grid, column, row, [&](const Vec2& p) {
-    const double unknown_nearer_m =
-        grid.through_unknown ? kInfinity : std::min(kUnknownNearer_m, grid.margin_m);
-    const double clearance_m =
-        outline_clearance_m(near.window, grid.radius_m, unknown_nearer_m, near.T_window_map * p) -
-        grid.margin_m;
-    if (clearance_m > best.clearance_m ||
-        (clearance_m == best.clearance_m &&
-         (p - centre).squaredNorm() < (best.p_map - centre).squaredNorm())) {
-      best = {p, clearance_m};
+  for (int j = 0; j < side; ++j) {
+    for (int i = 0; i < side; ++i) {
+      const Vec2 p = map.point(column + (i + 0.5) / side, row + (j + 0.5) / side);
+      const double clearance_m =
+          outline_clearance_m(near.window, grid.radius_m, unknown_nearer_m, near.T_window_map * p) -
+          grid.margin_m;
+      if (clearance_m > best.clearance_m ||
+          (clearance_m == best.clearance_m &&
+           (p - centre).squaredNorm() < (best.p_map - centre).squaredNorm())) {
+        best = {p, clearance_m};
+      }
     }
-  });
+  }
   return best;
 }
 
