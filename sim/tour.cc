@@ -19,7 +19,6 @@ SearchOptions search_options() {
   options.cell_m = kCell_m;
   options.margin_m = 0.07;             // the follower arrives within 5 cm
   options.inflation_distance_m = 0.4;  // the middle of any aisle narrower than 1.4 m
-  options.tight_weight = 0;            // and every aisle, however tight
   return options;
 }
 

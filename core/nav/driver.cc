@@ -518,10 +518,6 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
   request.cycle_s = reaction_.cycle_s();
   request.longest_cycle_s = reaction_.longest_cycle_s();
   request.lookahead_odom = lookahead_odom;
-  // What the planner lets through, the window does as well, creeping, and not quite in the middle.
-  if (lookahead.clearance_m < options_.search.tight_m) {
-    request.margin_m = 0.5 * options_.search.margin_m;
-  }
   request.keep_window = task.keep_window;
   const double left = std::max(0.0, lookahead.to_go_m - 0.5 * options_.reached_m);
   const double limit_mps = speed_limit_mps();

@@ -56,7 +56,6 @@ DwaResult choose_arc(const DwaOptions& options, const Body& body, const Clearanc
   const double w_low = std::max(-body.max_turn_radps, w_now - dw);
   const double w_high = std::min(body.max_turn_radps, w_now + dw);
 
-  const double margin_m = std::min(options.margin_m, request.margin_m);
   const auto room_m = [&](const Vec2& p) {
     return outline_clearance_m(local_odom, body.radius_m,
                                std::min(kUnknownNearer_m, options.margin_m), p);
@@ -68,7 +67,8 @@ DwaResult choose_arc(const DwaOptions& options, const Body& body, const Clearanc
     Candidate c;
     c.twist = twist;
     // Inside the margin already: nothing nearer than now is allowed, so that the way out is open.
-    const double margin = std::min(margin_m + options.margin_s * twist.v_mps, here_m - 1e-6);
+    const double margin =
+        std::min(options.margin_m + options.margin_s * twist.v_mps, here_m - 1e-6);
     const double stop_s = std::max(twist.v_mps / body.max_accel_mps2,
                                    std::abs(twist.w_radps) / body.max_turn_accel_radps2);
     if (twist.v_mps <= 0) {

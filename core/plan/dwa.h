@@ -39,7 +39,6 @@ struct DwaRequest {
   double longest_cycle_s = 0;  ///< of late: so long may it be before it can brake
   Vec2 lookahead_odom = Vec2::Zero();
   double speed_limit_mps = 1e9;  ///< below the body's own, e.g. close to the goal
-  double margin_m = 1e9;         ///< below the options' own, where the path is tight
   bool keep_window = false;      ///< hand back every candidate
 };
 

@@ -101,10 +101,8 @@ CostField search(const SearchOptions& options, const DrivableGrid& grid, const V
         continue;
       }
       const double lack = std::clamp(1.0 - clearance / options.inflation_distance_m, 0.0, 2.0);
-      const double tight = clearance < options.tight_m ? options.tight_weight : 0;
-      const double cost =
-          field.cost_m[cell] +
-          map.cell_m * n.length * (1.0 + options.clearance_weight * lack * lack + tight);
+      const double cost = field.cost_m[cell] +
+                          map.cell_m * n.length * (1.0 + options.clearance_weight * lack * lack);
       if (cost < field.cost_m[to]) {
         field.cost_m[to] = cost;
         field.came_from[to] = cell;
@@ -224,8 +222,6 @@ Vec2 DrivableGrid::place(int column, int row) const {
 void bind(Fields& f, SearchOptions& o) {
   f("cell_m", o.cell_m, between(0.01, 0.5));
   f("margin_m", o.margin_m, not_negative);
-  f("tight_m", o.tight_m, not_negative);
-  f("tight_weight", o.tight_weight, not_negative);
   f("inflation_distance_m", o.inflation_distance_m, positive);
   f("clearance_weight", o.clearance_weight, not_negative);
   f("goal_tolerance_m", o.goal_tolerance_m, not_negative);
@@ -395,7 +391,6 @@ Lookahead lookahead_point(const DrivableGrid& grid, const Path& path, const Vec2
         grid.clearance.index(grid.clearance.column(points[i]), grid.clearance.row(points[i]));
     clearance = std::min<double>(clearance, grid.clearance_m[cell]);
   }
-  lookahead.clearance_m = clearance;
   const double narrower_m =
       std::min(clearance, 2 * grid.clearance.map.cell_m) - 0.5 * grid.clearance.map.cell_m;
   const double wanted_m = clearance < 0 ? narrower_m : std::max(0.0, narrower_m);

@@ -14,10 +14,8 @@ namespace panoptes {
 struct SearchOptions {
   double cell_m = 0.05;
   double margin_m =
-      0.02;  ///< kept from what is occupied; with 0.25 m of disc a gap of 0.6 m is open
-  double tight_m = 0.03;     ///< a step with less clearance is taken where no detour is short:
-  double tight_weight = 30;  ///< it costs so many times its length extra
-  double inflation_distance_m = 0.28;  ///< a cell with more clearance costs nothing extra
+      0.05;  ///< kept from what is occupied; with 0.25 m of disc a gap of 0.7 m is open
+  double inflation_distance_m = 0.25;  ///< a cell with more clearance costs nothing extra
   double clearance_weight =
       3.0;  ///< how many times its length a step without any clearance costs extra
   double goal_tolerance_m = 0.3;  ///< a goal that cannot be stood on is moved by at most this
@@ -103,10 +101,9 @@ bool straight_line_clear(const DrivableGrid& grid, const Vec2& a, const Vec2& b,
 
 struct Lookahead {
   Vec2 point = Vec2::Zero();
-  double to_go_m = 0;      ///< along the path, from the point of it nearest to the robot to its end
-  double off_path_m = 0;   ///< from the robot to that point
-  double clearance_m = 0;  ///< the least of the path up to where it is steered for
-  bool last = false;       ///< it is the end of the path
+  double to_go_m = 0;     ///< along the path, from the point of it nearest to the robot to its end
+  double off_path_m = 0;  ///< from the robot to that point
+  bool last = false;      ///< it is the end of the path
 };
 
 /// The point of a path to steer for: `ahead_m` along it from the robot, nearer where the straight
