@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sim/world/truth_layers.h"
 #include "tests/sim/world/boxes.h"
 
 namespace panoptes::sim {
@@ -207,6 +208,20 @@ TEST(Occupancy, LayersSplitAtTwoCentimetres) {
   EXPECT_FALSE(floor.at({2.5, 0.5}));
   EXPECT_TRUE(body.at({2.5, 0.5}));
   EXPECT_EQ(floor.columns, body.columns);
+}
+
+TEST(TruthLayers, WhatLiesOnTheFloorIsFloorAndWhatStandsOnItIsNot) {
+  const World world = world_of({{"room", {}, box({0, 0, -0.1}, {3, 3, 0})},
+                                {"rug", on_floor({1, 1, 0}), box({0, 0, 0}, {1, 1, 0.008})},
+                                {"sill", on_floor({0.5, 0.2, 0}), box({0, 0, 0}, {1, 0.1, 0.03})}});
+  const TruthLayers layers = truth_layers(world, kMast_m);
+  const auto set_at = [](const TruthLayer& layer, const Vec2& p) {
+    return layer(layer.column(p), layer.row(p)) != 0;
+  };
+  EXPECT_FALSE(set_at(layers.floor, {1.5, 1.5})) << "a rug";
+  EXPECT_FALSE(set_at(layers.body, {1.5, 1.5}));
+  EXPECT_TRUE(set_at(layers.floor, {1, 0.25})) << "a sill";
+  EXPECT_TRUE(set_at(layers.body, {1, 0.25}));
 }
 
 }  // namespace
