@@ -32,6 +32,11 @@ constexpr double kJoin_m = 0.35;
 constexpr double kLine_m = 0.025;
 constexpr double kLineShare = 0.5;  // of it; where lines cross they are wider
 
+// A mark is found again so near, noted so often, and known for so long.
+constexpr double kMarkReach_m = 0.05;
+constexpr double kMarkApart_m = 0.03;
+constexpr double kMarkKept_m = 4;
+
 // Enough colours for three Gaussians; more cost time and say nothing new.
 constexpr std::size_t kTrainedColours = 1500;
 
@@ -72,6 +77,7 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
   }
   if (options_.upright) {
     upright_.emplace(projection_, floor_camera.rate_hz);
+    edges_.emplace(projection_);
   }
   const auto rays = static_cast<std::size_t>(p.rays);
   const auto rows = static_cast<std::size_t>(p.rows);
@@ -94,6 +100,7 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
   first_.assign(rays, 0);
   hidden_.assign(rays, static_cast<std::int16_t>(p.rows));
   stands_.assign(rays, 0);
+  mark_ranges_m_.resize(rays);
 
   // An upright object of height z at range r hides the floor from r to r h / (h - z).
   const double low = std::min(options_.obstacle_height_m, 0.5 * p.height_m);
@@ -375,6 +382,56 @@ bool FloorMapper::is_line(std::size_t ray, std::size_t row, std::size_t end) con
   return static_cast<double>(thin) >= kLineShare * static_cast<double>(end - row);
 }
 
+void FloorMapper::note_edges(const Pose2& T_odom_body) {
+  const EdgeHeights::Found found = edges_->add(smooth_, T_odom_body);
+  upright_->suggest(found.upright);
+  std::erase_if(marks_odom_, [&](const Vec2& mark) {
+    return (mark - T_odom_body.position()).norm() > kMarkKept_m;
+  });
+  for (const Vec2& p_odom : found.marks_odom) {
+    if (std::none_of(marks_odom_.begin(), marks_odom_.end(), [&](const Vec2& mark) {
+          return (mark - p_odom).squaredNorm() < kMarkApart_m * kMarkApart_m;
+        })) {
+      marks_odom_.push_back(p_odom);
+    }
+  }
+}
+
+void FloorMapper::find_marks(const Pose2& T_odom_body) {
+  const FloorProjection& p = *projection_;
+  for (std::vector<float>& ranges : mark_ranges_m_) {
+    ranges.clear();
+  }
+  const Pose2 T_view_odom = (T_odom_body * p.T_body_view).inverse();
+  for (const Vec2& mark : marks_odom_) {
+    const Vec2 at = T_view_odom * mark - p.foot_view;
+    const double range_m = at.norm();
+    if (!(at.x() > 0 && range_m > kUprightWidth_m)) {
+      continue;
+    }
+    const double middle = ray_at(at);
+    const double reach = kMarkReach_m / range_m / p.ray_step_rad;
+    const int begin = std::max(0, static_cast<int>(std::ceil(middle - reach)));
+    const int end = std::min(p.rays, static_cast<int>(std::floor(middle + reach)) + 1);
+    for (int ray = begin; ray < end; ++ray) {
+      mark_ranges_m_[static_cast<std::size_t>(ray)].push_back(static_cast<float>(range_m));
+    }
+  }
+}
+
+// Whether what ends at sample `end` of a ray ends on the floor: it is painted there.
+bool FloorMapper::is_mark(std::size_t ray, std::size_t end) const {
+  const FloorProjection& p = *projection_;
+  const std::vector<float>& ranges = mark_ranges_m_[ray];
+  if (ranges.empty()) {
+    return false;
+  }
+  const std::size_t i = end * static_cast<std::size_t>(p.rays) + ray;
+  const float reach_m = static_cast<float>(kMarkReach_m) + p.depth_m[i];
+  return std::any_of(ranges.begin(), ranges.end(),
+                     [&](float range_m) { return std::abs(range_m - p.range_m[i]) < reach_m; });
+}
+
 void FloorMapper::scan() {
   const FloorProjection& p = *projection_;
   const auto rays = static_cast<std::size_t>(p.rays);
@@ -449,7 +506,7 @@ void FloorMapper::scan() {
         ++end;
       }
       const bool left_picture = end == stop || p.pixel[end * rays + ray] < 0;
-      if (!left_picture && (end - row < wanted || is_line(ray, row, end))) {
+      if (!left_picture && (end - row < wanted || is_line(ray, row, end) || is_mark(ray, end))) {
         // floor goes on behind a stain as clearly as before it; what merely resembles floor there
         // is an object of nearly its colour that stands on its own shadow
         const bool line = end - row >= wanted;
@@ -529,8 +586,12 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
     join_upright(reading.upright_odom);
     reading.upright_odom.insert(reading.upright_odom.end(), joined_new_.begin(), joined_new_.end());
     find_upright(T_odom_body);
+    find_marks(T_odom_body);
   }
   scan();
+  if (edges_ && sees_floor_) {
+    note_edges(T_odom_body);
+  }
   if (sees_floor_ && may_learn) {
     if (parallax_) {
       const FloorParallax::Learned learned =

@@ -11,6 +11,7 @@
 #include "core/camera/rig.h"
 #include "core/config/fields.h"
 #include "core/geometry/body.h"
+#include "core/map/edge_heights.h"
 #include "core/map/floor_colour.h"
 #include "core/map/floor_parallax.h"
 #include "core/map/floor_projection.h"
@@ -73,6 +74,9 @@ class FloorMapper {
   double ray_at(const Vec2& from_foot_view) const;
   void measure_across();
   bool is_line(std::size_t ray, std::size_t row, std::size_t end) const;
+  void note_edges(const Pose2& T_odom_body);
+  void find_marks(const Pose2& T_odom_body);
+  bool is_mark(std::size_t ray, std::size_t end) const;
   void scan();
   void learn(const cv::Mat& bgr);
 
@@ -83,6 +87,9 @@ class FloorMapper {
   FloorColour colour_;
   std::optional<FloorParallax> parallax_;
   std::optional<UprightPoints> upright_;
+  std::optional<EdgeHeights> edges_;
+  std::vector<Vec2> marks_odom_;                   // ends of what is painted on the floor
+  std::vector<std::vector<float>> mark_ranges_m_;  // of those along each ray
   bool sees_floor_ = false;
   std::string fault_;
   int frame_ = 0;
