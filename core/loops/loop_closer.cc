@@ -613,12 +613,13 @@ std::optional<LoopCloser::Refusal> LoopCloser::check_gate(const CandidateCheck& 
   return std::nullopt;
 }
 
-// It is one place.
+// It is surely one place.
 std::optional<LoopCloser::Refusal> LoopCloser::check_tolerance(const CandidateCheck& check) const {
   const double apart_m = check.motion.T_a_b_seen.position().norm();
-  if (!(apart_m <= check.method.tolerance_m)) {
-    return Refusal{
-        fmt::format("place: {:.2f} m apart, {:.2f} allowed", apart_m, check.method.tolerance_m)};
+  const double unsure_m = kThreeSigma * largest_sigma_m(check.covariance + check.of_rig);
+  if (!(apart_m + unsure_m <= check.method.tolerance_m)) {
+    return Refusal{fmt::format("place: {:.2f} m apart, known to {:.2f} m, {:.2f} allowed", apart_m,
+                               unsure_m, check.method.tolerance_m)};
   }
   const double turned =
       std::abs(wrap_angle(check.motion.T_a_b_seen.theta_rad - check.candidate.facing->turn_rad));

@@ -36,7 +36,7 @@ void bind(Fields& f, HistogramMethod& o);
 /// geometry, contours, and the whole graph's agreement after relaxing.
 struct VerifiedMethod {
   static constexpr std::string_view kName = "verified";
-  double tolerance_m = 0.49;    ///< how far apart two keyframes of one place may be
+  double tolerance_m = 0.5;     ///< how far apart two keyframes of one place may be, three sigma on
   double tolerance_rad = 0.44;  ///< and how much turned: two thirds of an 80 degree picture remain
   double nearby_quantile = 0.95;  ///< of the signature distances of neighbours, farther than which
                                   ///< no place is: of true ones one in twenty

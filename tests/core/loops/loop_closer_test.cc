@@ -290,6 +290,22 @@ TEST(LoopCloser, RefusesAPoseThatIsKnownTooVaguely) {
   }
 }
 
+// The closure's own three sigma must keep to the limit, near which one place may be two.
+TEST(LoopCloser, RefusesWhatMayBeFartherApartThanOnePlace) {
+  VerifiedMethod narrow;
+  narrow.tolerance_m = 0.1;
+  const SyntheticRoom room(1200, 4, Rng(1));
+  for (const double sigma_m : {0.01, 0.04}) {
+    narrow.min_sigma_m = sigma_m;
+    LoopOptions options;
+    options.method = narrow;
+    const Drive drive = around(2, options, false, room, room, Rng(2));
+    const bool surely = 3 * sigma_m < narrow.tolerance_m;
+    EXPECT_EQ(count_accepted(drive) > 3, surely) << sigma_m;
+    EXPECT_EQ(refused(drive, "place: 0.0") > 3, !surely) << sigma_m;
+  }
+}
+
 // By how much a graph's chi2 grows with a true closure is itself a chi-square of three degrees of
 // freedom: with half of its probability half of the closures go.
 TEST(LoopCloser, RefusesWhatMakesTheGraphWorseThanItMay) {
