@@ -5,10 +5,27 @@
 #include <cmath>
 
 namespace panoptes {
+namespace {
+
+double square(double x) { return x * x; }
+
+// Of a place so far back along the path.
+double uncertainty_after_m(const std::vector<VisitedPose>& places, double distance_m) {
+  double driven_m = 0;
+  std::size_t i = places.size() - 1;
+  for (; i > 0 && driven_m < distance_m; --i) {
+    driven_m += (places[i].T_map_body.position() - places[i - 1].T_map_body.position()).norm();
+  }
+  return places[i].uncertainty_m;
+}
+
+}  // namespace
 
 void bind(Fields& f, RevisitOptions& o) {
   f("run_m", o.run_m, positive);
   f("least_age_s", o.least_age_s, not_negative);
+  f("uncertain_m", o.uncertain_m, not_negative);
+  f("closure_m", o.closure_m, not_negative);
   f("blacklist_m", o.blacklist_m, not_negative);
   f("pace_mps", o.pace_mps, positive);
   f("turn_pace_radps", o.turn_pace_radps, positive);
@@ -16,11 +33,23 @@ void bind(Fields& f, RevisitOptions& o) {
   f.renamed("settle_s", "fixed_cost_s");
 }
 
+bool closure_due(const RevisitOptions& options, Time now, const std::vector<VisitedPose>& places,
+                 std::size_t place, double distance_m) {
+  const double uncertainty_m = places[place].uncertainty_m;
+  if (to_seconds(now - places[place].visited) < options.least_age_s ||
+      !std::isfinite(uncertainty_m) || uncertainty_m < options.uncertain_m) {
+    return false;
+  }
+  constexpr double kHalved = 3;  // 1 / (1 / s + 1 / t) <= s / 4, with variances s and t
+  const double going_m = uncertainty_after_m(places, distance_m);
+  return square(uncertainty_m) >= kHalved * (square(going_m) + square(options.closure_m));
+}
+
 std::optional<RevisitPlan> choose_revisit(const RevisitOptions& options,
                                           const SearchOptions& search, const DrivableGrid& grid,
                                           const Pose2& T_map_body, Time now,
                                           const std::vector<VisitedPose>& places,
-                                          const std::vector<Vec2>& avoid) {
+                                          const std::vector<Vec2>& avoid, bool only_due) {
   const CostField field = flood(search, grid, T_map_body.position());
   const auto cost_m = [&](const Vec2& p) -> std::optional<double> {
     const int column = grid.clearance.column(p);
@@ -61,7 +90,9 @@ std::optional<RevisitPlan> choose_revisit(const RevisitOptions& options,
         owed += places[i].uncertainty_m;
         run.places.push_back(i);
       }
-      if (!whole || run.places.size() < 2) {
+      if (!whole || run.places.size() < 2 ||
+          (only_due &&
+           !closure_due(options, now, places, static_cast<std::size_t>(first), *cost_m(entry)))) {
         continue;
       }
       const double heading =

@@ -2,6 +2,7 @@
 #include "core/nav/navigator.h"
 
 #include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include <fmt/format.h>
@@ -97,25 +98,66 @@ void Navigator::choose_goal(const Observation& seen, const SlamStep& at) {
   }
 }
 
-void Navigator::choose_revisit_goal(const DriveTask& task, const SlamStep& at) {
+// The keyframes, and how uncertain they are seen from here. By one path through the graph first;
+// where many join two places one alone says too much, so of those that seem to be owed a closure
+// the whole graph is asked.
+std::vector<VisitedPose> Navigator::visited(const SlamStep& at) const {
   const SharedGraph& graph = slam_.graph();
-  if (revisit_.empty() && revisits_ < options_.revisits_last) {
-    const std::vector<Mat3> covariances =
-        path_covariances(graph, at.keyframe, state_covariance(graph));
-    std::vector<VisitedPose> places;
-    for (std::size_t k = 0; k < graph.T_map_node.size(); ++k) {
-      places.push_back({graph.T_map_node[k], slam_.keyframes()[k].stamp,
-                        std::sqrt(covariances[k].topLeftCorner<2, 2>().trace())});
+  const std::vector<Mat3> covariances =
+      path_covariances(graph, at.keyframe, state_covariance(graph));
+  const auto in_plane_m = [](const Mat3& covariance) {
+    return std::sqrt(covariance.topLeftCorner<2, 2>().trace());
+  };
+  std::vector<VisitedPose> visited;
+  for (std::size_t k = 0; k < graph.T_map_node.size(); ++k) {
+    visited.push_back(
+        {graph.T_map_node[k], slam_.keyframes()[k].stamp, in_plane_m(covariances[k])});
+  }
+  constexpr std::size_t kApart = 8;  // keyframes, two metres: those between are as sure
+  std::optional<SharedUncertainty> whole;
+  std::size_t asked = 0;
+  for (std::size_t k = 0; k < visited.size(); ++k) {
+    const double away_m = (visited[k].T_map_body.position() - at.T_map_body.position()).norm();
+    if (!closure_due(options_.revisit, at.stamp, visited, k, away_m)) {
+      continue;
     }
-    std::vector<Vec2> revisited_map;
-    for (const int keyframe : revisited_) {
-      revisited_map.push_back(graph.T_map_node[static_cast<std::size_t>(keyframe)].position());
+    if (whole && k < asked + kApart) {
+      visited[k].uncertainty_m = visited[asked].uncertainty_m;
+      continue;
     }
-    if (const auto stretch =
-            choose_revisit(options_.revisit, options_.driver.search, driver_.drivable(task),
-                           at.T_map_body, at.stamp, places, revisited_map)) {
-      revisit_.assign(stretch->places.begin(), stretch->places.end());
-      revisited_.push_back(revisit_.front());
+    if (!whole) {
+      whole.emplace(graph);
+    }
+    asked = k;
+    visited[k].uncertainty_m = in_plane_m(whole->relative(at.keyframe, static_cast<int>(k)));
+  }
+  return visited;
+}
+
+bool Navigator::begin_revisit(const DriveTask& task, const SlamStep& at,
+                              const std::vector<VisitedPose>& visited, bool only_due) {
+  std::vector<Vec2> revisited_map;
+  for (const int keyframe : revisited_) {
+    revisited_map.push_back(visited[static_cast<std::size_t>(keyframe)].T_map_body.position());
+  }
+  const auto stretch =
+      choose_revisit(options_.revisit, options_.driver.search, driver_.drivable(task),
+                     at.T_map_body, at.stamp, visited, revisited_map, only_due);
+  if (!stretch) {
+    return false;
+  }
+  revisit_.assign(stretch->places.begin(), stretch->places.end());
+  // where a closure was due it is tried once, all along
+  const auto tried = only_due ? revisit_.end() : revisit_.begin() + 1;
+  revisited_.insert(revisited_.end(), revisit_.begin(), tried);
+  return true;
+}
+
+void Navigator::choose_revisit_goal(const DriveTask& task, const SlamStep& at) {
+  if (revisit_.empty()) {
+    const std::vector<VisitedPose> places = visited(at);
+    if (!begin_revisit(task, at, places, true) && revisits_ < options_.revisits_last &&
+        begin_revisit(task, at, places, false)) {
       ++revisits_;
     }
   }

@@ -29,15 +29,15 @@ struct NavigatorOptions {
                                   ///< last goal, so that one without a goal is not
   double revisit_ahead_m = 0.6;   ///< how far ahead on a stretch driven again it aims
   double camera_patience_s = 10;  ///< for a lost camera that it steers by to come back
-  int revisits_last = 12;      ///< stretches driven again, at most, once nothing is left to explore
+  int revisits_last = 0;  ///< stretches driven again, at most, where no closure is due any more
   bool keep_pictures = false;  ///< window scores in every step
 };
 void bind(Fields& f, NavigatorOptions& o);
 
 /// Chooses where to go and drives there (thesis 6.3.5): explores what slam maps, then drives
-/// earlier paths again to close more loops. Equal steps of slam give equal steps, bit for bit.
-/// Knows no clock, no file and no truth. While a camera is lost that the floor is mapped by, it
-/// stands and chooses nothing; so it does where the odometry tells nothing.
+/// earlier paths again where loop closures are due. Equal steps of slam give equal steps, bit for
+/// bit. Knows no clock, no file and no truth. While a camera is lost that the floor is mapped by,
+/// it stands and chooses nothing; so it does where the odometry tells nothing.
 class Navigator {
  public:
   /// `slam` outlives it, and has stepped before each of its steps.
@@ -61,6 +61,9 @@ class Navigator {
   void stand(const Observation& seen, const SlamStep& at, PilotStep& step);
   DriveTask task_of(const Observation& seen, const SlamStep& at) const;
   void choose_goal(const Observation& seen, const SlamStep& at);
+  std::vector<VisitedPose> visited(const SlamStep& at) const;
+  bool begin_revisit(const DriveTask& task, const SlamStep& at,
+                     const std::vector<VisitedPose>& visited, bool only_due);
   void choose_revisit_goal(const DriveTask& task, const SlamStep& at);
   DriveGoal revisit_goal(const Pose2& T_map_body);
   void drive(const Observation& seen, const SlamStep& at, PilotStep& step);
@@ -85,7 +88,7 @@ class Navigator {
   std::deque<int> revisit_;    // keyframes of the stretch still to be driven over
   int revisits_ = 0;
   int looks_in_vain_ = 0;       // choices in a row that found nothing left to do
-  std::vector<int> revisited_;  // keyframes that stretches were begun at
+  std::vector<int> revisited_;  // keyframes of stretches that were driven again
 };
 
 }  // namespace panoptes
