@@ -121,11 +121,12 @@ MapServerMap read(const MapYaml& yaml, const std::filesystem::path& yaml_path) {
                                  yaml.value<std::string>("resolution"));
   }
   const auto origin = yaml.value<std::vector<double>>("origin");
-  if (origin.size() < 2 || origin.size() > 3) {
-    yaml.fault("origin", "must be [x, y, yaw]");
+  if (origin.size() != 3) {
+    yaml.fault("origin",
+               "must be [x, y, yaw], three numbers; got " + std::to_string(origin.size()));
   }
   map.origin = {finite(yaml, "origin", origin[0]), finite(yaml, "origin", origin[1])};
-  found.yaw_rad = origin.size() == 3 ? finite(yaml, "origin", origin[2]) : 0;
+  found.yaw_rad = finite(yaml, "origin", origin[2]);
   const Mode mode = mode_of(yaml);
   const bool negate = yaml.truth("negate");
   const auto occupied_above = yaml.value<double>("occupied_thresh");

@@ -90,6 +90,8 @@ TEST_F(MapServer, SaysWhereTheYamlIsWrong) {
   EXPECT_EQ(message(good + "resolution: fine\n"), path + ":5:13: resolution: has the wrong type");
   EXPECT_EQ(message(good + "resolution: -1\n"),
             path + ":5:13: resolution: must be at least 0.001 and less than 10 metres, got -1");
+  EXPECT_EQ(message("image: a.pgm\norigin: [0, 0]\nresolution: 0.1\n"),
+            path + ":2:9: origin: must be [x, y, yaw], three numbers; got 2");
   EXPECT_EQ(message(good + "resolution: 0.1\nmode: row\n"),
             path + ":6:7: mode: must be trinary, scale or raw, got row");
   EXPECT_EQ(message(good + "resolution: 0.1\n"),
