@@ -11,8 +11,6 @@ namespace {
 
 /// A rug, a line of paint or a lid: it is floor to whatever drives over it.
 bool lies_on_floor(const Object& object) {
-  const auto is_low = [](double top_m) { return top_m > 0 && top_m <= kFloorLayerTop_m; };
-  const double z_m = object.T_scene_object.translation.z();
   double top_m = 0;
   for (const Triangle& triangle : object.triangles) {
     for (const auto& corner : triangle.corners) {
@@ -20,9 +18,9 @@ bool lies_on_floor(const Object& object) {
     }
   }
   for (const Pillar& pillar : object.pillars) {
-    top_m = std::max(top_m, z_m + pillar.high_m);
+    top_m = std::max(top_m, object.T_scene_object.translation.z() + pillar.high_m);
   }
-  return is_low(top_m);
+  return top_m > 0 && top_m <= kFloorLayerTop_m;  // the floor itself ends at 0
 }
 
 }  // namespace

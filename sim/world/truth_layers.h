@@ -12,9 +12,9 @@ struct TruthLayers {
   TruthLayer body;
 };
 
-/// Of a robot as high as `top_m`; people, who walk, are left out, and so is from the floor's layer
-/// what lies on the floor no higher than that: rugs, paint and lids are floor to a robot, which
-/// drives over them. In cells of truth_cell_m.
+/// Of a robot as high as `top_m`; people, who walk, are left out. So is, from the floor's layer,
+/// what lies on the floor no higher than kFloorLayerTop_m: rugs, paint and lids, which a robot
+/// drives over. In cells of truth_cell_m.
 TruthLayers truth_layers(World world, double top_m);
 
 }  // namespace panoptes::sim
