@@ -223,38 +223,19 @@ class Bundle {
         state_(prior.state),
         frames_(frames),
         tracks_(tracks),
-        poses_(start) {
+        start_(start) {
     columns_.poses = 3 * (static_cast<int>(frames.size()) - 1);
     columns_.states = rig_states(believed.size());
     columns_.wheels = wheel_state(believed.size());
-    place_cameras();
-    for (const Track& track : tracks) {
-      const CameraModel& camera = cameras_[track.camera];
-      const Vec2 m = (track.seen.front().px - camera.centre_px).cwiseQuotient(camera.focal_px);
-      points_.emplace_back(m.x(), m.y(), kDepthMean_per_m);
-    }
     systems_.resize(tracks.size());
-    depth_prior_.assign(tracks.size(), kDepthPrior);
+    variance_px2_ = options_.noise_px * options_.noise_px;
   }
 
   BundleSolution solve() {
-    variance_px2_ = options_.noise_px * options_.noise_px;
-    trusts_.assign(tracks_.size(), 1);
-    for (int iteration = 0; iteration < options_.iterations; ++iteration) {
-      place_bodies();
-      settle_points();
-      // from forgiving to strict
-      const double most = iteration < 2 ? kForgiving : iteration < 4 ? kCareful : kStrict;
-      const double kernel = kernel_sigmas(most);
-      weigh(kernel);
-      sum_up(free());
-      if (step() <= kSettled && kernel == kStrict) {
-        break;
-      }
+    converge(kAll);
+    if (contradicted()) {
+      converge(most_agreed());
     }
-    place_bodies();
-    settle_points();
-    choose_inliers();
     for (int round = 0; round < 2; ++round) {
       sum_up(free());
       const double gain = step();
@@ -273,6 +254,95 @@ class Bundle {
  private:
   /// The states are estimated along.
   bool free() const { return prior_.information.size() > 0; }
+
+  static constexpr int kAll = -1;
+
+  // From the start to inliers, by the pictures of one camera, or of all.
+  void converge(int by_camera) {
+    poses_ = start_;
+    state_ = prior_.state;
+    place_cameras();
+    points_.clear();
+    for (const Track& track : tracks_) {
+      const CameraModel& camera = cameras_[track.camera];
+      const Vec2 m = (track.seen.front().px - camera.centre_px).cwiseQuotient(camera.focal_px);
+      points_.emplace_back(m.x(), m.y(), kDepthMean_per_m);
+    }
+    depth_prior_.assign(tracks_.size(), kDepthPrior);
+    trusts_.assign(tracks_.size(), 1);
+    for (int iteration = 0; iteration < options_.iterations; ++iteration) {
+      place_bodies();
+      settle_points();
+      // from forgiving to strict
+      const double most = iteration < 2 ? kForgiving : iteration < 4 ? kCareful : kStrict;
+      const double kernel = kernel_sigmas(most, by_camera);
+      weigh(kernel, by_camera);
+      sum_up(free());
+      if (step() <= kSettled && kernel == kStrict) {
+        break;
+      }
+    }
+    place_bodies();
+    settle_points();
+    choose_inliers();
+  }
+
+  // How large a share of what each camera shows of each motion fits; none where it shows too little
+  // to have a word.
+  std::vector<double> shares() const {
+    constexpr int kFewest = 12;
+    const std::size_t cameras = cameras_.size();
+    std::vector<int> shown(frames_.size() * cameras, 0);
+    std::vector<int> fits(shown.size(), 0);
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      const std::vector<Track::Seen>& seen = tracks_[t].seen;
+      for (int frame = seen.front().frame + 1; frame <= seen.back().frame; ++frame) {
+        const std::size_t at = static_cast<std::size_t>(frame) * cameras + tracks_[t].camera;
+        ++shown[at];
+        fits[at] += trusts_[t] > 0 ? 1 : 0;
+      }
+    }
+    std::vector<double> shares;
+    for (std::size_t at = 0; at < shown.size(); ++at) {
+      if (shown[at] >= kFewest) {
+        shares.push_back(static_cast<double>(fits[at]) / shown[at]);
+      }
+    }
+    return shares;
+  }
+
+  // Most of what some camera shows does not fit. Where somebody walks close by, most of what one
+  // camera sees may be of him, and more than what the others see of the room.
+  bool contradicted() const {
+    constexpr double kLeast = 0.5;
+    const std::vector<double> all = shares();
+    return cameras_.size() > 1 &&
+           std::any_of(all.begin(), all.end(), [](double share) { return share < kLeast; });
+  }
+
+  // The camera whose motion fits the others' pictures best, each counted alike, however much it
+  // shows. All together fit as well where they meet half way: that has to be clearly better.
+  int most_agreed() {
+    constexpr double kClearly = 1.1;
+    const auto agreement = [this] {
+      const std::vector<double> all = shares();
+      return std::accumulate(all.begin(), all.end(), 0.0);
+    };
+    int best = kAll;
+    double most = agreement() / kClearly;
+    for (int camera = 0; camera < static_cast<int>(cameras_.size()); ++camera) {
+      converge(camera);
+      if (agreement() > most) {
+        most = agreement();
+        best = camera;
+      }
+    }
+    return best;
+  }
+
+  bool asked(std::size_t t, int by_camera) const {
+    return by_camera == kAll || tracks_[t].camera == by_camera;
+  }
 
   void place_cameras() {
     cameras_.clear();
@@ -378,10 +448,12 @@ class Bundle {
   }
 
   // As forgiving as the poses are wrong, by how well half of the tracks fit.
-  double kernel_sigmas(double most) const {
+  double kernel_sigmas(double most, int by_camera) const {
     std::vector<double> shares;
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
-      shares.push_back(squares_[t] / freedoms_[t]);
+      if (asked(t, by_camera)) {
+        shares.push_back(squares_[t] / freedoms_[t]);
+      }
     }
     if (shares.empty()) {
       return kStrict;
@@ -391,10 +463,11 @@ class Bundle {
     return std::clamp(kStrict * std::sqrt(*middle), kStrict, most);
   }
 
-  void weigh(double kernel) {
+  void weigh(double kernel, int by_camera) {
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
       const double share = squares_[t] / (kernel * kernel * freedoms_[t]);
-      trusts_[t] = std::isfinite(share) ? 1 / ((1 + share) * (1 + share)) : 0;
+      const bool counts = asked(t, by_camera) && std::isfinite(share);
+      trusts_[t] = counts ? 1 / ((1 + share) * (1 + share)) : 0;
     }
   }
 
@@ -651,6 +724,7 @@ class Bundle {
   const std::vector<BundleFrame>& frames_;
   const std::vector<Track>& tracks_;
   Columns columns_;
+  const std::vector<Pose2>& start_;
   std::vector<CameraModel> cameras_;
   std::vector<Pose2> poses_;
   std::vector<Point> points_;

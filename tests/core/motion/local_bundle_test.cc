@@ -308,6 +308,35 @@ TEST(LocalBundle, TellsWhatIsMismatchedFromWhatFits) {
   EXPECT_LT(error_of(found, seen.truth).cwiseAbs().maxCoeff(), 0.02);
 }
 
+// Somebody walks behind the robot, as fast as it drives, and fills most of what the back camera
+// shows; before the front one is all but a blank wall.
+TEST(LocalBundle, IsNotLedAstrayByWhoFillsOneCamerasPicture) {
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(800, 3, Rng(9));
+  constexpr double kWheels_rad = 0.009;
+  constexpr std::size_t kOfTheWall = 25;
+  const std::vector<Pose2> steps{
+      {0.27, 0, 0.03}, {0.27, 0, 0.04}, {0.27, 0, 0.04}, {0.27, 0, 0.05}};
+  for (std::uint64_t seed = 20; seed < 25; ++seed) {
+    Seen seen = drive(room, cameras, steps, kNoise_px, {1, 0.002, kWheels_rad}, Rng(seed));
+    Rng rng(seed + 100);
+    std::size_t of_front = 0;
+    std::erase_if(seen.tracks,
+                  [&](const Track& t) { return t.camera == 0 && ++of_front > kOfTheWall; });
+    for (Track& track : seen.tracks) {
+      if (track.camera == 1 && rng.uniform(0, 1) < 0.8) {
+        const Vec2 along = track.seen.front().px;
+        for (std::size_t k = 1; k < track.seen.size(); ++k) {
+          track.seen[k].px = along + Vec2(rng.normal(0, kNoise_px), rng.normal(0, kNoise_px));
+        }
+      }
+    }
+    const BundleSolution found =
+        adjust_bundle({}, cameras, held(cameras), seen.frames, seen.tracks, seen.by_wheels());
+    EXPECT_LT(error_of(found, seen.truth).cwiseAbs().maxCoeff(), 0.03) << seed;
+  }
+}
+
 // Things that the robot all but touches fall behind a picture's plane with the last steps.
 TEST(LocalBundle, KnowsItsNoiseAmongThingsThatItAllButTouches) {
   const LoopCameras cameras = front_and_back();
