@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/odometry/wheel_odometry.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include <fmt/format.h>
 
 namespace panoptes {
 
@@ -56,14 +59,42 @@ Mat3 wheel_covariance(const WheelNoise& noise, double wheel_base_m, const Pose2&
 std::optional<Odometry> WheelOdometry::at(const Observation& seen) {
   const Pose2& T = seen.odometry.T_odom_body;
   const Twist2& twist = seen.odometry.twist_body;
-  const bool tells_numbers = std::isfinite(T.x_m) && std::isfinite(T.y_m) &&
-                             std::isfinite(T.theta_rad) && std::isfinite(twist.v_mps) &&
-                             std::isfinite(twist.w_radps);
-  return tells_numbers ? std::optional(seen.odometry) : std::nullopt;
+  if (!(std::isfinite(T.x_m) && std::isfinite(T.y_m) && std::isfinite(T.theta_rad) &&
+        std::isfinite(twist.v_mps) && std::isfinite(twist.w_radps))) {
+    fault_ = "the wheels tell no number";
+    return std::nullopt;
+  }
+  Odometry told = seen.odometry;
+  if (T_told_raw_) {
+    told.T_odom_body = *T_told_raw_ * T;
+  }
+  if (last_) {
+    // pushed, or with a clock that is late, it may seem faster than it drives
+    constexpr double kTimesAsFast = 3;
+    constexpr double kMost_m = 0.1;
+    constexpr double kMost_rad = deg_to_rad(15);
+    const double dt = std::max(0.0, to_seconds(seen.stamp - last_stamp_));
+    const Pose2 moved = last_->T_odom_body.inverse() * told.T_odom_body;
+    if (moved.position().norm() > kTimesAsFast * body_.max_speed_mps * dt + kMost_m ||
+        std::abs(moved.theta_rad) > kTimesAsFast * body_.max_turn_radps * dt + kMost_rad) {
+      fault_ = fmt::format(
+          "the wheels jumped by {:.2f} m and {:.0f} degrees in {:.2f} s: it goes on "
+          "from where it was",
+          moved.position().norm(), rad_to_deg(moved.theta_rad), dt);
+      told.T_odom_body = last_->T_odom_body * exp_twist(last_->twist_body, dt);
+      T_told_raw_ = told.T_odom_body * T.inverse();
+      last_ = told;
+      last_stamp_ = seen.stamp;
+      return std::nullopt;
+    }
+  }
+  last_ = told;
+  last_stamp_ = seen.stamp;
+  return told;
 }
 
 Mat3 WheelOdometry::covariance(Time /*from*/, Time /*to*/, const Pose2& T_from_to) const {
-  return wheel_covariance(noise_, wheel_base_m_, T_from_to);
+  return wheel_covariance(noise_, body_.wheel_base_m, T_from_to);
 }
 
 // Of a motion taken for one arc: a chord turns by half of what its arc does.
@@ -73,7 +104,7 @@ WheelJacobian WheelOdometry::by_wheels(const Pose2& T_from_to) const {
   const double distance_m = std::copysign(T_from_to.position().norm(), forwards);
   Eigen::RowVector3d turn;
   turn[kWheelScale] = T_from_to.theta_rad;
-  turn[kWheelDifference] = distance_m / wheel_base_m_;
+  turn[kWheelDifference] = distance_m / body_.wheel_base_m;
   turn[kWheelBase] = -T_from_to.theta_rad;
   WheelJacobian J;
   J.row(2) = turn;

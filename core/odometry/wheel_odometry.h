@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
+#include <string>
+
+#include "core/base/time.h"
 #include "core/config/fields.h"
 #include "core/geometry/body.h"
 #include "core/geometry/pose2.h"
@@ -22,20 +26,27 @@ void bind(Fields& f, WheelNoise& o);
 /// Valid for the short distances between keyframes.
 Mat3 wheel_covariance(const WheelNoise& noise, double wheel_base_m, const Pose2& T_from_to);
 
-/// What the platform says of its wheels; nothing where that is no number.
+/// What the platform says of its wheels; nothing where that is no number. Where it jumps, farther
+/// than the body drives or turns in that time, the counters have been set anew and the robot has
+/// not: that observation is told of as a fault, and from the next on poses go on from where the
+/// body was, at the speed that the wheels told last.
 class WheelOdometry final : public OdometrySource {
  public:
-  WheelOdometry(const WheelNoise& noise, const Body& body)
-      : noise_(noise), wheel_base_m_(body.wheel_base_m) {}
+  WheelOdometry(const WheelNoise& noise, const Body& body) : noise_(noise), body_(body) {}
 
   std::optional<Odometry> at(const Observation& seen) override;
-  std::string fault() const override { return "the wheels tell no number"; }
+  std::string fault() const override { return fault_; }
   Mat3 covariance(Time from, Time to, const Pose2& T_from_to) const override;
   WheelJacobian by_wheels(const Pose2& T_from_to) const override;
 
  private:
   WheelNoise noise_;
-  double wheel_base_m_;
+  Body body_;
+  std::string fault_;
+  std::optional<Pose2>
+      T_told_raw_;  // what is told from what the platform says, since it jumped last
+  std::optional<Odometry> last_;
+  Time last_stamp_;
 };
 
 }  // namespace panoptes

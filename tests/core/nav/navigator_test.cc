@@ -318,6 +318,29 @@ TEST(Navigator, StandsWhileTheWheelsTellNoNumberAndGoesOnWhenTheyDo) {
   }
 }
 
+// Its counters begin anew, as when the base is switched off and on.
+TEST(Navigator, WheelsThatJumpMoveNothingInTheMap) {
+  test::RoomRobot robot(12);
+  Explorer explorer(robot.rig());
+  const Pose2 start{-1, 0, 0.4};
+  const Pose2 T_anew{5, -2, 1.3};
+  Pose2 T_true;
+  int told = 0;
+  for (int i = 0; i < 60; ++i) {
+    const Pose2 T_odom_body = i < 30 ? T_true : T_anew * T_true;
+    const Explorer::Step step =
+        explorer.step(robot.look(i * kFrame_s, start * T_true, T_odom_body));
+    if (step.reason.find("jumped by") != std::string::npos) {
+      ++told;
+      EXPECT_EQ(step.command_body.v_mps, 0);
+      EXPECT_EQ(step.command_body.w_radps, 0);
+    }
+    EXPECT_LT((step.at.T_map_body.position() - T_true.position()).norm(), 0.05) << i;
+    T_true = T_true * exp_twist(step.command_body, kFrame_s);
+  }
+  EXPECT_EQ(told, 1);
+}
+
 // The map after the robot was driven by hand along y = 1 through where it sees a box.
 OccupancyMap map_driven_through_the_box(double step_m, bool touching) {
   test::RoomRobot robot(12);

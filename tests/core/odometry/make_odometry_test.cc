@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/odometry/make_odometry.h"
 
+#include <cmath>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,6 +26,9 @@ TEST(MakeOdometry, IsByTheWheelsUnlessTheSettingsSayOtherwise) {
   const Pose2 T_from_to{0.25, 0.01, 0.1};
   EXPECT_EQ(source->covariance(time_at(1), time_at(2), T_from_to),
             wheel_covariance(noise, body.wheel_base_m, T_from_to));
+  Observation broken;
+  broken.odometry.T_odom_body.x_m = std::nan("");
+  EXPECT_FALSE(source->at(broken));
   EXPECT_EQ(source->fault(), "the wheels tell no number");
   EXPECT_EQ(write_settings(chosen), "odometry:\n  kind: wheels\n");
 }

@@ -79,6 +79,39 @@ TEST(WheelOdometry, TellsWhatThePlatformSaysAndNothingThatIsNoNumber) {
   }
 }
 
+TEST(WheelOdometry, GoesOnFromWhereItWasWhenTheWheelsJump) {
+  WheelOdometry wheels({}, Body{});
+  constexpr double kFrame_s = 1.0 / 15;
+  const Twist2 twist{0.4, 0.5};
+  const Pose2 T_reset{3, -1, 2.5};
+  Pose2 T_true;
+  for (int i = 0; i < 30; ++i) {
+    Observation seen;
+    seen.stamp = time_at(i * kFrame_s);
+    seen.odometry.T_odom_body = i < 10 ? T_true : T_reset * T_true;
+    seen.odometry.twist_body = twist;
+    const std::optional<Odometry> told = wheels.at(seen);
+    if (i == 10) {
+      EXPECT_FALSE(told);
+      EXPECT_NE(wheels.fault().find("jumped by "), std::string::npos) << wheels.fault();
+    } else {
+      ASSERT_TRUE(told) << i << " " << wheels.fault();
+      EXPECT_LT((told->T_odom_body.position() - T_true.position()).norm(), 1e-9) << i;
+      EXPECT_NEAR(wrap_angle(told->T_odom_body.theta_rad - T_true.theta_rad), 0, 1e-9) << i;
+    }
+    T_true = T_true * exp_twist(twist, kFrame_s);
+  }
+}
+
+TEST(WheelOdometry, ALongGapIsNoJump) {
+  WheelOdometry wheels({}, Body{});
+  Observation seen;
+  EXPECT_TRUE(wheels.at(seen));
+  seen.stamp = time_at(4);
+  seen.odometry.T_odom_body = {2, 0.5, 1};
+  EXPECT_TRUE(wheels.at(seen)) << wheels.fault();
+}
+
 TEST(WheelOdometry, SaysWhatWheelsOfAnotherSizeTell) {
   Body body;
   body.wheel_base_m = kBase_m;
