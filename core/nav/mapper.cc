@@ -9,6 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/geometry/pose3.h"
+#include "core/map/reached_floor.h"
 #include "core/map/shadows.h"
 
 namespace panoptes {
@@ -20,6 +21,9 @@ constexpr Duration kShyAfterBump = std::chrono::seconds(3);
 
 // The sweep of the body between two steps is filled in by places so far apart.
 constexpr double kSweep_m = 0.05;
+
+// Narrower than this share of the body, floor that is seen through a passage may be no floor.
+constexpr double kPassageShare = 0.4;
 
 }  // namespace
 
@@ -264,7 +268,15 @@ std::optional<std::vector<Vec2>> Mapper::standing(const std::vector<Pose2>& T_ma
 }
 
 OccupancyMap Mapper::finished_map(double cell_m, const std::vector<Pose2>& T_map_keyframes) const {
-  return fuse(without_shadows(placed(T_map_keyframes)), cell_m);
+  const std::vector<PlacedGrid> grids = placed(T_map_keyframes);
+  std::vector<Vec2> way_map;
+  for (const PlacedGrid& grid : grids) {
+    for (const Vec2& p : grid.grid->traversed) {
+      way_map.push_back(grid.T_map_keyframe * p);
+    }
+  }
+  return reached_floor(fuse(without_shadows(grids), cell_m), way_map,
+                       kPassageShare * 2 * body_.radius_m);
 }
 
 std::vector<Vec2> Mapper::contour(int keyframe, const std::vector<Pose2>& T_map_keyframes) const {

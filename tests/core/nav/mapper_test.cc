@@ -215,7 +215,7 @@ Ride driven(int steps, double step_m, bool touching, bool keyframes) {
   ride.keyframe(ride.feel({0, 0, 0}));
   for (int i = 0; i <= steps; ++i) {
     Observation seen = ride.feel({kFrom_m + i * step_m, 0, 0.5});
-    seen.health.bumper_pressed = touching;
+    seen.health.bumper_pressed = touching && i > 0;  // it has driven up to there
     keyframes ? ride.keyframe(seen) : ride.step(seen);
   }
   return ride;
