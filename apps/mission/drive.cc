@@ -7,6 +7,18 @@
 
 namespace panoptes {
 
+void bind(Fields& f, DriveGoalPoint& o) {
+  const Rule near = between(-kFarthestGoal_m, kFarthestGoal_m);
+  f.needed("x_m", o.x_m, near);
+  f.needed("y_m", o.y_m, near);
+}
+
+template <>
+void bind(Fields& f, Drive<"goals">& o) {
+  f("points", o.points);
+  f.require(!o.points.empty(), "points", "must hold at least one place to drive to");
+}
+
 template <>
 void bind(Fields& f, Drive<"route">& o) {
   f.require(f.writing() || f.present("file"), "file", "missing; it must name a file of waypoints");

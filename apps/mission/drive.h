@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "core/config/fields.h"
 #include "core/config/word.h"
@@ -51,6 +52,23 @@ template <Word Name>
 struct Drive : DriveTraits<Name> {};
 template <Word Name>
 void bind(Fields& /*f*/, Drive<Name>& /*o*/) {}
+
+constexpr double kFarthestGoal_m = 1e4;
+
+/// A place to drive to, in `map`, whose origin is where the robot starts, x ahead.
+struct DriveGoalPoint {
+  double x_m = 0;
+  double y_m = 0;
+};
+void bind(Fields& f, DriveGoalPoint& o);
+
+template <>
+struct Drive<"goals"> : DriveTraits<"goals"> {
+  static constexpr std::string_view kShort = "points";
+  std::vector<DriveGoalPoint> points;  ///< in turn
+};
+template <>
+void bind(Fields& f, Drive<"goals">& o);
 
 template <>
 struct Drive<"route"> : DriveTraits<"route"> {

@@ -30,6 +30,9 @@ class Pilot {
   /// By what it says itself all has been explored.
   virtual bool explored() const { return false; }
 
+  /// What has become of the places that it was told to drive to; none where it was told of none.
+  virtual std::vector<GoalProgress> goals() const { return {}; }
+
   /// Sees to what holds the robot, or ends the run.
   virtual void handle_hold(const Health& health, const PilotStep& step, hw::Robot& robot,
                            StopCondition& stop_condition);

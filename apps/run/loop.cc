@@ -10,6 +10,7 @@
 
 #include "apps/process/progress.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 
 namespace panoptes {
 
@@ -117,6 +118,21 @@ CameraReports lost_cameras(const CameraReports& cameras, Time now, double least_
 
 }  // namespace
 
+namespace {
+
+// Of the goals that were refused, a line for all of them.
+std::string refusals(const std::vector<GoalProgress>& goals) {
+  std::vector<std::string> told;
+  for (std::size_t i = 0; i < goals.size(); ++i) {
+    if (goals[i].state == GoalProgress::State::kRefused) {
+      told.push_back(fmt::format("goal {}: {}", i + 1, goals[i].why));
+    }
+  }
+  return joined(told, "; ");
+}
+
+}  // namespace
+
 RunEnd run_end(const StopCondition& stop_condition, const ExploreMission& mission, const Slam* slam,
                const Pilot& pilot, const OpenRobot& open) {
   const bool replayed = open.recorded != nullptr;
@@ -148,6 +164,13 @@ RunEnd run_end(const StopCondition& stop_condition, const ExploreMission& missio
     if (!lost.empty()) {
       return end("device_lost", lost);
     }
+  }
+  const std::vector<GoalProgress> goals = diverged ? std::vector<GoalProgress>{} : pilot.goals();
+  if (const std::string why = refusals(goals); !why.empty()) {
+    return end("goal_unreachable", why);
+  }
+  if (!goals.empty() && pilot.done()) {
+    return end("completed", "goals_done");
   }
   const std::string reason = stop_condition.end_reason(open.robot->now(), keyframe_count(slam));
   if (!reason.empty()) {

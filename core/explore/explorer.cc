@@ -125,9 +125,11 @@ std::vector<Ray> rays_about(int count, const FloorWedge& wedge, double cell_m) {
   return rays;
 }
 
-/// Wanted floor, in square metres, along each ray about a cell.
+/// Wanted floor, in square metres, along each ray about a cell; `counts` says which cells count.
+template <class Counts>
 void cast_rays(double unknown_depth_m, const OccupancyMap& map, const std::vector<Sight>& sights,
-               const std::vector<Ray>& rays, int cell, std::vector<double>& gains_m2) {
+               const std::vector<Ray>& rays, int cell, const Counts& counts,
+               std::vector<double>& gains_m2) {
   const int column = cell % map.columns;
   const int row = cell / map.columns;
   const double sector_rad = kTwoPi / static_cast<double>(rays.size());
@@ -138,19 +140,19 @@ void cast_rays(double unknown_depth_m, const OccupancyMap& map, const std::vecto
       if (!map.contains(column + at.columns, row + at.rows)) {
         break;
       }
-      const Sight sight =
-          sights[static_cast<std::size_t>(cell + at.rows * map.columns + at.columns)];
+      const auto seen = static_cast<std::size_t>(cell + at.rows * map.columns + at.columns);
+      const Sight sight = sights[seen];
       if (sight == Sight::kClear) {
         continue;
       }
-      if (is_worth_a_look(sight, at.range_m)) {
+      if (is_worth_a_look(sight, at.range_m) && counts(seen)) {
         gain += at.range_m * sector_rad * kDoubtfulStrip_m;
       }
       unknown_m += at.length_m;
       if (ends_sight(sight) || unknown_m > unknown_depth_m) {
         break;
       }
-      gain += sight == Sight::kWanted ? at.area_m2 : 0;
+      gain += sight == Sight::kWanted && counts(seen) ? at.area_m2 : 0;
     }
     gains_m2[k] = gain;
   }
@@ -172,6 +174,29 @@ double heading_of(const std::vector<Vec2>& path, bool at_end) {
   }
   const Vec2 d = at_end ? Vec2(from - other) : Vec2(other - from);
   return std::atan2(d.y(), d.x());
+}
+
+/// Where the target is, or the cell at the edge that is nearest to it: beyond all is unknown.
+struct TargetCell {
+  std::optional<int> cell;  ///< none where something stands there
+  double beyond_m = 0;
+};
+
+TargetCell cell_of(const ExploreTarget& target, const DrivableGrid& hopeful) {
+  const OccupancyMap& map = hopeful.clearance.map;
+  const int column = map.column(target.p_map);
+  const int row = map.row(target.p_map);
+  if (map.contains(column, row)) {
+    return {nearest_drivable(hopeful, target.p_map, target.tolerance_m), 0};
+  }
+  const int edge_column = std::clamp(column, 0, map.columns - 1);
+  const int edge_row = std::clamp(row, 0, map.rows - 1);
+  return {static_cast<int>(map.index(edge_column, edge_row)),
+          (map.centre(edge_column, edge_row) - target.p_map).norm()};
+}
+
+Vec2 centre_of(const OccupancyMap& map, int cell) {
+  return map.centre(cell % map.columns, cell / map.columns);
 }
 
 }  // namespace
@@ -251,6 +276,11 @@ struct Explorer::Views {
   std::vector<Sight> sights;  // of each cell
   double least_m2 = 0;        // of unknown floor that is worth a look
   Pose2 T_map_body;
+  std::vector<std::uint8_t> looked_in_vain;  // of each cell
+  // With a target: metres to it from each cell if unknown floor is free, infinite where there is no
+  // way; whether only such floor counts that is nearer to it than the place.
+  std::vector<float> to_target_m;
+  bool only_nearer = false;
 };
 
 // All that a view counts is struck off: the rays that it counts along are looked along as well.
@@ -302,13 +332,14 @@ void Explorer::strike_off(const Views& views, const Pose2& T_map_looked,
 
 ExploreChoice Explorer::choose(Time now, const DrivableGrid& grid, const Pose2& T_map_body,
                                std::span<const Pose2> T_map_keyframes,
-                               const std::vector<Vec2>* standing_map) {
+                               const std::vector<Vec2>* standing_map,
+                               const std::optional<ExploreTarget>& target) {
   follow(T_map_keyframes);
   const auto known = [&map = grid.clearance.map](const Vec2& p) { return map.at(p); };
   given_up_.update(now, known, T_map_keyframes);
   ExploreChoice choice = std::holds_alternative<DirectedOptions>(options_.method)
                              ? choose_directed(std::get<DirectedOptions>(options_.method), grid,
-                                               T_map_body, T_map_keyframes, standing_map)
+                                               T_map_body, T_map_keyframes, standing_map, target)
                              : choose_random(std::get<RandomOptions>(options_.method), now, grid,
                                              T_map_body, T_map_keyframes);
   const bool kept = goal_ && choice.goal && goal_->pose_map == choice.goal->pose_map;
@@ -327,7 +358,9 @@ struct Explorer::View {
 Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& grid,
                                 const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes,
                                 const std::vector<Vec2>* standing_map) {
-  Views views{o, grid, flood(options_.search, grid, T_map_body.position()), {}, {}, 0, T_map_body};
+  Views views{o,  grid, flood(options_.search, grid, T_map_body.position()), {}, {}, 0, T_map_body,
+              {}, {}};
+  views.looked_in_vain.assign(grid.clearance.map.cells.size(), 0);
   const std::vector<std::uint8_t> possibly_traversable =
       possibly_traversable_cells(grid, body_, views.field);
   views.sights.resize(grid.clearance.map.cells.size());
@@ -355,6 +388,9 @@ Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& gr
       continue;
     }
     Sight& sight = views.sights[grid.clearance.index(column, row)];
+    if (times >= kVain) {
+      views.looked_in_vain[grid.clearance.index(column, row)] = 1;
+    }
     if (sight == Sight::kWanted && times >= kVain) {
       sight = Sight::kUnknown;
     } else if (sight == Sight::kDoubtful) {
@@ -364,6 +400,94 @@ Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& gr
   views.least_m2 =
       options_.min_information_gain * std::numbers::pi * body_.radius_m * body_.radius_m;
   return views;
+}
+
+// Where the robot may hope to drive: wherever nothing is known to stand.
+DrivableGrid Explorer::hopeful(const Views& views) const {
+  const ClearanceMap& known = views.grid.clearance;
+  const SearchOptions search = from_afar(options_.search);
+  DrivableGrid hopeful = views.grid;
+  if (std::any_of(views.sights.begin(), views.sights.end(), is_doubtful)) {
+    OccupancyMap map = known.map;
+    for (std::size_t i = 0; i < map.cells.size(); ++i) {
+      if (is_doubtful(views.sights[i])) {
+        map.cells[i] = Cell::kUnknown;
+      }
+    }
+    hopeful.clearance = clearance_map(std::move(map), known.cap_m);
+  }
+  hopeful.through_unknown = true;
+  hopeful.near.reset();
+  const auto occupied_m = static_cast<float>(body_.radius_m + search.margin_m);
+  for (std::size_t i = 0; i < hopeful.clearance_m.size(); ++i) {
+    hopeful.clearance_m[i] =
+        std::max(hopeful.clearance_m[i], hopeful.clearance.to_occupied_m[i] - occupied_m);
+  }
+  return hopeful;
+}
+
+TargetOutlook Explorer::outlook(const ExploreTarget& target, const DrivableGrid& grid,
+                                const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes,
+                                const std::vector<Vec2>* standing_map) {
+  follow(T_map_keyframes);
+  if (grid.clearance.map.cells.empty()) {
+    return TargetOutlook::kOpen;
+  }
+  const auto* directed = std::get_if<DirectedOptions>(&options_.method);
+  const DirectedOptions defaults;
+  const Views views = this->views(directed != nullptr ? *directed : defaults, grid, T_map_body,
+                                  T_map_keyframes, standing_map);
+  const DrivableGrid hopeful = this->hopeful(views);
+  const TargetCell at = cell_of(target, hopeful);
+  if (!at.cell) {
+    return TargetOutlook::kObstructed;
+  }
+  const Vec2 here = T_map_body.position();
+  if (!hopeful.drivable(hopeful.clearance.column(here), hopeful.clearance.row(here))) {
+    return TargetOutlook::kOpen;  // what stands so close says nothing of the way
+  }
+  const CostField field = flood(options_.search, hopeful, here);
+  return std::isfinite(field.cost_m[static_cast<std::size_t>(*at.cell)]) ? TargetOutlook::kOpen
+                                                                         : TargetOutlook::kNoWay;
+}
+
+// How far it is to the target from everywhere, and of unknown floor only that which a way there may
+// lead over: what is joined to the target without crossing floor that the robot can reach. What has
+// been looked at in vain is not passed, or it would be hoped for for ever.
+void Explorer::look_for_way(Views& views, const ExploreTarget& target) const {
+  DrivableGrid hopeful = this->hopeful(views);
+  const OccupancyMap& map = hopeful.clearance.map;
+  const TargetCell at = cell_of(target, hopeful);
+  constexpr float kNoWay = std::numeric_limits<float>::infinity();
+  views.to_target_m.assign(map.cells.size(), kNoWay);
+  if (!at.cell) {
+    return;
+  }
+  const auto reached = [&](std::size_t i) { return std::isfinite(views.field.cost_m[i]); };
+  const auto target_cell = static_cast<std::size_t>(*at.cell);
+  cv::Mat1b unreached(map.rows, map.columns);
+  for (std::size_t i = 0; i < map.cells.size(); ++i) {
+    if (views.looked_in_vain[i] != 0 && !reached(i) && i != target_cell) {
+      hopeful.clearance_m[i] = -1;
+    }
+    const bool open = hopeful.clearance_m[i] >= 0 || is_wanted(views.sights[i]);
+    unreached.data[i] = open && !reached(i) ? 1 : 0;
+  }
+  const CostField field = flood(options_.search, hopeful, centre_of(map, *at.cell));
+  for (std::size_t i = 0; i < map.cells.size(); ++i) {
+    views.to_target_m[i] = field.cost_m[i] + static_cast<float>(at.beyond_m);
+  }
+  if (reached(target_cell)) {
+    return;
+  }
+  cv::Mat1i label;
+  cv::connectedComponents(unreached, label, 8, CV_32S);
+  const int* const of = label[0];
+  for (std::size_t i = 0; i < map.cells.size(); ++i) {
+    if (views.sights[i] == Sight::kWanted && of[i] != of[target_cell]) {
+      views.sights[i] = Sight::kUnknown;
+    }
+  }
 }
 
 // Of what hides, that which may be another floor.
@@ -428,6 +552,19 @@ void Explorer::mark_doubtful(Views& views, std::span<const Pose2> T_map_keyframe
   }
 }
 
+// Unknown floor in view for the time it takes. With a target the time counts until that is reached,
+// and the floor only as far as it shows where the way goes on: as much as the robot covers shows
+// half of it.
+double Explorer::worth(const Views& views, int cell, double gain_m2, double cost_s) const {
+  const DirectedOptions& o = views.o;
+  if (views.to_target_m.empty()) {
+    return gain_m2 / (cost_s + o.fixed_cost_s);
+  }
+  const double half_m2 = std::numbers::pi * body_.radius_m * body_.radius_m;
+  const double to_target_s = views.to_target_m[static_cast<std::size_t>(cell)] / o.pace_mps;
+  return gain_m2 / (gain_m2 + half_m2) / (cost_s + o.fixed_cost_s + to_target_s);
+}
+
 // The best heading to stand at in a cell.
 std::optional<Explorer::View> Explorer::best_view(const Views& views, int cell,
                                                   std::optional<double> only_heading) const {
@@ -437,7 +574,12 @@ std::optional<Explorer::View> Explorer::best_view(const Views& views, int cell,
   const int width = std::max(1, static_cast<int>(std::floor(wedge_.width_rad / kTwoPi * o.rays)));
   const Vec2 place = map.centre(cell % map.columns, cell / map.columns);
   std::vector<double> gains(rays);
-  cast_rays(o.unknown_depth_m, map, views.sights, views.rays, cell, gains);
+  const double nearer_m = views.only_nearer ? views.to_target_m[static_cast<std::size_t>(cell)]
+                                            : std::numeric_limits<double>::infinity();
+  cast_rays(
+      o.unknown_depth_m, map, views.sights, views.rays, cell,
+      [&](std::size_t seen) { return !views.only_nearer || views.to_target_m[seen] < nearer_m; },
+      gains);
   double all = 0;
   for (const double g : gains) {
     all += g;
@@ -467,7 +609,7 @@ std::optional<Explorer::View> Explorer::best_view(const Views& views, int cell,
     if (tried && sum >= views.least_m2) {
       const double turn_s = std::abs(wrap_angle(heading - arrival_rad)) / o.turn_pace_radps;
       const double cost_s = first_s + drive_s + turn_s;
-      const double worth = sum / (cost_s + o.fixed_cost_s);
+      const double worth = this->worth(views, cell, sum, cost_s);
       if (!found || worth > found->worth) {
         found = View{{{place.x(), place.y(), heading}, true, sum, cost_s}, worth};
       }
@@ -477,8 +619,8 @@ std::optional<Explorer::View> Explorer::best_view(const Views& views, int cell,
   return found;
 }
 
-// Cells to look from, those first that are near. Only places from which unknown floor is in range
-// can show any.
+// Cells to look from, those first that are near, or with a target that it is soonest reached by;
+// and the metres that this takes. Only places from which unknown floor is in range can show any.
 std::vector<std::pair<double, int>> Explorer::places_to_look_from(const Views& views,
                                                                   bool& some_abandoned) const {
   const DrivableGrid& grid = views.grid;
@@ -502,7 +644,10 @@ std::vector<std::pair<double, int>> Explorer::places_to_look_from(const Views& v
         some_abandoned = true;
         continue;
       }
-      candidates.emplace_back(views.field.cost_m[cell], static_cast<int>(cell));
+      const double to_target_m = views.to_target_m.empty() ? 0.0 : views.to_target_m[cell];
+      if (std::isfinite(to_target_m)) {
+        candidates.emplace_back(views.field.cost_m[cell] + to_target_m, static_cast<int>(cell));
+      }
     }
   }
   std::sort(candidates.begin(), candidates.end());
@@ -524,6 +669,9 @@ std::optional<Explorer::View> Explorer::present_view(const Views& views) const {
   if (!std::isfinite(views.field.cost_m[cell])) {
     return std::nullopt;
   }
+  if (!views.to_target_m.empty() && !std::isfinite(views.to_target_m[cell])) {
+    return std::nullopt;
+  }
   std::optional<View> kept = best_view(views, static_cast<int>(cell), pose_map.theta_rad);
   if (kept) {
     kept->goal.pose_map = pose_map;
@@ -531,25 +679,41 @@ std::optional<Explorer::View> Explorer::present_view(const Views& views) const {
   return kept;
 }
 
-ExploreChoice Explorer::choose_directed(const DirectedOptions& o, const DrivableGrid& grid,
-                                        const Pose2& T_map_body,
-                                        std::span<const Pose2> T_map_keyframes,
-                                        const std::vector<Vec2>* standing_map) {
-  ExploreChoice out;
-  const Views views = this->views(o, grid, T_map_body, T_map_keyframes, standing_map);
-  bool some_abandoned = false;
+std::optional<Explorer::View> Explorer::best(const Views& views, bool& some_abandoned) const {
+  const DirectedOptions& o = views.o;
   // No view is worth more than the whole wedge of unknown floor: most of what is farther is ruled
   // out unseen.
   const double most_m2 = 0.5 * wedge_.width_rad * wedge_.far_m * wedge_.far_m;
+  const double most = views.to_target_m.empty() ? most_m2 : 1.0;
   std::optional<View> best;
   for (const auto& [cost_m, cell] : places_to_look_from(views, some_abandoned)) {
-    if (best && most_m2 / (cost_m / o.pace_mps + o.fixed_cost_s) <= best->worth) {
+    if (best && most / (cost_m / o.pace_mps + o.fixed_cost_s) <= best->worth) {
       break;
     }
     const std::optional<View> found = best_view(views, cell, std::nullopt);
     if (found && (!best || found->worth > best->worth)) {
       best = found;
     }
+  }
+  return best;
+}
+
+ExploreChoice Explorer::choose_directed(const DirectedOptions& o, const DrivableGrid& grid,
+                                        const Pose2& T_map_body,
+                                        std::span<const Pose2> T_map_keyframes,
+                                        const std::vector<Vec2>* standing_map,
+                                        const std::optional<ExploreTarget>& target) {
+  ExploreChoice out;
+  Views views = this->views(o, grid, T_map_body, T_map_keyframes, standing_map);
+  bool some_abandoned = false;
+  if (target && !grid.clearance.map.cells.empty()) {
+    look_for_way(views, *target);
+    views.only_nearer = true;
+  }
+  std::optional<View> best = this->best(views, some_abandoned);
+  if (!best && views.only_nearer) {
+    views.only_nearer = false;
+    best = this->best(views, some_abandoned);
   }
   if (!best) {
     out.reason = some_abandoned ? "only places given up are left to look from"

@@ -61,6 +61,19 @@ struct ExploreOptions {
 };
 void bind(Fields& f, ExploreOptions& o);
 
+/// Where a way is looked for, in `map`. It may lie outside all that is known.
+struct ExploreTarget {
+  Vec2 p_map = Vec2::Zero();
+  double tolerance_m = 0.1;  ///< where it cannot be stood on, so near to it is as good
+};
+
+/// What the map says of a target, with unknown floor and doubtful obstacles taken as passable.
+enum class TargetOutlook {
+  kOpen,
+  kObstructed,  ///< something stands there
+  kNoWay        ///< no way leads there from the robot, which has room where it stands
+};
+
 struct ExploreGoal {
   Pose2 pose_map;
   bool heading_matters = false;    ///< turn to the pose's heading on arrival
@@ -86,9 +99,17 @@ class Explorer {
   /// sees, since what may come into view there counts. `standing_map` is what has been found to
   /// stand by its motion: an obstacle far from all of it may be another floor, seen from afar, and
   /// is worth a look from near by. Nothing is where nobody looks for what stands.
+  /// With a target only unknown floor counts that the way there may lead over, and that place is
+  /// the best from which the target is reached soonest if all unknown floor is free.
   ExploreChoice choose(Time now, const DrivableGrid& grid, const Pose2& T_map_body,
                        std::span<const Pose2> T_map_keyframes = {},
-                       const std::vector<Vec2>* standing_map = nullptr);
+                       const std::vector<Vec2>* standing_map = nullptr,
+                       const std::optional<ExploreTarget>& target = std::nullopt);
+
+  /// `grid` and `standing_map` as above.
+  TargetOutlook outlook(const ExploreTarget& target, const DrivableGrid& grid,
+                        const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes = {},
+                        const std::vector<Vec2>* standing_map = nullptr);
 
   /// How far beyond the known map the camera sees.
   double border_m() const { return wedge_.far_m; }
@@ -109,11 +130,16 @@ class Explorer {
 
   ExploreChoice choose_directed(const DirectedOptions& o, const DrivableGrid& grid,
                                 const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes,
-                                const std::vector<Vec2>* standing_map);
+                                const std::vector<Vec2>* standing_map,
+                                const std::optional<ExploreTarget>& target);
   struct Views;
   struct View;  // from a place at a heading
   Views views(const DirectedOptions& o, const DrivableGrid& grid, const Pose2& T_map_body,
               std::span<const Pose2> T_map_keyframes, const std::vector<Vec2>* standing_map);
+  DrivableGrid hopeful(const Views& views) const;
+  void look_for_way(Views& views, const ExploreTarget& target) const;
+  double worth(const Views& views, int cell, double gain_m2, double cost_s) const;
+  std::optional<View> best(const Views& views, bool& some_abandoned) const;
   void mark_doubtful(Views& views, std::span<const Pose2> T_map_keyframes,
                      const std::vector<Vec2>& standing_map) const;
   std::optional<View> best_view(const Views& views, int cell,

@@ -150,14 +150,31 @@ double Driver::speed_limit_mps() const {
                                                             body_.max_accel_mps2));
 }
 
+SearchOptions Driver::search_for_goal() const {
+  SearchOptions search = options_.search;
+  search.goal_tolerance_m = goal_->goal_tolerance_m.value_or(search.goal_tolerance_m);
+  return search;
+}
+
+double Driver::reached_m() const { return goal_->reached_m.value_or(options_.reached_m); }
+
 DrivableGrid Driver::drivable_by_map(const DriveTask& task) const {
+  return grid_by_map(task, blocked_map(task.stamp));
+}
+
+DrivableGrid Driver::drivable_unblocked(const DriveTask& task) const {
+  return grid_by_map(task, {});
+}
+
+DrivableGrid Driver::grid_by_map(const DriveTask& task,
+                                 const std::vector<Vec2>& blocked_map) const {
   OccupancyMap coarse =
       coarsen(*task.map, options_.search.cell_m, std::max(options_.overlay_m, task.border_m));
   if (coarse.cells.empty()) {
     const Vec2 here_map = (task.T_map_odom * task.T_odom_body).position();
     coarse = unknown_around(here_map, options_.overlay_m, coarse.cell_m);
   }
-  for (const Vec2& p : blocked_map(task.stamp)) {
+  for (const Vec2& p : blocked_map) {
     stamp(coarse, p, options_.touched_m);
   }
   return drivable_grid_of_coarse(from_afar(options_.search), body_, std::move(coarse));
@@ -200,7 +217,7 @@ void Driver::plan(const DriveTask& task) {
       past_touched_ = past_touched;
       grid_at_.reset();
     }
-    found = search_path(options_.search, drivable(task), here_map, goal_->pose_map.position());
+    found = search_path(search_for_goal(), drivable(task), here_map, goal_->pose_map.position());
     if (found.path || touched_.empty()) {
       break;
     }
@@ -473,7 +490,7 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
   const Vec2 lookahead_odom = task.T_map_odom.inverse() * lookahead.point;
   out.lookahead_odom = lookahead_odom;
   const double end_m = (path_->points.back() - T_map_body.position()).norm();
-  if (end_m <= options_.reached_m) {
+  if (end_m <= reached_m()) {
     const double turn =
         goal_->heading_matters ? wrap_angle(goal_->pose_map.theta_rad - T_map_body.theta_rad) : 0.0;
     if (std::abs(turn) <= options_.reached_rad) {
@@ -519,7 +536,7 @@ void Driver::drive(const DriveTask& task, std::optional<Time> blocked_since, Dri
   request.longest_cycle_s = reaction_.longest_cycle_s();
   request.lookahead_odom = lookahead_odom;
   request.keep_window = task.keep_window;
-  const double left = std::max(0.0, lookahead.to_go_m - 0.5 * options_.reached_m);
+  const double left = std::max(0.0, lookahead.to_go_m - 0.5 * reached_m());
   const double limit_mps = speed_limit_mps();
   request.speed_limit_mps =
       std::min(limit_mps, std::max(options_.standing_mps, std::sqrt(body_.max_accel_mps2 * left)));
@@ -573,7 +590,7 @@ void Driver::without_path(const DriveTask& task, DriveStep& out) {
   }
   out.state = PilotState::kRecovering;
   const std::optional<Path> by_map =
-      search_path(options_.search, drivable_by_map(task), here_map, goal_->pose_map.position())
+      search_path(search_for_goal(), drivable_by_map(task), here_map, goal_->pose_map.position())
           .path;
   if (by_map && !looked_here(task)) {
     start_look(task, no_path_, out);

@@ -57,6 +57,9 @@ void bind(Fields& f, DriverOptions& o);
 struct DriveGoal {
   Pose2 pose_map;
   bool heading_matters = false;  ///< turn to the pose's heading on arrival
+  /// Instead of the options of these names, for a goal that is no mere place to look from.
+  std::optional<double> goal_tolerance_m = {};
+  std::optional<double> reached_m = {};
 };
 
 /// What the driver is told at one observation.
@@ -123,6 +126,9 @@ class Driver {
   /// The same by the map alone: what passes here and not there is blocked for the moment.
   DrivableGrid drivable_by_map(const DriveTask& task) const;
 
+  /// The same without what was touched and where nothing got on.
+  DrivableGrid drivable_unblocked(const DriveTask& task) const;
+
  private:
   enum class Mode { kDrive, kLook, kRetreat };
 
@@ -145,6 +151,9 @@ class Driver {
 
   void plan(const DriveTask& task);
   DrivableGrid grid_near(const DriveTask& task) const;
+  DrivableGrid grid_by_map(const DriveTask& task, const std::vector<Vec2>& blocked_map) const;
+  SearchOptions search_for_goal() const;
+  double reached_m() const;
   void follow(const DriveTask& task);
   Attempts& attempts_here(const DriveTask& task);
   bool looked_here(const DriveTask& task) const;

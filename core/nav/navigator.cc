@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/nav/navigator.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -28,6 +30,14 @@ ExploreOptions with_search(ExploreOptions options, const SearchOptions& search) 
 
 }  // namespace
 
+void bind(Fields& f, GoalOptions& o) {
+  f("tolerance_m", o.tolerance_m, not_negative);
+  f("reached_m", o.reached_m, positive);
+  f("given_up_m", o.given_up_m, not_negative);
+  f("given_up_s", o.given_up_s, positive);
+  f("patience_s", o.patience_s, not_negative);
+}
+
 void bind(Fields& f, NavigatorOptions& o) {
   f("camera_health", o.slam.camera_health);
   f("localiser", o.slam.localiser);
@@ -35,6 +45,7 @@ void bind(Fields& f, NavigatorOptions& o) {
   f("explore", o.explore);
   f("revisit", o.revisit);
   f("driver", o.driver);
+  f("goals", o.goals);
   f("choose_s", o.choose_s, positive);
   f("looks_in_vain", o.looks_in_vain, at_least(1));
   f("camera_patience_s", o.camera_patience_s, positive);
@@ -44,7 +55,8 @@ void bind(Fields& f, NavigatorOptions& o) {
 }
 
 Navigator::Navigator(const NavigatorOptions& options, const Body& body, const Timing& timing,
-                     Slam& slam, const Rng& rng, StageListener listener)
+                     Slam& slam, const Rng& rng, StageListener listener,
+                     const std::vector<Vec2>& goals_map)
     : options_(options),
       body_(body),
       slam_(slam),
@@ -53,7 +65,11 @@ Navigator::Navigator(const NavigatorOptions& options, const Body& body, const Ti
       explorer_(with_search(options.explore, options.driver.search), body,
                 wedge_of(slam.floor_projection(), slam.rig(), body), rng.fork("explorer")),
       driver_(options.driver, body, timing,
-              wedge_of(slam.floor_projection(), slam.rig(), body).far_m - body.radius_m) {}
+              wedge_of(slam.floor_projection(), slam.rig(), body).far_m - body.radius_m),
+      goals_(goals_map),
+      goals_given_up_(options.goals.given_up_m, options.goals.given_up_s) {
+  next_goal();
+}
 
 std::vector<std::string> Navigator::warnings() const {
   const double limit_mps = driver_.speed_limit_mps();
@@ -69,23 +85,32 @@ std::vector<std::string> Navigator::warnings() const {
 
 void Navigator::choose_goal(const Observation& seen, const SlamStep& at) {
   const bool waited = !chosen_ || to_seconds(at.stamp - *chosen_) >= options_.choose_s;
-  const bool due = waited || at.relaxed || (!goal_ && looks_in_vain_ == 0);
-  if (!due || (goal_ && driver_tries_)) {
+  const bool due = waited || at.relaxed || (!goal_ && looks_in_vain_ == 0 && looks_against_ == 0);
+  if (!due || (goal_ && driver_tries_) || arrived_ || !refusal_.empty()) {
     return;
   }
   chosen_ = at.stamp;
   plan_map_ = slam_.planning_map();
   const DriveTask task = task_of(seen, at);
-  const std::vector<Pose2>& T_map_nodes = slam_.graph().T_map_node;
+  goals_.empty() ? explore(task, at) : pursue(task, at);
+}
+
+ExploreChoice Navigator::choose_view(const DriveTask& task, const SlamStep& at,
+                                     const std::optional<ExploreTarget>& target) {
   const std::optional<std::vector<Vec2>> standing = slam_.standing();
   const std::vector<Vec2>* standing_map = standing ? &*standing : nullptr;
-  ExploreChoice choice =
-      explorer_.choose(at.stamp, driver_.drivable(task), at.T_map_body, T_map_nodes, standing_map);
+  ExploreChoice choice = explorer_.choose(at.stamp, driver_.drivable(task), at.T_map_body,
+                                          task.T_map_keyframes, standing_map, target);
   if (!choice.goal) {
     // By the map alone: what is near may block the way for the moment.
-    choice = explorer_.choose(at.stamp, driver_.drivable_by_map(task), at.T_map_body, T_map_nodes,
-                              standing_map);
+    choice = explorer_.choose(at.stamp, driver_.drivable_by_map(task), at.T_map_body,
+                              task.T_map_keyframes, standing_map, target);
   }
+  return choice;
+}
+
+void Navigator::explore(const DriveTask& task, const SlamStep& at) {
+  const ExploreChoice choice = choose_view(task, at, std::nullopt);
   frontier_reachable_ = choice.frontier_reachable;
   exploring_ = choice.goal.has_value();
   why_no_goal_ = choice.reason;
@@ -96,6 +121,124 @@ void Navigator::choose_goal(const Observation& seen, const SlamStep& at) {
   } else {
     choose_revisit_goal(task, at);
   }
+}
+
+bool Navigator::way_to_goal(const DriveTask& task, const DrivableGrid& grid) const {
+  SearchOptions search = options_.driver.search;
+  search.goal_tolerance_m = options_.goals.tolerance_m;
+  const Vec2 here_map = (task.T_map_odom * task.T_odom_body).position();
+  return search_path(search, grid, here_map, goals_.present().goal_map).path.has_value();
+}
+
+// By the map alone as well: what is near may block the way for the moment.
+bool Navigator::way_to_goal(const DriveTask& task) {
+  return way_to_goal(task, driver_.drivable(task)) ||
+         way_to_goal(task, driver_.drivable_by_map(task));
+}
+
+void Navigator::pursue(const DriveTask& task, const SlamStep& at) {
+  const Vec2 goal_map = goals_.present().goal_map;
+  goals_given_up_.update(
+      at.stamp, [this](const Vec2& p_map) { return plan_map_.at(p_map); }, task.T_map_keyframes);
+  to_goal_ = false;
+  const bool left_alone = goals_given_up_.contains(goal_map);
+  if ((goal_map - at.T_map_body.position()).norm() <= options_.goals.reached_m) {
+    arrived_ = true;
+    goal_.reset();
+  } else if (!left_alone && way_to_goal(task)) {
+    to_goal_ = true;
+    looks_against_ = 0;
+    looks_in_vain_ = 0;
+    blocked_since_.reset();
+    goal_ = DriveGoal{{goal_map.x(), goal_map.y(), 0},
+                      false,
+                      options_.goals.tolerance_m,
+                      options_.goals.reached_m};
+  } else {
+    look_towards_goal(task, at, {goal_map, options_.goals.tolerance_m});
+  }
+}
+
+// Where the map has no way to the goal yet.
+void Navigator::look_towards_goal(const DriveTask& task, const SlamStep& at,
+                                  const ExploreTarget& target) {
+  const auto stand = [&](int& looks, const std::string& why) {
+    goal_.reset();
+    why_no_goal_ = why;
+    if (++looks >= options_.looks_in_vain) {
+      refusal_ = why;
+    }
+  };
+  const DrivableGrid unblocked = driver_.drivable_unblocked(task);
+  const std::optional<std::vector<Vec2>> standing = slam_.standing();
+  const TargetOutlook outlook = explorer_.outlook(
+      target, unblocked, at.T_map_body, task.T_map_keyframes, standing ? &*standing : nullptr);
+  if (outlook != TargetOutlook::kOpen) {
+    stand(looks_against_,
+          outlook == TargetOutlook::kObstructed ? "something stands there" : "no way leads there");
+    return;
+  }
+  looks_against_ = 0;
+  const ExploreChoice choice = choose_view(task, at, target);
+  frontier_reachable_ = choice.frontier_reachable;
+  if (choice.goal) {
+    looks_in_vain_ = 0;
+    blocked_since_.reset();
+    goal_ = DriveGoal{choice.goal->pose_map, choice.goal->heading_matters};
+    return;
+  }
+  if (way_to_goal(task, unblocked)) {
+    blocked_since_ = blocked_since_.value_or(at.stamp);
+    if (to_seconds(at.stamp - *blocked_since_) < options_.goals.patience_s) {
+      looks_in_vain_ = 1;  // and the next look is not at once
+      goal_.reset();
+      why_no_goal_ = "waits for what blocks the way to go";
+      return;
+    }
+    stand(looks_in_vain_, "what blocks the way there does not go");
+    return;
+  }
+  stand(looks_in_vain_,
+        fmt::format("nothing leads there that can be seen from anywhere reachable; it came within "
+                    "{:.2f} m",
+                    nearest_m_));
+}
+
+void Navigator::next_goal() {
+  to_goal_ = false;
+  arrived_ = false;
+  looks_against_ = 0;
+  looks_in_vain_ = 0;
+  refusal_.clear();
+  blocked_since_.reset();
+  nearest_m_ = std::numeric_limits<double>::infinity();
+  goal_.reset();
+  chosen_.reset();
+}
+
+// Ends the present goal where it has come to something and the robot is at rest. True where nothing
+// is left to do.
+bool Navigator::settle(const Observation& seen, const SlamStep& at) {
+  if (goals_.empty() || done_) {
+    return done_;
+  }
+  constexpr double kRest_mps = 0.01;
+  constexpr double kRest_radps = 0.02;
+  goals_.begin(at.stamp);
+  nearest_m_ = std::min(nearest_m_, (goals_.present().goal_map - at.T_map_body.position()).norm());
+  const Twist2& twist = seen.odometry.twist_body;
+  if ((!arrived_ && refusal_.empty()) || std::abs(twist.v_mps) > kRest_mps ||
+      std::abs(twist.w_radps) > kRest_radps) {
+    return false;
+  }
+  if (arrived_) {
+    goals_.reach(at.stamp);
+  } else {
+    goals_.refuse(at.stamp, refusal_);
+  }
+  next_goal();
+  done_ = goals_.done();
+  return done_;
 }
 
 // The keyframes, and how uncertain they are seen from here. By one path through the graph first;
@@ -231,11 +374,13 @@ void Navigator::drive(const Observation& seen, const SlamStep& at, PilotStep& st
   driver_tries_ = driven.no_path || driven.state == PilotState::kRecovering;
   step.command_body = driven.command_body;
   step.state = driven.state;
-  step.reason = goal_ ? driven.reason : why_no_goal_;
+  step.reason = goal_ ? driven.reason : arrived_ ? "stops at the goal" : why_no_goal_;
   step.lookahead_odom = driven.lookahead_odom;
   step.window = std::move(driven.window);
   if (driven.goal_reached || driven.goal_given_up) {
-    if (revisit_.empty()) {
+    if (to_goal_) {
+      end_at_goal(driven, task);
+    } else if (revisit_.empty()) {
       if (driven.goal_reached) {
         explorer_.reached();
       } else {
@@ -250,6 +395,17 @@ void Navigator::drive(const Observation& seen, const SlamStep& at, PilotStep& st
   }
 }
 
+// A goal that the map has a way to all the same is left alone for a while.
+void Navigator::end_at_goal(const DriveStep& driven, const DriveTask& task) {
+  arrived_ = driven.goal_reached;
+  if (driven.goal_given_up && way_to_goal(task)) {
+    const Vec2 goal_map = goals_.present().goal_map;
+    goals_given_up_.add(
+        task.stamp, {goal_map.x(), goal_map.y(), 0},
+        [this](const Vec2& p_map) { return plan_map_.at(p_map); }, task.T_map_keyframes);
+  }
+}
+
 PilotStep Navigator::step(const Observation& seen, const SlamStep& at) {
   PilotStep step;
   if (!at.passed_over.empty()) {
@@ -259,6 +415,7 @@ PilotStep Navigator::step(const Observation& seen, const SlamStep& at) {
   }
   step.frontier_reachable = frontier_reachable_;
   step.mapped_free_m2 = plan_map_.area_m2(Cell::kFree);
+  step.goals = goals_.all();
   return step;
 }
 
@@ -271,11 +428,11 @@ void Navigator::plan(const Observation& seen, const SlamStep& at, PilotStep& ste
       stand(seen, at, step);
     } else if (!slam_.looked_at_floor()) {
       step.reason = "waits for the first pictures";
-    } else if (!slam_.keyframes().empty() && !done_) {
+    } else if (!slam_.keyframes().empty() && !settle(seen, at)) {
       choose_goal(seen, at);
       drive(seen, at, step);
     } else if (done_) {
-      step.reason = "nothing is left to explore";
+      step.reason = goals_.empty() ? "nothing is left to explore" : "no goal is left";
     }
   }
   if (!at.cameras_told.empty() && !step.camera_lost) {

@@ -11,19 +11,33 @@
 #include "core/camera/observation.h"
 #include "core/config/fields.h"
 #include "core/explore/explorer.h"
+#include "core/explore/given_up.h"
 #include "core/explore/revisit.h"
 #include "core/geometry/body.h"
 #include "core/nav/driver.h"
+#include "core/nav/goal_list.h"
 #include "core/nav/pilot_step.h"
 #include "core/nav/slam.h"
 
 namespace panoptes {
+
+/// How the places are driven to that it is told.
+struct GoalOptions {
+  double tolerance_m = 0.06;  ///< a goal that cannot be stood on is moved by at most this and half
+                              ///< a cell's diagonal of the search
+  double reached_m = 0.04;  ///< nearer than the driver's: what is left over is the map's error
+  double given_up_m = 0.3;  ///< around a goal that the driver gave up,
+  double given_up_s = 30;   ///< and for so long at least, doubled every time
+  double patience_s = 20;   ///< for what blocks a way that the map knows to go
+};
+void bind(Fields& f, GoalOptions& o);
 
 struct NavigatorOptions {
   SlamOptions slam;
   ExploreOptions explore;
   RevisitOptions revisit;
   DriverOptions driver;
+  GoalOptions goals;
   double choose_s = 1.5;          ///< between two looks for a better goal
   int looks_in_vain = 3;          ///< in a row are the end: the map settles for a moment after the
                                   ///< last goal, so that one without a goal is not
@@ -35,22 +49,27 @@ struct NavigatorOptions {
 void bind(Fields& f, NavigatorOptions& o);
 
 /// Chooses where to go and drives there (thesis 6.3.5): explores what slam maps, then drives
-/// earlier paths again where loop closures are due. Equal steps of slam give equal steps, bit for
+/// earlier paths again where loop closures are due. Told where to drive, it drives there in turn
+/// instead: where the map has no way it explores towards the goal, and a goal that nothing leads to
+/// is refused at a stand. Equal steps of slam give equal steps, bit for
 /// bit. Knows no clock, no file and no truth. While a camera is lost that the floor is mapped by,
 /// it stands and chooses nothing; so it does where the odometry tells nothing.
 class Navigator {
  public:
   /// `slam` outlives it, and has stepped before each of its steps.
   Navigator(const NavigatorOptions& options, const Body& body, const Timing& timing, Slam& slam,
-            const Rng& rng, StageListener listener = {});
+            const Rng& rng, StageListener listener = {}, const std::vector<Vec2>& goals_map = {});
 
   /// What the user ought to know before it drives, in words: a top speed that it will not drive at.
   std::vector<std::string> warnings() const;
 
   PilotStep step(const Observation& seen, const SlamStep& at);
 
-  /// Nothing is left to explore or worth driving again.
+  /// Nothing is left to explore or worth driving again, or every goal is reached or refused.
   bool done() const { return done_; }
+
+  /// What has become of the goals that it was told.
+  const std::vector<GoalProgress>& goals() const { return goals_.all(); }
 
   /// A camera that it steers by has been lost for longer than it waits, in words; else empty.
   const std::string& lost_cameras() const { return lost_cameras_; }
@@ -61,6 +80,16 @@ class Navigator {
   void stand(const Observation& seen, const SlamStep& at, PilotStep& step);
   DriveTask task_of(const Observation& seen, const SlamStep& at) const;
   void choose_goal(const Observation& seen, const SlamStep& at);
+  ExploreChoice choose_view(const DriveTask& task, const SlamStep& at,
+                            const std::optional<ExploreTarget>& target);
+  void explore(const DriveTask& task, const SlamStep& at);
+  void pursue(const DriveTask& task, const SlamStep& at);
+  void look_towards_goal(const DriveTask& task, const SlamStep& at, const ExploreTarget& target);
+  bool way_to_goal(const DriveTask& task, const DrivableGrid& grid) const;
+  bool way_to_goal(const DriveTask& task);
+  bool settle(const Observation& seen, const SlamStep& at);
+  void end_at_goal(const DriveStep& driven, const DriveTask& task);
+  void next_goal();
   std::vector<VisitedPose> visited(const SlamStep& at) const;
   bool begin_revisit(const DriveTask& task, const SlamStep& at,
                      const std::vector<VisitedPose>& visited, bool only_due);
@@ -89,6 +118,15 @@ class Navigator {
   int revisits_ = 0;
   int looks_in_vain_ = 0;       // choices in a row that found nothing left to do
   std::vector<int> revisited_;  // keyframes of stretches that were driven again
+
+  GoalList goals_;
+  GivenUp goals_given_up_;
+  bool to_goal_ = false;   // goal_ is the present one of goals_, else a place to look from
+  bool arrived_ = false;   // and comes to rest there
+  int looks_against_ = 0;  // choices in a row by which nothing leads to it
+  std::string refusal_;    // why it is refused as soon as the robot is at rest
+  std::optional<Time> blocked_since_;  // the way to it that the map knows
+  double nearest_m_ = 0;               // it came to it
 };
 
 }  // namespace panoptes

@@ -113,29 +113,6 @@ CostField search(const SearchOptions& options, const DrivableGrid& grid, const V
   return field;
 }
 
-/// The drivable cell nearest to `p`, within `tolerance_m`.
-std::optional<int> nearest_drivable(const DrivableGrid& grid, const Vec2& p, double tolerance_m) {
-  const OccupancyMap& map = grid.clearance.map;
-  const int middle_column = grid.clearance.column(p);
-  const int middle_row = grid.clearance.row(p);
-  const int range = static_cast<int>(std::ceil(tolerance_m / map.cell_m));
-  std::optional<int> best;
-  double best_m = tolerance_m + 0.5 * kDiagonal * map.cell_m;
-  for (int row = middle_row - range; row <= middle_row + range; ++row) {
-    for (int column = middle_column - range; column <= middle_column + range; ++column) {
-      if (!grid.drivable(column, row)) {
-        continue;
-      }
-      const double d = (map.centre(column, row) - p).norm();
-      if (d < best_m) {
-        best_m = d;
-        best = static_cast<int>(grid.clearance.index(column, row));
-      }
-    }
-  }
-  return best;
-}
-
 // About the cells that a finer map counts in.
 struct Box {
   int low_column;
@@ -294,6 +271,28 @@ std::vector<Vec2> path_to(const DrivableGrid& grid, const CostField& field, int 
   }
   std::reverse(path.begin(), path.end());
   return path;
+}
+
+std::optional<int> nearest_drivable(const DrivableGrid& grid, const Vec2& p, double tolerance_m) {
+  const OccupancyMap& map = grid.clearance.map;
+  const int middle_column = grid.clearance.column(p);
+  const int middle_row = grid.clearance.row(p);
+  const int range = static_cast<int>(std::ceil(tolerance_m / map.cell_m));
+  std::optional<int> best;
+  double best_m = tolerance_m + 0.5 * kDiagonal * map.cell_m;
+  for (int row = middle_row - range; row <= middle_row + range; ++row) {
+    for (int column = middle_column - range; column <= middle_column + range; ++column) {
+      if (!grid.drivable(column, row)) {
+        continue;
+      }
+      const double d = (map.centre(column, row) - p).norm();
+      if (d < best_m) {
+        best_m = d;
+        best = static_cast<int>(grid.clearance.index(column, row));
+      }
+    }
+  }
+  return best;
 }
 
 PathSearch search_path(const SearchOptions& options, const DrivableGrid& grid, const Vec2& start,

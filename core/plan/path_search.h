@@ -90,6 +90,10 @@ struct PathSearch {
   std::string reason;  ///< why there is no path
 };
 
+/// The drivable cell nearest to `p` among those whose centre is not farther than this and half a
+/// cell's diagonal; its index.
+std::optional<int> nearest_drivable(const DrivableGrid& grid, const Vec2& p, double tolerance_m);
+
 /// The cheapest path for a disc over known free cells (A*, eight neighbours, steps cost more where
 /// it is narrow, so that paths keep to the middle). Start, goal and map share a frame.
 PathSearch search_path(const SearchOptions& options, const DrivableGrid& grid, const Vec2& start,
