@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/mission/mission.h"
+#include "apps/report/goal_figures.h"
 #include "apps/report/platform_figures.h"
 #include "apps/report/run_files.h"
 #include "core/base/error.h"
@@ -63,6 +64,9 @@ void take_metrics(const Json& metrics, FinishedRun& run) {
         time_at(metrics["replay"].at("commands_diverged_at_s").get<double>());
   }
   run.last_step = time_at(metrics.at("run_s").get<double>());
+  if (metrics.contains("goals")) {
+    run.goals = goals_from(metrics["goals"]);
+  }
   if (metrics.contains("exploration") && metrics["exploration"].contains("end_delay_s")) {
     run.end_delay = from_seconds(metrics["exploration"]["end_delay_s"].get<double>());
   }

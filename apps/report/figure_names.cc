@@ -83,7 +83,8 @@ std::vector<std::string> with_cameras(const std::vector<std::string>& cameras) {
 bool is_word(const std::string& figure) {
   const std::array<std::string_view, 7> kWords{"schema",  "command", "version",   "mission",
                                                "outcome", "fault",   "end_reason"};
-  return std::find(kWords.begin(), kWords.end(), figure) != kWords.end();
+  return std::find(kWords.begin(), kWords.end(), figure) != kWords.end() ||
+         fits(figure, "goals.*.why");
 }
 
 }  // namespace
@@ -179,6 +180,17 @@ const std::vector<std::string>& figure_names() {
       "map.obstacle_recall",
       "map.leaked_m2",
       "map.leaked_share",
+      "goals.*.x_m",
+      "goals.*.y_m",
+      "goals.*.reached",
+      "goals.*.refused",
+      "goals.*.why",
+      "goals.*.began_s",
+      "goals.*.time_s",
+      "goals.*.moved_m",
+      "goals.*.path_m",
+      "goals.*.shortest_m",
+      "goals.*.true_error_m",
       "exploration.t50_s",
       "exploration.t90_s",
       "exploration.t97_s",

@@ -16,6 +16,7 @@
 #include "core/geometry/pose2.h"
 #include "core/loops/closure.h"
 #include "core/map/occupancy.h"
+#include "core/nav/pilot_step.h"
 #include "core/vision/camera_health.h"
 
 namespace panoptes {
@@ -67,6 +68,7 @@ struct FinishedRun {
   std::vector<Frame> frames;
   std::vector<Snapshot> snapshots;
   std::vector<std::pair<Time, ClosureReport>> closures;  ///< accepted and rejected
+  std::vector<GoalProgress> goals;  ///< that it was told to drive to, as it says itself
   Time last_step{};
   std::optional<Duration> end_delay;  ///< from the last frontier to the end
 };

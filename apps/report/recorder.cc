@@ -79,6 +79,9 @@ void Recorder::add(const Observation& seen, const SlamStep& at, const PilotStep&
   if (!next_snapshot_) {
     next_snapshot_ = seen.stamp + kSnapshotEvery;
   }
+  if (!step.goals.empty()) {
+    run_.goals = step.goals;
+  }
   if (step.frontier_reachable) {
     last_frontier_ = seen.stamp;
   }

@@ -63,6 +63,12 @@ bool is_of_driving(const std::string& figure) {
          kOfDriving.end();
 }
 
+/// Figures that a robot which drives to goals does not work for.
+bool is_of_exploring(const std::string& figure) {
+  return figure == "map.coverage" || figure == "map.mapped_free_m2" ||
+         figure.starts_with("exploration.");
+}
+
 struct Judged {
   Json lines = Json::array();  ///< `pass` is null where a line is not judged
   int broken = 0;
@@ -79,6 +85,9 @@ Judged judge(const std::vector<Requirement>& requirements, const Json& metrics,
     Json line{{"require", requirement.text}};
     if (value != nullptr && value->is_number()) {
       pass = holds(requirement, value->get<double>());
+      line["value"] = *value;
+    } else if (value != nullptr && value->is_boolean()) {
+      pass = holds(requirement, value->get<bool>() ? 1.0 : 0.0);
       line["value"] = *value;
     } else if (value != nullptr && value->is_string()) {
       pass = holds(requirement, value->get<std::string>());
@@ -133,10 +142,14 @@ std::string outcome_of(const FinishedRun& run, const RunFindings& f) {
   if (f.known == nullptr || !is_driven(run) || run.end.outcome != "completed") {
     return run.end.outcome;
   }
+  const bool all_there = std::all_of(f.goals.begin(), f.goals.end(), [](const GoalFigures& goal) {
+    return goal.reached || !goal.said_reached;
+  });
   const Truth& truth = f.known->truth;
   return f.known->touches_known && collisions(truth) > 0        ? "collision"
          : ends_stuck(truth.poses, goals_set(run, truth.poses)) ? "stuck"
-                                                                : "completed";
+         : all_there                                            ? "completed"
+                                                                : "failed";
 }
 
 void put_drive(Json& metrics, const FinishedRun& run, const RunFindings& f) {
@@ -397,6 +410,9 @@ Json figures(const FinishedRun& run, const RunFindings& f,
   metrics["map"] = map_json(run, f);
   if (is_driven(run)) {
     metrics["exploration"] = exploration_json(run, f);
+    if (!f.goals.empty()) {
+      metrics["goals"] = goals_json(f.goals);
+    }
   }
   for (const auto& [name, report] : run.end.cameras) {
     metrics["cameras"][name] = {{"missing", report.missing},
@@ -473,6 +489,11 @@ std::vector<std::string> summary_of(const FinishedRun& run, const RunFindings& f
               std::to_string(run.result.keyframes.size()) + " keyframes, " +
               loops["accepted"].dump() + " loops closed" +
               (f.known != nullptr ? ", " + loops["false"].dump() + " wrong" : ""));
+  if (is_driven(run)) {
+    for (std::size_t i = 0; i < f.goals.size(); ++i) {
+      s.push_back(goal_line(i + 1, f.goals[i]));
+    }
+  }
   s.push_back(map_line(f));
   if (metrics.contains("trajectory")) {
     s.push_back(position_line(metrics));
@@ -496,8 +517,9 @@ std::vector<std::string> summary_of(const FinishedRun& run, const RunFindings& f
               fixed(metrics.value("peak_memory_mb", 0.0), 0) + " MB");
   if (!judged.unjudged.empty()) {
     s.push_back("not judged: " + joined(judged.unjudged) +
-                (run.info.judged ? " (figures that driving decides)"
-                                 : " (it is not for what this command does)"));
+                (is_driven(run) && !run.goals.empty() ? " (figures that exploring decides)"
+                 : run.info.judged                    ? " (figures that driving decides)"
+                                                      : " (it is not for what this command does)"));
   }
   for (std::size_t i = 0; i < run.info.require.size(); ++i) {
     const Json& line = judged.lines[i];
@@ -559,6 +581,8 @@ RunFindings find_out(const FinishedRun& run, const RunTruth* known) {
       f.reachable = reachable_floor(truth.body, true_start.position());
     }
   }
+  f.goals = goal_figures(run, f.known != nullptr ? &known->truth : nullptr, f.T_scene_map,
+                         f.reachable ? &*f.reachable : nullptr);
   const auto sample = [&](Time stamp, double mapped_m2, const OccupancyMap* map) {
     CoverageSample s{stamp, mapped_m2, std::nullopt};
     if (f.reachable && map != nullptr) {
@@ -586,7 +610,8 @@ RunVerdict judge_run(const FinishedRun& run, const RunFindings& findings,
     }
   }
   const Judged judged = judge(run.info.require, metrics, [&](const Requirement& requirement) {
-    return run.info.judged && (is_driven(run) || !is_of_driving(requirement.figure));
+    return run.info.judged && (is_driven(run) || !is_of_driving(requirement.figure)) &&
+           (run.goals.empty() || !is_of_exploring(requirement.figure));
   });
   metrics["requirements"] = judged.lines;
   const auto outcome = metrics["outcome"].get<std::string>();

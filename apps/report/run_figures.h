@@ -8,6 +8,7 @@
 
 #include "apps/recognition/recognition_study.h"
 #include "apps/report/finished_run.h"
+#include "apps/report/goal_figures.h"
 #include "core/eval/coverage.h"
 #include "core/eval/truth.h"
 
@@ -31,6 +32,7 @@ struct RunFindings {
   std::vector<double> path_m;  ///< path length up to each keyframe, by odometry without truth
   std::vector<ClosureReport> closures;
   std::optional<TruthLayer> reachable;
+  std::vector<GoalFigures> goals;        ///< one per goal of the run
   std::vector<CoverageSample> coverage;  ///< the last one of the finished map
 
   /// Every sample has a share, so that when it passed another one is known.

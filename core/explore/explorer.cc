@@ -452,8 +452,8 @@ TargetOutlook Explorer::outlook(const ExploreTarget& target, const DrivableGrid&
 }
 
 // How far it is to the target from everywhere, and of unknown floor only that which a way there may
-// lead over: what is joined to the target without crossing floor that the robot can reach. What has
-// been looked at in vain is not passed, or it would be hoped for for ever.
+// lead over: what is joined to the target without crossing floor that the robot can reach. Ways
+// over what has been looked at in vain come last.
 void Explorer::look_for_way(Views& views, const ExploreTarget& target) const {
   DrivableGrid hopeful = this->hopeful(views);
   const OccupancyMap& map = hopeful.clearance.map;
@@ -467,11 +467,11 @@ void Explorer::look_for_way(Views& views, const ExploreTarget& target) const {
   const auto target_cell = static_cast<std::size_t>(*at.cell);
   cv::Mat1b unreached(map.rows, map.columns);
   for (std::size_t i = 0; i < map.cells.size(); ++i) {
-    if (views.looked_in_vain[i] != 0 && !reached(i) && i != target_cell) {
-      hopeful.clearance_m[i] = -1;
-    }
     const bool open = hopeful.clearance_m[i] >= 0 || is_wanted(views.sights[i]);
     unreached.data[i] = open && !reached(i) ? 1 : 0;
+    if (views.looked_in_vain[i] != 0 && !reached(i)) {
+      hopeful.clearance_m[i] = std::min(hopeful.clearance_m[i], 0.0F);
+    }
   }
   const CostField field = flood(options_.search, hopeful, centre_of(map, *at.cell));
   for (std::size_t i = 0; i < map.cells.size(); ++i) {

@@ -37,8 +37,8 @@ std::string mission_with(const std::string& world) {
 class RunApp : public ScratchTest {};
 
 TEST_F(RunApp, EverySubcommandHasHelpWithAnExample) {
-  for (const char* subcommand : {"explore", "teleop", "serve", "record", "trials", "loops", "relax",
-                                 "render", "check", "doctor"}) {
+  for (const char* subcommand : {"explore", "navigate", "teleop", "serve", "record", "trials",
+                                 "loops", "relax", "render", "check", "doctor"}) {
     const Said said = run_here({subcommand, "--help"});
     EXPECT_EQ(said.status, 0);
     EXPECT_THAT(said.out, HasSubstr(std::string("Example: panoptes ") + subcommand));
@@ -64,6 +64,28 @@ TEST_F(RunApp, BadUsageIsOneLineAndStatus2) {
   EXPECT_EQ(said.status, 2);
   EXPECT_EQ(said.err,
             "panoptes: --seed: must not be negative, got -1; see panoptes explore --help\n");
+}
+
+TEST_F(RunApp, GoalsThatAreNonePointsAreStatus2) {
+  const std::string out = (folder_ / "out").string();
+  const auto told = [&](const std::string& goals) {
+    const Said said = run_here({"navigate", kOffice, "--goals", goals, "--out", out});
+    EXPECT_EQ(said.status, 2) << goals;
+    EXPECT_FALSE(fs::exists(out));
+    return said.err;
+  };
+  EXPECT_EQ(told(""),
+            "--goals: must name a place at least: x,y in metres, as in --goals '2,1; 4,3'\n");
+  EXPECT_EQ(told("1,0; 2"), "--goals: goal 2 must be x,y in metres, got '2'\n");
+  EXPECT_EQ(told("1,2,3"), "--goals: goal 1 must be x,y in metres, got '1,2,3'\n");
+  EXPECT_EQ(told("a,b"), "--goals: goal 1 must be x,y in metres, got 'a,b'\n");
+  EXPECT_EQ(told("1,0;"), "--goals: goal 2 must be x,y in metres, got ''\n");
+  for (const std::string far : {"nan,1", "inf,1", "1,-20000", "1e300,0"}) {
+    EXPECT_EQ(told(far),
+              "--goals: goal 1 must lie within 10000 m of the start, got '" + far + "'\n");
+  }
+  EXPECT_EQ(run_here({"navigate", kOffice}).err,
+            "panoptes: --goals is required; see panoptes navigate --help\n");
 }
 
 TEST_F(RunApp, AMissingMissionIsStatus2) {
@@ -104,6 +126,7 @@ TEST_F(RunApp, EveryCommandGivesStatus2ForAFileThatIsNotThere) {
   for (const std::vector<std::string>& words :
        std::vector<std::vector<std::string>>{{"explore", none},
                                              {"record", none},
+                                             {"navigate", none, "--goals", "1,0"},
                                              {"teleop", none},
                                              {"serve", none},
                                              {"trials", none},

@@ -100,13 +100,14 @@ TEST(Mission, RefusesARigWithoutTheCameraARoleNeeds) {
 // A mission is refused by what the line of its pilot in apps/CMakeLists.txt says, not by its name.
 TEST(Mission, EveryPilotSaysWhatItCannotDriveWithout) {
   EXPECT_TRUE(needs_of(Drive<"navigator">()).slam);
+  EXPECT_TRUE(needs_of(Drive<"goals">()).slam);
   EXPECT_TRUE(needs_of(Drive<"route">()).truth);
   EXPECT_TRUE(needs_of(Drive<"teleop">()).terminal);
   const DriveNeeds none = needs_of(Drive<"none">());
   EXPECT_FALSE(none.slam || none.truth || none.terminal);
   constexpr DriveNeeds kTwo = all_of(DriveNeed::kTerminal, DriveNeed::kSlam);
   EXPECT_TRUE(kTwo.slam && kTwo.terminal && !kTwo.truth);
-  EXPECT_EQ(drives_on_any_robot(true), "navigator or teleop or none");
+  EXPECT_EQ(drives_on_any_robot(true), "navigator or goals or teleop or none");
   EXPECT_EQ(drives_on_any_robot(false), "teleop or none");
 }
 
@@ -239,8 +240,22 @@ TEST(Mission, RefusesWhatIsOutOfRange) {
       testing::UnorderedElementsAre(
           "--set until.duration_s: must be from 0.001 to 1e+08, got -1",
           "--set seed: must be a whole number, got 1.5",
-          "--set drive: must be one of navigator, route, teleop, none, got wheel",
+          "--set drive: must be one of navigator, goals, route, teleop, none, got wheel",
           "--set platform.kind: platform: must be one of simulated, recorded, pioneer, got p3dx"));
+}
+
+TEST(Mission, NamesGoalsToDriveTo) {
+  const auto mission = load_mission<ExploreMission>(
+      kOffice, {"drive={goals: [{x_m: 1.5, y_m: -2}, {x_m: 0, y_m: 0}]}"});
+  const auto& drive = std::get<Drive<"goals">>(mission.drive);
+  ASSERT_EQ(drive.points.size(), 2U);
+  EXPECT_EQ(drive.points[0].x_m, 1.5);
+  EXPECT_EQ(drive.points[0].y_m, -2);
+  const auto again = read_settings_text<ExploreMission>(write_settings(mission), "mission.yaml");
+  EXPECT_EQ(write_settings(again), write_settings(mission));
+  EXPECT_THAT(faults({"drive=goals"}),
+              testing::ElementsAre(testing::HasSubstr("must hold at least one place")));
+  EXPECT_THAT(faults({"drive={goals: [{x_m: 1}, {x_m: .nan, y_m: 20000}]}"}), testing::SizeIs(3));
 }
 
 TEST(Mission, TellsWhatAPioneerLacks) {

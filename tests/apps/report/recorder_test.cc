@@ -161,7 +161,9 @@ class RecorderTest : public ScratchTest {
     for (std::size_t i = 0; i < run_.seen.size(); ++i) {
       {
         const TimedStage stage(clock, "step");
-        recorder.add(run_.seen[i], run_.slam[i], run_.steps[i]);
+        PilotStep step = run_.steps[i];
+        step.goals = goals_;
+        recorder.add(run_.seen[i], run_.slam[i], step);
       }
       if (recorder.snapshot_due(run_.seen[i].stamp)) {
         const double share = std::min(1.0, static_cast<double>(i) / 260);
@@ -185,6 +187,7 @@ class RecorderTest : public ScratchTest {
   }
 
   static const MadeUpRun run_;
+  std::vector<GoalProgress> goals_;
   std::optional<Rig> believed_;
   std::optional<RigEstimate> learned_;
 };
@@ -273,6 +276,72 @@ TEST_F(RecorderTest, WritesTheFigures) {
   EXPECT_TRUE(m["timing_cpu_ms"]["step"].contains("mean"));
   EXPECT_TRUE(m["timing_cpu_ms"]["step"].contains("p99"));
   EXPECT_GT(m["peak_memory_mb"], 1);
+}
+
+// Along the first side of the rectangle, 6 m in 15 s; its last robot does not stand.
+std::vector<GoalProgress> made_up_goals() {
+  GoalProgress first;
+  first.goal_map = {5.9, 0.1};
+  first.state = GoalProgress::State::kReached;
+  first.began = time_at(0);
+  first.ended = time_at(14.75);
+  GoalProgress second;
+  second.goal_map = {3, 2};
+  second.state = GoalProgress::State::kRefused;
+  second.why = "something stands there";
+  second.began = time_at(14.75);
+  second.ended = time_at(20);
+  GoalProgress third;
+  third.goal_map = {1, 1};
+  return {first, second, third};
+}
+
+TEST_F(RecorderTest, WritesWhatHasBecomeOfEachGoal) {
+  goals_ = made_up_goals();
+  Truth truth = run_.truth;
+  truth.poses[59].twist_body = {};
+  const RunReport report =
+      record(folder_ / "run", truth, {"map.coverage > 2", "goals.0.reached == 1"},
+             {"goal_unreachable", "goal 2: something stands there"});
+  EXPECT_EQ(report.exit_status, 1);
+  const json m = metrics(folder_ / "run");
+  EXPECT_EQ(m["outcome"], "goal_unreachable");
+  EXPECT_EQ(m["requirements"][0]["pass"], nullptr) << "nobody explores";
+  EXPECT_EQ(m["requirements"][1]["pass"], true);
+  const json& first = m["goals"][0];
+  EXPECT_EQ(first["x_m"], 5.9);
+  EXPECT_EQ(first["reached"], true);
+  EXPECT_EQ(first["refused"], false);
+  EXPECT_EQ(first["time_s"], 14.75);
+  EXPECT_NEAR(first["moved_m"].get<double>(), 5.9, kRoundoff);
+  EXPECT_EQ(first["path_m"], first["moved_m"]);
+  EXPECT_NEAR(first["shortest_m"].get<double>(), std::hypot(5.9, 0.1), 0.03);
+  EXPECT_NEAR(first["true_error_m"].get<double>(), 0.1, kRoundoff);
+  const json& second = m["goals"][1];
+  EXPECT_EQ(second["reached"], false);
+  EXPECT_EQ(second["refused"], true);
+  EXPECT_EQ(second["why"], "something stands there");
+  EXPECT_FALSE(second.contains("path_m"));
+  EXPECT_FALSE(second.contains("shortest_m")) << "it is in the table";
+  EXPECT_EQ(m["goals"][2],
+            json({{"x_m", 1.0}, {"y_m", 1.0}, {"reached", false}, {"refused", false}}));
+  EXPECT_THAT(report.summary, testing::IsSupersetOf(
+                                  {testing::StartsWith("goal 1 (5.90, 0.10): reached after 14.8 s"),
+                                   testing::Eq("goal 2 (3.00, 2.00): refused after 5.2 s: "
+                                               "something stands there"),
+                                   testing::Eq("goal 3 (1.00, 1.00): not begun")}));
+}
+
+TEST_F(RecorderTest, AGoalThatTheTruthDoesNotBearOutIsNotReached) {
+  goals_ = {made_up_goals().front()};
+  const RunEnd end{"completed", "goals_done"};
+  EXPECT_EQ(record(folder_ / "moves", run_.truth, {}, end).exit_status, 1);
+  EXPECT_EQ(metrics(folder_ / "moves")["outcome"], "failed");
+  EXPECT_EQ(metrics(folder_ / "moves")["goals"][0]["reached"], false) << "it drives by";
+  EXPECT_EQ(record(folder_ / "unknown", std::nullopt, {}, end).exit_status, 0);
+  const json m = metrics(folder_ / "unknown");
+  EXPECT_EQ(m["goals"][0]["reached"], true) << "by what it says itself";
+  EXPECT_FALSE(m["goals"][0].contains("true_error_m"));
 }
 
 TEST_F(RecorderTest, TellsHowTruthAndBeliefDiffer) {

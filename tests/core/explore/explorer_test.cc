@@ -126,6 +126,87 @@ TEST(Explorer, WhatIsInViewOfARobotThatDrivesHasBeenLookedAt) {
   EXPECT_TRUE(looks({{4.2, 2, 3.1}, {4.5, 2, 3.1}, {4.8, 2, 3.1}, {5.1, 2, 3.1}})) << "away";
 }
 
+/// A room of 6 x 4 m whose east wall has not been seen, nor what is left and right of two openings
+/// in the north and in the south wall.
+OccupancyMap with_two_openings() {
+  OccupancyMap map = test::empty_room(6, 4, 0.01);
+  test::fill(map, 0.3, 3.9, 1.5, 4, Cell::kUnknown);
+  test::fill(map, 4.5, 0, 5.7, 0.1, Cell::kUnknown);
+  return map;
+}
+
+TEST(Explorer, LooksWhereTheWayToATargetMayLead) {
+  const DrivableGrid grid = grid_of(with_two_openings());
+  const Pose2 T_map_body{3, 2, 0};
+  const ExploreChoice north =
+      make_explorer().choose(Time(), grid, T_map_body, {}, nullptr, ExploreTarget{{1, 6}});
+  ASSERT_TRUE(north.goal) << north.reason;
+  EXPECT_GT(north.goal->pose_map.theta_rad, 0);
+  EXPECT_LT(north.goal->pose_map.x_m, 3);
+  const ExploreChoice south =
+      make_explorer().choose(Time(), grid, T_map_body, {}, nullptr, ExploreTarget{{5, -2}});
+  ASSERT_TRUE(south.goal) << south.reason;
+  EXPECT_LT(south.goal->pose_map.theta_rad, 0);
+  EXPECT_GT(south.goal->pose_map.x_m, 3);
+}
+
+TEST(Explorer, LooksTowardsATargetThatLiesFarOutsideTheMap) {
+  const DrivableGrid grid = grid_of(half_known());
+  const Pose2 T_map_body{1, 2, deg_to_rad(180)};
+  const ExploreTarget far{{5000, -3000}};
+  EXPECT_EQ(make_explorer().outlook(far, grid, T_map_body), TargetOutlook::kOpen);
+  const ExploreChoice choice = make_explorer().choose(Time(), grid, T_map_body, {}, nullptr, far);
+  ASSERT_TRUE(choice.goal) << choice.reason;
+  EXPECT_LT(std::abs(choice.goal->pose_map.theta_rad), deg_to_rad(90));
+}
+
+// Of two unknown patches in a room, each of which shows enough, that alone counts in which the
+// target is: the other cannot be on the way.
+TEST(Explorer, LeavesUnknownFloorAloneThatNoWayToTheTargetLeadsOver) {
+  OccupancyMap map = test::empty_room(8, 4, 0.01);
+  test::fill(map, 2, 1, 3, 3, Cell::kUnknown);
+  test::fill(map, 6.5, 1, 7.5, 3, Cell::kUnknown);
+  const ExploreChoice choice =
+      make_explorer().choose(Time(), grid_of(map), {1, 2, 0}, {}, nullptr, ExploreTarget{{7, 2}});
+  ASSERT_TRUE(choice.goal) << choice.reason;
+  EXPECT_GT(choice.goal->pose_map.x_m, 3);
+}
+
+TEST(Explorer, StopsLookingForAWayThatNeverComesIntoView) {
+  Explorer explorer = make_explorer();
+  const OccupancyMap map = half_known();
+  Pose2 T_map_body{1, 2, 0};
+  int looks = 0;
+  for (; looks < 100; ++looks) {
+    const ExploreChoice choice = explorer.choose(time_at(5.0 * looks), grid_of(map), T_map_body, {},
+                                                 nullptr, ExploreTarget{{5, 3}});
+    if (!choice.goal) {
+      break;
+    }
+    T_map_body = choice.goal->pose_map;
+    explorer.reached();
+  }
+  EXPECT_LT(looks, 100);
+}
+
+TEST(Explorer, TellsWhatTheMapSaysOfATarget) {
+  const Pose2 T_map_body{1, 2, 0};
+  const auto outlook = [&](const OccupancyMap& map, const Vec2& target_map) {
+    return make_explorer().outlook({target_map}, grid_of(map), T_map_body);
+  };
+  const OccupancyMap room = test::empty_room(6, 4, 0.01);
+  EXPECT_EQ(outlook(room, {5, 2}), TargetOutlook::kOpen);
+  EXPECT_EQ(outlook(room, {5.95, 2}), TargetOutlook::kObstructed);
+  EXPECT_EQ(outlook(room, {6.5, 2}), TargetOutlook::kNoWay) << "behind the wall";
+  EXPECT_EQ(outlook(room, {60, 2}), TargetOutlook::kNoWay) << "outside all that is known";
+  EXPECT_EQ(outlook(half_known(), {6.5, 2}), TargetOutlook::kOpen);
+  EXPECT_EQ(outlook(half_known(), {60, 2}), TargetOutlook::kOpen);
+  OccupancyMap desk = room;
+  test::fill(desk, 3, 1, 5, 3, Cell::kOccupied);
+  test::fill(desk, 3.1, 1.1, 4.9, 2.9, Cell::kUnknown);
+  EXPECT_EQ(outlook(desk, {4, 2}), TargetOutlook::kNoWay) << "inside a thing";
+}
+
 TEST(Explorer, KeepsItsGoalWhileNothingIsClearlyBetter) {
   Explorer explorer = make_explorer();
   const OccupancyMap map = half_known();

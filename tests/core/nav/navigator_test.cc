@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/nav/navigator.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -55,6 +56,75 @@ std::vector<Explorer::Step> drive(Explorer& explorer, test::RoomRobot& robot, co
     T_odom_body = T_odom_body * exp_twist(twist, kFrame_s);
   }
   return steps;
+}
+
+// Driven to goals until all are reached or refused, or time is out.
+struct Sent {
+  std::vector<GoalProgress> goals;
+  std::vector<Pose2> T_map_ended;  // where the robot truly was when each ended,
+  std::vector<Twist2> ended_at;    // and how fast
+  bool done = false;
+};
+Sent send(const Pose2& start, const std::vector<Vec2>& goals_map, double most_s) {
+  test::RoomRobot robot(12);
+  Slam slam({}, Body{}, robot.rig(), Rng(7));
+  Navigator navigator({}, Body{}, {from_seconds(kFrame_s), from_seconds(kFrame_s)}, slam, Rng(7),
+                      {}, goals_map);
+  Sent sent;
+  Pose2 T_odom_body;
+  Twist2 twist;
+  for (int i = 0; i * kFrame_s < most_s && !navigator.done(); ++i) {
+    Observation seen = robot.look(i * kFrame_s, start * T_odom_body, T_odom_body);
+    seen.odometry.twist_body = twist;
+    const SlamStep at = slam.step(seen);
+    const PilotStep step = navigator.step(seen, at);
+    sent.goals = step.goals;
+    const auto ended = static_cast<std::size_t>(
+        std::count_if(step.goals.begin(), step.goals.end(),
+                      [](const GoalProgress& goal) { return goal.ended.has_value(); }));
+    if (ended > sent.ended_at.size()) {
+      sent.T_map_ended.push_back(T_odom_body);
+      sent.ended_at.push_back(twist);
+    }
+    twist = step.command_body;
+    T_odom_body = T_odom_body * exp_twist(twist, kFrame_s);
+  }
+  sent.done = navigator.done();
+  return sent;
+}
+
+TEST(Navigator, DrivesToGoalsInTurnAndStandsAtEach) {
+  const Sent sent = send({-1, -0.5, 0}, {{1.2, 0}, {1.2, -0.6}}, 40);
+  EXPECT_TRUE(sent.done);
+  ASSERT_EQ(sent.goals.size(), 2U);
+  ASSERT_EQ(sent.ended_at.size(), 2U);
+  constexpr double kReached_m = 0.15;
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(sent.goals[i].state, GoalProgress::State::kReached) << sent.goals[i].why;
+    EXPECT_LT((sent.T_map_ended[i].position() - sent.goals[i].goal_map).norm(), kReached_m);
+    EXPECT_LT(std::abs(sent.ended_at[i].v_mps), 0.01);
+  }
+  EXPECT_EQ(sent.goals[0].ended, sent.goals[1].began.value() - from_seconds(kFrame_s));
+}
+
+TEST(Navigator, RefusesAGoalInAWallAtAStandAndDrivesToTheNext) {
+  const Sent sent = send({1.2, -1, 0}, {{1.8, 0}, {0.5, 0}}, 40);
+  EXPECT_TRUE(sent.done);
+  ASSERT_EQ(sent.goals.size(), 2U);
+  EXPECT_EQ(sent.goals[0].state, GoalProgress::State::kRefused);
+  EXPECT_EQ(sent.goals[0].why, "something stands there");
+  ASSERT_FALSE(sent.ended_at.empty());
+  EXPECT_EQ(sent.ended_at[0].v_mps, 0);
+  EXPECT_EQ(sent.ended_at[0].w_radps, 0);
+  EXPECT_EQ(sent.goals[1].state, GoalProgress::State::kReached) << sent.goals[1].why;
+}
+
+TEST(Navigator, HasReachedAGoalWhereItStandsWithoutMoving) {
+  const Sent sent = send({-1, 0, 0}, {{0, 0}}, 5);
+  EXPECT_TRUE(sent.done);
+  ASSERT_EQ(sent.goals.size(), 1U);
+  EXPECT_EQ(sent.goals[0].state, GoalProgress::State::kReached);
+  EXPECT_EQ(sent.T_map_ended.at(0), Pose2());
 }
 
 TEST(Navigator, GivesTheSameStepsForTheSameObservations) {
