@@ -34,6 +34,9 @@ double way_m(const std::vector<Pose>& poses, Time from, Time to, const Position&
   return moved_m;
 }
 
+/// The double nearest to the whole nanoseconds, which prints short.
+double short_seconds(Duration d) { return static_cast<double>(d.count()) / 1e9; }
+
 bool at_rest(const Twist2& twist) {
   return std::abs(twist.v_mps) <= kRest_mps && std::abs(twist.w_radps) <= kRest_radps;
 }
@@ -55,8 +58,8 @@ std::vector<GoalFigures> goal_figures(const FinishedRun& run, const Truth* truth
     }
     const Time from = *goal.began;
     const Time to = goal.ended.value_or(run.last_step);
-    figures.began_s = to_seconds(from);
-    figures.time_s = to_seconds(to - from);
+    figures.began_s = short_seconds(from.time_since_epoch());
+    figures.time_s = short_seconds(to - from);
     if (truth == nullptr) {
       figures.moved_m = way_m(run.frames, from, to, [](const FinishedRun::Frame& frame) {
         return frame.T_odom_body.position();

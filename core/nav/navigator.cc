@@ -195,7 +195,7 @@ void Navigator::look_towards_goal(const DriveTask& task, const SlamStep& at,
       why_no_goal_ = "waits for what blocks the way to go";
       return;
     }
-    stand(looks_in_vain_, "what blocks the way there does not go");
+    stand(looks_in_vain_, "the way there that the map shows is blocked");
     return;
   }
   stand(looks_in_vain_,

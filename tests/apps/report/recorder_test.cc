@@ -325,11 +325,11 @@ TEST_F(RecorderTest, WritesWhatHasBecomeOfEachGoal) {
   EXPECT_FALSE(second.contains("shortest_m")) << "it is in the table";
   EXPECT_EQ(m["goals"][2],
             json({{"x_m", 1.0}, {"y_m", 1.0}, {"reached", false}, {"refused", false}}));
-  EXPECT_THAT(report.summary, testing::IsSupersetOf(
-                                  {testing::StartsWith("goal 1 (5.90, 0.10): reached after 14.8 s"),
-                                   testing::Eq("goal 2 (3.00, 2.00): refused after 5.2 s: "
-                                               "something stands there"),
-                                   testing::Eq("goal 3 (1.00, 1.00): not begun")}));
+  EXPECT_THAT(report.summary,
+              testing::Contains(testing::StartsWith("goal 1 (5.90, 0.10): reached after 14.8 s")));
+  EXPECT_THAT(report.summary, testing::Contains("goal 2 (3.00, 2.00): refused after 5.2 s: "
+                                                "something stands there"));
+  EXPECT_THAT(report.summary, testing::Contains("goal 3 (1.00, 1.00): not begun"));
 }
 
 TEST_F(RecorderTest, AGoalThatTheTruthDoesNotBearOutIsNotReached) {
