@@ -25,10 +25,10 @@ namespace panoptes {
 struct GoalOptions {
   double tolerance_m = 0.06;  ///< a goal that cannot be stood on is moved by at most this and half
                               ///< a cell's diagonal of the search
-  double reached_m = 0.04;  ///< nearer than the driver's: what is left over is the map's error
-  double given_up_m = 0.3;  ///< around a goal that the driver gave up,
-  double given_up_s = 30;   ///< and for so long at least, doubled every time
-  double patience_s = 20;   ///< for what blocks a way that the map knows to go
+  double reached_m = 0.04;    ///< nearer than the driver's: what is left over is the map's error
+  double given_up_m = 0.3;    ///< around a goal that the driver gave up,
+  double given_up_s = 30;     ///< and for so long at least, doubled every time
+  double patience_s = 20;     ///< for what blocks a way that the map knows to go
 };
 void bind(Fields& f, GoalOptions& o);
 
