@@ -127,7 +127,7 @@ std::string goal_line(std::size_t number, const GoalFigures& goal) {
     line += fmt::format(", the shortest way is {:.1f} m", *goal.shortest_m);
   }
   if (goal.true_error_m) {
-    line += fmt::format(", {:.1f} cm from it", 100 * *goal.true_error_m);
+    line += fmt::format(", {:.2f} m from it", *goal.true_error_m);
   }
   return line + (goal.said_reached && !goal.reached ? ": not there by the truth" : "");
 }
