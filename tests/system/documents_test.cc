@@ -154,6 +154,17 @@ TEST_F(Documents, TellOfEverythingThatARunLeaves) {
   EXPECT_TRUE(metrics("run")["loops"].contains("pose_error"));
 }
 
+TEST_F(Documents, TellOfGoals) {
+  panoptes({"navigate", kOffice, "--quiet", "--goals", "0.4,1.2; 1,0", "--duration", "60", "--set",
+            "platform.start={x_m: 4.95, y_m: 4.0, theta_deg: -90}", "--out", "goals"});
+  expect_documented("goals", part(kFiles));
+  const auto goals = metrics("goals")["goals"];
+  ASSERT_EQ(goals.size(), 2U);
+  EXPECT_TRUE(goals[0].contains("why"));
+  EXPECT_TRUE(goals[1].contains("path_m"));
+  EXPECT_TRUE(goals[1].contains("shortest_m"));
+}
+
 TEST_F(Documents, TellOfRecordingsAndReplays) {
   ASSERT_EQ(panoptes({"record", kOffice, "--quiet", "--out", "data", "--duration", "2", "--depth",
                       "--labels"})
