@@ -63,10 +63,12 @@ bool is_of_driving(const std::string& figure) {
          kOfDriving.end();
 }
 
-/// Figures that a robot which drives to goals does not work for.
-bool is_of_exploring(const std::string& figure) {
+/// Figures that a robot which drives to goals does not work for; so are checkpoints where its way
+/// was too short to have any.
+bool is_of_exploring(const std::string& figure, const Json& metrics) {
   return figure == "map.coverage" || figure == "map.mapped_free_m2" ||
-         figure.starts_with("exploration.");
+         figure.starts_with("exploration.") ||
+         (figure.starts_with("checkpoints.") && !metrics.contains("checkpoints"));
 }
 
 struct Judged {
@@ -611,7 +613,7 @@ RunVerdict judge_run(const FinishedRun& run, const RunFindings& findings,
   }
   const Judged judged = judge(run.info.require, metrics, [&](const Requirement& requirement) {
     return run.info.judged && (is_driven(run) || !is_of_driving(requirement.figure)) &&
-           (run.goals.empty() || !is_of_exploring(requirement.figure));
+           (run.goals.empty() || !is_of_exploring(requirement.figure, metrics));
   });
   metrics["requirements"] = judged.lines;
   const auto outcome = metrics["outcome"].get<std::string>();
