@@ -86,8 +86,9 @@ int navigate(const NavigateArguments& args) {
   constexpr CameraRequirement kNeeds = CameraRequirement::kNavigator;
   std::vector<std::string> overrides = args.common.overrides();
   overrides.push_back(drive_to(args.goals));
-  const auto mission = load_mission<ExploreMission>(
+  auto mission = load_mission<ExploreMission>(
       args.mission, with_refined(args.refined, args.mission, overrides, kNeeds), kNeeds);
+  mission.require.emplace_back("end_reason == goals_done");  // in time
   if (std::holds_alternative<hw::RecordedOptions>(mission.platform)) {
     throw ConfigError(args.mission +
                       ": platform: a recording cannot be driven; give a mission with another "
@@ -115,7 +116,8 @@ void add_navigate(CLI::App& app, Command& chosen) {
   sub->footer(
       "Example: panoptes navigate scenes/missions/explore-office.yaml --seed 1 --goals '2,0; 0,0' "
       "--out runs/to-goals\n"
-      "Exit status 0: every goal was reached; 1: one was refused, for nothing leads there.");
+      "Exit status 0: every goal was reached; 1: one was refused, for nothing leads there, or "
+      "the time was up first.");
   sub->callback([args, &chosen] { chosen = [args] { return navigate(*args); }; });
 }
 

@@ -53,6 +53,18 @@ TEST_F(Navigate, ReachesGoalsDownTheAisleAndBack) {
   EXPECT_EQ(metrics("again")["goals"], m["goals"]);
 }
 
+TEST_F(Navigate, FailsWhereTheTimeIsUpFirst) {
+  const Said said = navigate("2.6,0", "run", {"--duration", "2"});
+  EXPECT_EQ(said.status, 1) << said.out;
+  const auto m = metrics("run");
+  EXPECT_EQ(m["outcome"], "completed");
+  EXPECT_EQ(m["end_reason"], "duration");
+  EXPECT_EQ(m["requirements"].back()["require"], "end_reason == goals_done");
+  EXPECT_EQ(m["requirements"].back()["pass"], false);
+  EXPECT_EQ(m["goals"][0]["reached"], false);
+  EXPECT_EQ(m["goals"][0]["refused"], false);
+}
+
 TEST_F(Navigate, RefusesAGoalInADeskAndStands) {
   const Said said = navigate("0.4,1.2", "run", {"--duration", "120"});
   EXPECT_EQ(said.status, 1);
