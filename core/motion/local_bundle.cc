@@ -332,8 +332,8 @@ class Bundle {
     double most = agreement() / kClearly;
     for (int camera = 0; camera < static_cast<int>(cameras_.size()); ++camera) {
       converge(camera);
-      if (agreement() > most) {
-        most = agreement();
+      if (const double agreed = agreement(); agreed > most) {
+        most = agreed;
         best = camera;
       }
     }
