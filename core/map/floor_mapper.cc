@@ -37,15 +37,6 @@ constexpr double kMarkReach_m = 0.05;
 constexpr double kMarkApart_m = 0.03;
 constexpr double kMarkKept_m = 4;
 
-// What has the colour of such marks, found in so many places so far apart, and is as narrow as a
-// painted line, is one of them.
-constexpr int kPaintPlaces = 4;
-constexpr double kPaintApart_m = 0.3;
-constexpr double kWider = 1.3;  // than those: what stands looks wider by what it hides
-constexpr double kWider_m = 0.02;
-constexpr double kPaintSigma = 0.012;  // of a share, at least: noise and the light
-constexpr double kPaintAlike = 3;
-
 // Enough colours for three Gaussians; more cost time and say nothing new.
 constexpr std::size_t kTrainedColours = 1500;
 
@@ -441,58 +432,7 @@ bool FloorMapper::is_mark(std::size_t ray, std::size_t end) const {
                      [&](float range_m) { return std::abs(range_m - p.range_m[i]) < reach_m; });
 }
 
-// Of samples `row` to `end` of a ray, its borders with the floor left out.
-Vec2 FloorMapper::chromaticity(const cv::Mat& bgr, std::size_t ray, std::size_t row,
-                               std::size_t end) const {
-  const FloorProjection& p = *projection_;
-  const std::size_t border = (end - row) / 4;
-  Vec3 sum = Vec3::Zero();
-  for (std::size_t k = row + border; k < end - border; ++k) {
-    const Bgr colour = colour_at(bgr, p.pixel[k * static_cast<std::size_t>(p.rays) + ray]);
-    sum += Vec3(colour[0], colour[1], colour[2]);
-  }
-  return sum.head<2>() / std::max(1.0, sum.sum());
-}
-
-// How wide a straight band is on the floor that samples `row` to `end` of a ray cut, by its lengths
-// along the ray and across.
-double FloorMapper::band_m(std::size_t ray, std::size_t row, std::size_t end) const {
-  const FloorProjection& p = *projection_;
-  const auto rays = static_cast<std::size_t>(p.rays);
-  const std::size_t middle = (row + end) / 2 * rays + ray;
-  const double along_m = p.range_m[end * rays + ray] - p.range_m[row * rays + ray];
-  const double across_m = across_[middle] * p.ray_step_rad * p.range_m[middle];
-  return along_m * across_m / std::max(1e-6, std::hypot(along_m, across_m));
-}
-
-void FloorMapper::learn_paint(const Vec2& chromaticity, double band_m, const Vec2& p_odom) {
-  ++paint_samples_;
-  paint_band_m_ += (band_m - paint_band_m_) / paint_samples_;
-  const Vec2 off = chromaticity - paint_mean_;
-  paint_mean_ += off / paint_samples_;
-  paint_squares_ += off * (chromaticity - paint_mean_).transpose();
-  if (static_cast<int>(paint_odom_.size()) < kPaintPlaces &&
-      std::none_of(paint_odom_.begin(), paint_odom_.end(),
-                   [&](const Vec2& before) { return (before - p_odom).norm() < kPaintApart_m; })) {
-    paint_odom_.push_back(p_odom);
-  }
-}
-
-// Whether samples `row` to `end` of a ray, behind which the floor goes on, are of painted lines as
-// have been found elsewhere. Their edges along the way driven do not tell their height.
-bool FloorMapper::is_paint(const cv::Mat& bgr, std::size_t ray, std::size_t row,
-                           std::size_t end) const {
-  if (static_cast<int>(paint_odom_.size()) < kPaintPlaces ||
-      band_m(ray, row, end) > kWider * paint_band_m_ + kWider_m) {
-    return false;
-  }
-  const Mat2 covariance =
-      paint_squares_ / paint_samples_ + kPaintSigma * kPaintSigma * Mat2::Identity();
-  const Vec2 off = chromaticity(bgr, ray, row, end) - paint_mean_;
-  return off.dot(covariance.inverse() * off) < kPaintAlike * kPaintAlike;
-}
-
-void FloorMapper::scan(const cv::Mat& bgr, const Pose2& T_odom_body) {
+void FloorMapper::scan() {
   const FloorProjection& p = *projection_;
   const auto rays = static_cast<std::size_t>(p.rays);
   const auto rows = static_cast<std::size_t>(p.rows);
@@ -566,16 +506,7 @@ void FloorMapper::scan(const cv::Mat& bgr, const Pose2& T_odom_body) {
         ++end;
       }
       const bool left_picture = end == stop || p.pixel[end * rays + ray] < 0;
-      const bool narrow = end - row < wanted || left_picture || is_line(ray, row, end);
-      const bool mark = !narrow && is_mark(ray, end);
-      if (mark) {
-        const double angle = p.first_ray_rad + p.ray_step_rad * static_cast<double>(ray);
-        const Vec2 at = p.foot_view +
-                        static_cast<double>(p.range_m[i]) * Vec2(std::cos(angle), std::sin(angle));
-        learn_paint(chromaticity(bgr, ray, row, end), band_m(ray, row, end),
-                    T_odom_body * (p.T_body_view * at));
-      }
-      if (!left_picture && (narrow || mark || is_paint(bgr, ray, row, end))) {
+      if (!left_picture && (end - row < wanted || is_line(ray, row, end) || is_mark(ray, end))) {
         // floor goes on behind a stain as clearly as before it; what merely resembles floor there
         // is an object of nearly its colour that stands on its own shadow
         const bool line = end - row >= wanted;
@@ -657,7 +588,7 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
     find_upright(T_odom_body);
     find_marks(T_odom_body);
   }
-  scan(picture, T_odom_body);
+  scan();
   if (edges_ && sees_floor_) {
     note_edges(T_odom_body);
   }

@@ -77,11 +77,7 @@ class FloorMapper {
   void note_edges(const Pose2& T_odom_body);
   void find_marks(const Pose2& T_odom_body);
   bool is_mark(std::size_t ray, std::size_t end) const;
-  Vec2 chromaticity(const cv::Mat& bgr, std::size_t ray, std::size_t row, std::size_t end) const;
-  double band_m(std::size_t ray, std::size_t row, std::size_t end) const;
-  void learn_paint(const Vec2& chromaticity, double band_m, const Vec2& p_odom);
-  bool is_paint(const cv::Mat& bgr, std::size_t ray, std::size_t row, std::size_t end) const;
-  void scan(const cv::Mat& bgr, const Pose2& T_odom_body);
+  void scan();
   void learn(const cv::Mat& bgr);
 
   FloorMapperOptions options_;
@@ -94,12 +90,6 @@ class FloorMapper {
   std::optional<EdgeHeights> edges_;
   std::vector<Vec2> marks_odom_;                   // ends of what is painted on the floor
   std::vector<std::vector<float>> mark_ranges_m_;  // of those along each ray
-  // The colour of what was found to be painted, as shares of blue and green, its width, and where.
-  Vec2 paint_mean_ = Vec2::Zero();
-  Mat2 paint_squares_ = Mat2::Zero();
-  double paint_band_m_ = 0;
-  int paint_samples_ = 0;
-  std::vector<Vec2> paint_odom_;
   bool sees_floor_ = false;
   std::string fault_;
   int frame_ = 0;

@@ -127,48 +127,6 @@ TEST(FloorMapper, AThinPostAmongTheJointsOfTilesIsNone) {
   EXPECT_LT(shares(reading, Vec2(1.4, 0.12), Vec2(1.8, 0.13)).free, 0.2);
 }
 
-const Surface kYellow{Vec3(40, 170, 210), 0.04, 11};
-
-// A line is painted along the way, 8 cm wide, or a bar lies there; five are painted across it.
-Shares beside_the_way(double height_m, double* before_occupied) {
-  Rng rng(6);
-  const RigCamera camera = office_floor_camera();
-  FloorMapper mapper({}, camera, {});
-  FloorScene scene;
-  scene.carpet = kGreyBlue;
-  scene.boxes = {kFarWall, {Vec2(0.9, 0.6), Vec2(7, 0.68), height_m, kYellow}};
-  for (const double x : {1.3, 1.9, 2.5, 3.1, 3.7}) {
-    scene.boxes.push_back({Vec2(x, -1.5), Vec2(x + 0.08, 0.3), 0.001, kYellow});
-  }
-  Shares last;
-  for (double x = 0; x < 3.6; x += 0.03) {
-    const Pose2 T{x, 0, 0};
-    const FloorReading reading = mapper.read(draw(scene, camera, T, rng), T, true);
-    last = shares(reading, Vec2(1.2, 0.605), Vec2(1.8, 0.635));
-    if (x < 0.2) {
-      *before_occupied = last.occupied;
-    }
-  }
-  return last;
-}
-
-// Its edges lie along the motion, which tells nothing of them; the others of its colour tell.
-TEST(FloorMapper, ALineAlongTheWayIsFloorOnceThoseAcrossItWere) {
-  double before_occupied = 0;
-  const Shares line = beside_the_way(0.001, &before_occupied);
-  EXPECT_GT(before_occupied, 0.3);
-  EXPECT_GT(line.free, 0.8);
-}
-
-TEST(FloorMapper, ABarOfThePaintsColourIsNoLine) {
-  for (const double height_m : {0.08, 0.15}) {
-    double before_occupied = 0;
-    const Shares bar = beside_the_way(height_m, &before_occupied);
-    EXPECT_LT(bar.free, 0.1) << height_m;
-    EXPECT_GT(bar.occupied, 0.2) << height_m;
-  }
-}
-
 TEST(FloorMapper, LearnsASecondCarpetByDrivingTowardsIt) {
   Rng rng(4);
   const RigCamera camera = office_floor_camera();
