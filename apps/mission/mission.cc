@@ -147,6 +147,9 @@ void bind(Fields& f, ExploreMission& o) {
     }
   }
   f("seed", o.seed);
+  if (auto* simulated = std::get_if<sim::SimulatedOptions>(&o.platform)) {
+    sim::draw_place(simulated->world, o.seed);
+  }
   f("until", o.until);
   f.choice("drive", o.drive);
   const DriveNeeds drive_needs = needs_of(o.drive);

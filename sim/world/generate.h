@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <variant>
 
@@ -63,8 +65,33 @@ struct StreetPlan {
   std::uint64_t seed = 1;
 };
 
-using GenerateOptions =
-    std::variant<OfficePlan, HomePlan, MirroredPlan, CorridorsPlan, WarehousePlan, StreetPlan>;
+/// A building from a ROS map_server map of one floor of it: walls of all that is not its largest
+/// piece of free floor, straightened (sim/world/map_walls.h), with papers by room, doors, boards
+/// and pictures, a floor, a ceiling and lamps. In the map's own frame times `scale`.
+struct BuildingPlan {
+  static constexpr std::string_view kName = "building";
+  std::string map;   ///< the yaml
+  double scale = 1;  ///< on its lengths
+  /// Corners of the part that is taken, in the map's frame; all of it where they are left out.
+  std::optional<Vec2> low_m = {};
+  std::optional<Vec2> high_m = {};
+  std::uint64_t seed = 1;  ///< of what hangs on its walls, and of its floor
+};
+
+/// One small furnished room with its door shut: rectangular or with a corner cut off, from tidy to
+/// cluttered. There is a place to start with room to turn, and a passage of 0.9 m from it to the
+/// door; other gaps are as wide as chance has it.
+struct RoomPlan {
+  static constexpr std::string_view kName = "room";
+  std::optional<Vec2> size_m = {};  ///< else each way 4 to 6 m by the seed
+  /// Share of what fits of things that stand about; else 0 to 1 by the seed.
+  std::optional<double> clutter = {};
+  double blank = 0.05;  ///< share of the walls that is plain paint with nothing on it
+  std::optional<std::uint64_t> seed = {};  ///< else the mission's, and 1 where there is none
+};
+
+using GenerateOptions = std::variant<OfficePlan, HomePlan, MirroredPlan, CorridorsPlan,
+                                     WarehousePlan, StreetPlan, BuildingPlan, RoomPlan>;
 
 void bind(Fields& f, OfficePlan& o);
 void bind(Fields& f, HomePlan& o);
@@ -72,14 +99,19 @@ void bind(Fields& f, MirroredPlan& o);
 void bind(Fields& f, CorridorsPlan& o);
 void bind(Fields& f, WarehousePlan& o);
 void bind(Fields& f, StreetPlan& o);
+void bind(Fields& f, BuildingPlan& o);
+void bind(Fields& f, RoomPlan& o);
 
 /// Adds the place to a world's settings: lights, boxes, objects, doors. The same plan gives the
-/// same place. Throws ConfigError for one that does not fit into its size.
+/// same place. Throws ConfigError for one that does not fit into its size, ConfigError
+/// or IoError for a map that cannot be used.
 void generate(const OfficePlan& plan, WorldSettings& into);
 void generate(const HomePlan& plan, WorldSettings& into);
 void generate(const MirroredPlan& plan, WorldSettings& into);
 void generate(const CorridorsPlan& plan, WorldSettings& into);
 void generate(const WarehousePlan& plan, WorldSettings& into);
 void generate(const StreetPlan& plan, WorldSettings& into);
+void generate(const BuildingPlan& plan, WorldSettings& into);
+void generate(const RoomPlan& plan, WorldSettings& into);
 
 }  // namespace panoptes::sim

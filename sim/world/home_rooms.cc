@@ -55,7 +55,12 @@ class Furnisher {
         room_(room),
         passability_(passability),
         rng_(rng),
-        floor_(room.area.low, room.area.high) {}
+        floor_(room.area.low, room.area.high),
+        doors_(room.keep_clear) {
+    for (const Rectangle& solid : room.solid) {
+      floor_.take(solid);
+    }
+  }
 
   Rng& rng() { return rng_; }
   WallFace& face(std::size_t f) { return room_.faces[f]; }
@@ -157,6 +162,50 @@ class Furnisher {
       return;
     }
     put_box(into_, "rug", Vec3(size_m.x(), size_m.y(), kRugHeight_m), at, 0, picture);
+  }
+
+  /// What stands about without a place of its own, anywhere but before doors: gaps between things
+  /// are as wide as chance has it, too narrow ones too.
+  void strew(double share) {
+    constexpr int kMostThings = 16;
+    constexpr int kTries = 12;
+    constexpr double kApart_m = 0.02;
+    static const std::array<Piece, 9> kThings{{{"office/boxes", {0.44, 0.60}, 0.9},
+                                               {"office/bin", {0.32, 0.32}, 0.4},
+                                               {"home/basket", {0.48, 0.48}, 0.56},
+                                               {"home/chair", {0.50, 0.50}, 0.96},
+                                               {"office/chair", {0.56, 0.56}, 1.0},
+                                               {"office/plant", {0.56, 0.56}, 1.8},
+                                               {"office/boxes", {0.44, 0.60}, 0.9},
+                                               {"home/nightstand", {0.44, 0.48}, 0.94},
+                                               {"corridors/sand", {0.42, 0.42}, 0.9}}};
+    const int count = static_cast<int>(std::lround(share * kMostThings));
+    for (int k = 0; k < count; ++k) {
+      const Piece& thing =
+          kThings[static_cast<std::size_t>(rng_.index(static_cast<int>(kThings.size())))];
+      for (int i = 0; i < kTries; ++i) {
+        const Pose2 at{rng_.uniform(room_.area.low.x(), room_.area.high.x()),
+                       rng_.uniform(room_.area.low.y(), room_.area.high.y()),
+                       rng_.uniform(-std::numbers::pi, std::numbers::pi)};
+        const Rectangle outline = FloorSpace::outline(at, thing.size_m);
+        if (!room_.area.grown(-kSkirting_m).contains(outline) ||
+            !floor_.is_clear(outline, kApart_m) ||
+            std::any_of(doors_.begin(), doors_.end(),
+                        [&outline](const Rectangle& r) { return r.overlaps(outline); }) ||
+            !passability_.block_if_passable(outline)) {
+          continue;
+        }
+        floor_.take(outline);
+        put(into_, thing.mesh, at);
+        break;
+      }
+    }
+  }
+
+  void leave_bare() {
+    for (const auto& [f, where] : room_.bare) {
+      room_.faces[f].take(where);
+    }
   }
 
   /// Windows in walls to the outside, with radiators below some.
@@ -276,6 +325,7 @@ class Furnisher {
   PassabilityGrid& passability_;
   Rng& rng_;
   FloorSpace floor_;
+  const std::vector<Rectangle> doors_;  // where nothing at all may stand
 };
 
 void stand_shelves(Furnisher& room, int count) {
@@ -522,6 +572,8 @@ void furnish(WorldSettings& into, HomeRoom room, PassabilityGrid& passability, R
       furnish_bath(furnisher);
       break;
   }
+  furnisher.strew(room.clutter);
+  furnisher.leave_bare();
   furnisher.hang_things();
 }
 

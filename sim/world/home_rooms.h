@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/rng.h"
@@ -20,6 +22,9 @@ struct HomeRoom {
   std::vector<WallFace> faces;        ///< south, east, north, west
   std::vector<bool> is_outside;       ///< of each face
   std::vector<Rectangle> keep_clear;  ///< floor where nothing may stand: before doors
+  std::vector<Rectangle> solid = {};  ///< what of the area is no floor
+  std::vector<std::pair<std::size_t, Rectangle>> bare = {};  ///< of a face, where nothing hangs
+  double clutter = 0;  ///< things that stand about, of what fits
 };
 
 /// The faces of a room's four walls in the order of HomeRoom.

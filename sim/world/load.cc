@@ -70,6 +70,9 @@ void make_generated(WorldSettings& settings) {
   } catch (const ConfigError& error) {
     throw ConfigError((settings.generate_mention.empty() ? "" : settings.generate_mention + ": ") +
                       error.what());
+  } catch (const IoError& error) {
+    throw IoError((settings.generate_mention.empty() ? "" : settings.generate_mention + ": ") +
+                  error.what());
   }
   settings.generate.reset();
   const std::string& mention = settings.generate_mention;
@@ -429,6 +432,13 @@ class Builder {
 };
 
 }  // namespace
+
+void draw_place(WorldSettings& settings, std::uint64_t seed) {
+  auto* room = settings.generate ? std::get_if<RoomPlan>(&*settings.generate) : nullptr;
+  if (room != nullptr && !room->seed) {
+    room->seed = seed;
+  }
+}
 
 WorldSettings expanded(const WorldSettings& settings) {
   Inclusions inclusions;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -132,6 +133,10 @@ struct WorldSettings {
   std::string generate_mention;
 };
 void bind(Fields& f, WorldSettings& o);
+
+/// Gives a generated room that has no seed of its own the mission's, so that every seed has
+/// another.
+void draw_place(WorldSettings& settings, std::uint64_t seed);
 
 /// The same world without `generate` and `include`: the places are made and the files read, and
 /// what is in them stands among the rest. Throws ConfigError for what is wrong in them and for

@@ -26,6 +26,7 @@ using ::testing::Gt;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Le;
+using ::testing::Lt;
 
 constexpr double kRobotRadius_m = 0.25;
 constexpr double kRobotHeight_m = 0.8;
@@ -139,6 +140,73 @@ TEST(GeneratedPlaces, AreTheSameForTheSamePlanAndOthersForAnotherSeed) {
   check(CorridorsPlan{});
   check(WarehousePlan{});
   check(StreetPlan{});
+  const std::string room = description(made(RoomPlan{.seed = 5}));
+  EXPECT_EQ(room, description(made(RoomPlan{.seed = 5})));
+  EXPECT_NE(room, description(made(RoomPlan{.seed = 6})));
+}
+
+TEST(GeneratedPlaces, SmallRoomsHaveAPlaceToStartAndHangTogether) {
+  constexpr double kRaster_m = 0.05;
+  constexpr double kStart_m = 0.7;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    SCOPED_TRACE(fmt::format("seed {}", seed));
+    const World world = make_world(made(RoomPlan{.seed = seed}));
+    const Obstacles obstacles(outlines(world, kFloorLayerTop_m, kRobotHeight_m));
+    // Between things that stand about there may be a place for the body, but no room to speak of.
+    constexpr double kPockets_m2 = 0.1;
+    const std::vector<Vec2> lost = cut_off(obstacles, kRaster_m);
+    EXPECT_THAT(static_cast<double>(lost.size()) * kRaster_m * kRaster_m, Lt(kPockets_m2))
+        << places(lost);
+    const FreeRegion region(obstacles, kRobotRadius_m);
+    const Vec2 low = obstacles.low_scene();
+    const Vec2 high = obstacles.high_scene();
+    int starts = 0;
+    for (double y = low.y(); y < high.y(); y += kRaster_m) {
+      for (double x = low.x(); x < high.x(); x += kRaster_m) {
+        starts += region.contains({x, y}) && !obstacles.nearest({x, y}, kStart_m) ? 1 : 0;
+      }
+    }
+    EXPECT_THAT(starts, Gt(0));
+    EXPECT_THAT((high - low).minCoeff(), Gt(4));
+    EXPECT_THAT((high - low).maxCoeff(), Lt(6.5));
+    EXPECT_THAT(triangles_of(world), Le(10000U));
+  }
+}
+
+TEST(GeneratedPlaces, SmallRoomsAreAsClutteredAndAsBareAsIsSaid) {
+  const auto things = [](double clutter) {
+    std::size_t count = 0;
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      count +=
+          made(RoomPlan{.size_m = Vec2(5.5, 5), .clutter = clutter, .seed = seed}).objects.size();
+    }
+    return count;
+  };
+  EXPECT_THAT(things(1), Gt(things(0) + 30));
+  const auto plain = [](double blank) {
+    double plain_m = 0;
+    double all_m = 0;
+    for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+      for (const BoxSettings& box : made(RoomPlan{.blank = blank, .seed = seed}).boxes) {
+        if (box.name.starts_with("wall")) {
+          all_m += box.size_m.y();
+          plain_m += box.picture.find("wall_plain") != std::string::npos ? box.size_m.y() : 0;
+        }
+      }
+    }
+    return plain_m / all_m;
+  };
+  EXPECT_EQ(plain(0), 0);
+  EXPECT_NEAR(plain(0.05), 0.05, 0.02);  // two sigma of 400 panels
+  EXPECT_EQ(plain(1), 1);
+}
+
+TEST(GeneratedPlaces, ARoomWithoutASeedIsTheMissions) {
+  auto settings = read_settings_text<WorldSettings>("generate: {room: {}}", "w.yaml", {});
+  draw_place(settings, 9);
+  EXPECT_EQ(description(expanded(settings)), description(made(RoomPlan{.seed = 9})));
+  draw_place(settings, 10);  // it has one now
+  EXPECT_EQ(description(expanded(settings)), description(made(RoomPlan{.seed = 9})));
 }
 
 TEST(GeneratedPlaces, LetARobotGetEverywhere) {
@@ -266,6 +334,8 @@ TEST(GeneratedPlaces, RefusePlansThatDoNotFit) {
             "warehouse.size_m: must be at most 80 m each way and hold 4 racks with aisles of 1.9 "
             "m: at least [7.1, 10.14]");
   EXPECT_EQ(refusal(WarehousePlan{.racks = 0}), "warehouse.racks: must be between 1 and 20");
+  EXPECT_EQ(refusal(RoomPlan{.size_m = Vec2(3, 5)}),
+            "room.size_m: must be between 3.5 m and 12 m each way");
   EXPECT_EQ(refusal(StreetPlan{.length_m = 20}), "street.length_m: must be between 100 and 1000 m");
 }
 
