@@ -26,6 +26,7 @@ constexpr double kCoarsest_m = 0.2;
 constexpr double kWidest_m = 200;
 constexpr double kStart_m = 0.75;  // floor that is clear about a start, and half a cell
 constexpr double kSheet_m = 0.03;  // of wall behind a face
+constexpr double kPaper_m = 1.3;   // one repeat of a wallpaper
 constexpr double kLampPitch_m = 3.2;
 constexpr double kLampClear_m = 0.35;  // half a lamp's width
 constexpr double kLampPower = 0.9;
@@ -205,10 +206,11 @@ void generate(const BuildingPlan& plan, WorldSettings& into) {
     WallFace face(to, from);
     const Pose2 at = face.at(face.length_m() / 2);
     const Vec2 middle = at * Vec2(-kSheet_m / 2, 0);
+    const std::string& paper = papers[static_cast<std::size_t>(stretch.room)];
+    const double repeat_m = paper.starts_with("home/") ? kPaper_m : kRoomHeight_m;
     BoxSettings& sheet =
         put_box(into, "wall", Vec3(kSheet_m, face.length_m(), kRoomHeight_m),
-                {middle.x(), middle.y(), at.theta_rad}, 0,
-                papers[static_cast<std::size_t>(stretch.room)], Vec2(kRoomHeight_m, kRoomHeight_m));
+                {middle.x(), middle.y(), at.theta_rad}, 0, paper, Vec2(repeat_m, repeat_m));
     sheet.faces = {{"back", ""}, {"left", ""}, {"right", ""}, {"top", ""}, {"bottom", ""}};
     if (face.length_m() >= kLeastDressed_m) {
       dress_face(into, face, things);
