@@ -166,8 +166,7 @@ DrivableGrid Driver::drivable_unblocked(const DriveTask& task) const {
   return grid_by_map(task, {});
 }
 
-DrivableGrid Driver::grid_by_map(const DriveTask& task,
-                                 const std::vector<Vec2>& blocked_map) const {
+OccupancyMap Driver::coarse_map(const DriveTask& task, const std::vector<Vec2>& blocked_map) const {
   OccupancyMap coarse =
       coarsen(*task.map, options_.search.cell_m, std::max(options_.overlay_m, task.border_m));
   if (coarse.cells.empty()) {
@@ -177,12 +176,18 @@ DrivableGrid Driver::grid_by_map(const DriveTask& task,
   for (const Vec2& p : blocked_map) {
     stamp(coarse, p, options_.touched_m);
   }
-  return drivable_grid_of_coarse(from_afar(options_.search), body_, std::move(coarse));
+  return coarse;
+}
+
+DrivableGrid Driver::grid_by_map(const DriveTask& task,
+                                 const std::vector<Vec2>& blocked_map) const {
+  return drivable_grid_of_coarse(from_afar(options_.search), body_, coarse_map(task, blocked_map));
 }
 
 DrivableGrid Driver::grid_near(const DriveTask& task) const {
   const Pose2 T_odom_map = task.T_map_odom.inverse();
-  std::vector<Vec2> blocked_odom = blocked_map(task.stamp);
+  const std::vector<Vec2> blocked = blocked_map(task.stamp);
+  std::vector<Vec2> blocked_odom = blocked;
   for (Vec2& p : blocked_odom) {
     p = T_odom_map * p;
   }
@@ -195,9 +200,7 @@ DrivableGrid Driver::grid_near(const DriveTask& task) const {
   const double side_m = 2 * (near.within_m + reach_m);
   near.window = clearance_map(
       window_map(options_.dwa.cell_m, side_m, task, blocked_odom, options_.touched_m), reach_m);
-  DrivableGrid by_map = drivable_by_map(task);
-  return drivable_grid_with(options_.search, body_, std::move(by_map.clearance.map),
-                            std::move(near));
+  return drivable_grid_with(options_.search, body_, coarse_map(task, blocked), std::move(near));
 }
 
 const DrivableGrid& Driver::drivable(const DriveTask& task) {

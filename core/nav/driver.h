@@ -151,6 +151,7 @@ class Driver {
 
   void plan(const DriveTask& task);
   DrivableGrid grid_near(const DriveTask& task) const;
+  OccupancyMap coarse_map(const DriveTask& task, const std::vector<Vec2>& blocked_map) const;
   DrivableGrid grid_by_map(const DriveTask& task, const std::vector<Vec2>& blocked_map) const;
   SearchOptions search_for_goal() const;
   double reached_m() const;

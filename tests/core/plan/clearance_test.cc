@@ -19,21 +19,23 @@ TEST(Clearance, DistancesAreThoseOfTryingEveryCell) {
   constexpr int kColumns = 37;
   constexpr int kRows = 23;
   constexpr double kCell_m = 0.05;
-  constexpr double kCap_m = 0.9;
-  for (const double share : {0.0, 0.003, 0.05, 0.5}) {
-    std::vector<std::uint8_t> blocks(kColumns * kRows);
-    std::generate(blocks.begin(), blocks.end(),
-                  [&] { return rng.uniform() < share ? std::uint8_t{1} : std::uint8_t{0}; });
-    const std::vector<float> found = distance_m(blocks, kColumns, kRows, kCell_m, kCap_m);
-    for (int i = 0; i < kColumns * kRows; ++i) {
-      double nearest = kCap_m;
-      for (int j = 0; j < kColumns * kRows; ++j) {
-        if (blocks[j] != 0) {
-          nearest = std::min(nearest, kCell_m * std::hypot(i % kColumns - j % kColumns,
-                                                           i / kColumns - j / kColumns));
+  // By what is near alone, and by what is far as well.
+  for (const double cap_m : {0.13, 0.9, 1.7}) {
+    for (const double share : {0.0, 0.003, 0.05, 0.5}) {
+      std::vector<std::uint8_t> blocks(kColumns * kRows);
+      std::generate(blocks.begin(), blocks.end(),
+                    [&] { return rng.uniform() < share ? std::uint8_t{1} : std::uint8_t{0}; });
+      const std::vector<float> found = distance_m(blocks, kColumns, kRows, kCell_m, cap_m);
+      for (int i = 0; i < kColumns * kRows; ++i) {
+        double nearest = cap_m;
+        for (int j = 0; j < kColumns * kRows; ++j) {
+          if (blocks[j] != 0) {
+            nearest = std::min(nearest, kCell_m * std::hypot(i % kColumns - j % kColumns,
+                                                             i / kColumns - j / kColumns));
+          }
         }
+        ASSERT_NEAR(found[i], nearest, kRoundoff_m);
       }
-      ASSERT_NEAR(found[i], nearest, kRoundoff_m);
     }
   }
 }
