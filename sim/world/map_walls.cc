@@ -19,7 +19,9 @@ constexpr double kFarClearance_m = 1.5;
 // A doorway is up to 1 m wide; rooms whose middles are no wider than that belong to a neighbour.
 constexpr double kHalfDoorway_m = 0.5;
 constexpr double kLeastRoom_m2 = 0.5;  // of the floor that is left of it with its doorways shut
+// What stairs and noise of a scan are off a straight wall; coarse cells are meant as they are.
 constexpr double kFaceOff_cells = 1.0;
+constexpr double kFaceOff_m = 0.06;
 constexpr double kFilled_m = 0.2;  // blocks of this raster fill what is no floor
 
 constexpr std::array<std::array<int, 2>, 4> kBeside{{{1, 0}, {0, 1}, {-1, 0}, {0, -1}}};
@@ -309,7 +311,8 @@ void keep_corners(const std::vector<Vec2>& all, std::size_t first, std::size_t l
   }
 }
 
-std::vector<Vec2> simplified(const std::vector<Vec2>& outline) {
+std::vector<Vec2> simplified(const std::vector<Vec2>& outline, double cell_m) {
+  const double off = std::min(kFaceOff_cells, kFaceOff_m / cell_m);
   const auto farthest_from = [&outline](std::size_t k) {
     std::size_t farthest = k;
     for (std::size_t i = 0; i < outline.size(); ++i) {
@@ -326,8 +329,8 @@ std::vector<Vec2> simplified(const std::vector<Vec2>& outline) {
   const std::size_t middle = (b + outline.size() - a) % outline.size();
   std::vector<std::uint8_t> kept(turned.size(), 0);
   kept[0] = kept[middle] = 1;
-  keep_corners(turned, 0, middle, kFaceOff_cells, kept);
-  keep_corners(turned, middle, turned.size(), kFaceOff_cells, kept);
+  keep_corners(turned, 0, middle, off, kept);
+  keep_corners(turned, middle, turned.size(), off, kept);
   std::vector<Vec2> corners;
   for (std::size_t k = 0; k < turned.size(); ++k) {
     if (kept[k] != 0) {
@@ -411,7 +414,7 @@ MapWalls walls_of_map(const OccupancyMap& map) {
     for (const auto& [column, row] : outline) {
       corners.emplace_back(column, row);
     }
-    corners = simplified(corners);
+    corners = simplified(corners, floor.cell_m);
     for (std::size_t k = 0; k < corners.size(); ++k) {
       const Vec2& from = corners[k];
       const Vec2& to = corners[(k + 1) % corners.size()];

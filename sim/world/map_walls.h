@@ -36,7 +36,7 @@ struct MapWalls {
 /// - unknown cells that free ones surround are free;
 /// - floor narrower than 0.3 m is wall;
 /// - the outline is simplified to straight faces, none of which is off the map's by more than a
-///   cell.
+///   cell or 6 cm.
 /// Rooms are what is left apart where doorways and all else narrower than 1 m are shut.
 /// Empty faces when the map has no floor.
 MapWalls walls_of_map(const OccupancyMap& map);
