@@ -33,10 +33,28 @@ constexpr double kSupport_m = 0.05;  // a mark is found again so near,
 constexpr int kSupport = 2;          // in so many other pictures
 constexpr int kViewsKept = 40;       // of late
 
+constexpr int kSecondViews = 3;         // that must agree
+constexpr double kSecondStep_m = 0.16;  // of driving between them
+constexpr int kSecondRayStride = 2;     // of the rays that are looked at
+constexpr double kThick_m = 0.005;      // of what lies on the floor
+constexpr double kTogether = 9;         // the edges of one thing err alike
+constexpr double kLonger_px = 1;        // what is no floor looks, at either end
+
 }  // namespace
 
-EdgeHeights::EdgeHeights(std::shared_ptr<const FloorProjection> projection)
-    : projection_(std::move(projection)) {
+EdgeHeights::Fit& EdgeHeights::Fit::operator+=(const Fit& other) {
+  score += other.score;
+  seen += other.seen;
+  agree += other.agree;
+  information += other.information;
+  vector += other.vector;
+  lean += other.lean;
+  return *this;
+}
+
+EdgeHeights::EdgeHeights(std::shared_ptr<const FloorProjection> projection,
+                         std::optional<SecondView> second)
+    : projection_(std::move(projection)), second_(std::move(second)) {
   constexpr double kFinest = 0.02;  // an edge's noise a metre of driving on
   for (double slide = -3 * kFinest; slide < kHighest / (1 - kHighest);
        slide += std::max(kFinest, 0.1 * slide)) {
@@ -46,16 +64,22 @@ EdgeHeights::EdgeHeights(std::shared_ptr<const FloorProjection> projection)
     const double angle = projection_->first_ray_rad + ray * projection_->ray_step_rad;
     directions_.emplace_back(std::cos(angle), std::sin(angle));
   }
+  if (second_) {
+    error_.covariance.topLeftCorner<3, 3>() = second_->covariance;
+    error_.covariance(3, 3) = kLonger_px * kLonger_px;
+  }
 }
 
-EdgeHeights::View EdgeHeights::look(const std::vector<std::int8_t>& floor,
+EdgeHeights::View EdgeHeights::look(const Samples& samples, const std::vector<std::int8_t>& floor,
                                     const Pose2& T_odom_body) const {
   const FloorProjection& p = *projection_;
   const auto rays = static_cast<std::size_t>(p.rays);
   View view;
+  view.height_m = samples.height_m;
   view.T_odom_view = T_odom_body * p.T_body_view;
-  view.foot_odom = view.T_odom_view * p.foot_view;
+  view.foot_odom = view.T_odom_view * samples.foot_view;
   view.begin.reserve(rays + 1);
+  view.near_m.assign(rays, 0);
   view.far_m.assign(rays, 0);
   for (std::size_t ray = 0; ray < rays; ++ray) {
     view.begin.push_back(static_cast<std::int32_t>(view.edges.size()));
@@ -63,9 +87,10 @@ EdgeHeights::View EdgeHeights::look(const std::vector<std::int8_t>& floor,
     float before_m = 0;
     for (std::size_t i = ray; i < floor.size(); i += rays) {
       const int now = floor[i];
-      if (p.pixel[i] < 0) {
+      if (samples.pixel[i] < 0) {
         continue;
       }
+      view.near_m[ray] = view.far_m[ray] > 0 ? view.near_m[ray] : p.range_m[i];
       view.far_m[ray] = p.range_m[i];
       const bool changes = before != 0 && (now > 0) != (before > 0);
       if (changes && std::abs(now - before) < kContrast) {
@@ -74,7 +99,7 @@ EdgeHeights::View EdgeHeights::look(const std::vector<std::int8_t>& floor,
       if (changes) {
         const float share = static_cast<float>(before) / static_cast<float>(before - now);
         view.edges.push_back({before_m + share * (p.range_m[i] - before_m),
-                              static_cast<float>(kNoise_px) * p.depth_m[i], before > 0});
+                              static_cast<float>(kNoise_px) * samples.depth_m[i], before > 0});
       }
       before = now;
       before_m = p.range_m[i];
@@ -84,117 +109,230 @@ EdgeHeights::View EdgeHeights::look(const std::vector<std::int8_t>& floor,
   return view;
 }
 
-void EdgeHeights::relate() {
-  since_.clear();
+EdgeHeights::Since EdgeHeights::since(const View& view) const {
   const View& now = views_.back();
-  for (std::size_t i = 0; i + 1 < views_.size(); ++i) {
-    const View& view = views_[i];
-    const Mat2 R_view_odom = view.T_odom_view.rotation().transpose();
-    const Vec2 way = now.foot_odom - view.foot_odom;
-    const double wheels_m = kWheels * way.norm() + kWheels_m;
-    since_.push_back(
-        {&view, R_view_odom * now.T_odom_view.rotation(), R_view_odom * way, wheels_m * wheels_m});
-  }
+  const Mat2 R_view_odom = view.T_odom_view.rotation().transpose();
+  const Vec2 way = now.foot_odom - view.foot_odom;
+  const double wheels_m = kWheels * way.norm() + kWheels_m;
+  return {&view, R_view_odom * now.T_odom_view.rotation(), R_view_odom * way, wheels_m * wheels_m};
 }
 
-// How well the earlier views show the edge if its line of sight slides so.
-EdgeHeights::Fit EdgeHeights::fit(const Edge& edge, const Vec2& direction, double slide) const {
+// Where another view shows what is `sight` away on the floor, if that slides so.
+std::optional<EdgeHeights::Seen> EdgeHeights::seen(const Since& since, const Vec2& sight,
+                                                   double slide) const {
   const FloorProjection& p = *projection_;
-  const double range_now = static_cast<double>(edge.range_m);
-  const Vec2 sight = range_now * direction;
+  const View& view = *since.view;
+  // The point is at this share of the line of sight, and that much lower than the other camera.
+  const double share = 1 / (1 + slide);
+  const double below_m = view.height_m - p.height_m * (1 - share);
+  if (below_m < 0.1 * view.height_m) {
+    return std::nullopt;
+  }
+  const Vec2 turned = since.R_then_now * sight;
+  const double stretch = view.height_m / below_m;
+  const Vec2 at = stretch * (share * turned + since.foot_then);
+  const double ray = (std::atan2(at.y(), at.x()) - p.first_ray_rad) / p.ray_step_rad;
+  if (!(ray > -0.5 && ray < p.rays - 0.5)) {
+    return std::nullopt;
+  }
+  Seen out;
+  out.ray = static_cast<std::size_t>(std::lround(ray));
+  out.range_m = at.norm();
+  constexpr double kEnd = 0.05;  // edges may be missed there
+  if (out.range_m > (1 - kEnd) * static_cast<double>(view.far_m[out.ray]) ||
+      out.range_m < (1 + kEnd) * static_cast<double>(view.near_m[out.ray])) {
+    return std::nullopt;
+  }
+  const Vec2 by_share = stretch * turned - at * p.height_m / below_m;
+  out.by_slide = -share * share * at.dot(by_share) / out.range_m;
+  out.direction_rad = p.first_ray_rad + ray * p.ray_step_rad;
+  if (view.second) {
+    const Vec3 by_mounting = second_->range_error(out.range_m, out.direction_rad);
+    out.range_m += by_mounting.dot(error_.mean.head<3>());
+  }
+  return out;
+}
+
+const EdgeHeights::Edge* EdgeHeights::nearest(const View& view, const Edge& edge, const Seen& at) {
+  const Edge* found = nullptr;
+  const auto off = [&](const Edge& other) {
+    return std::abs(static_cast<double>(other.range_m) - at.range_m);
+  };
+  for (auto k = view.begin[at.ray]; k < view.begin[at.ray + 1]; ++k) {
+    const Edge& other = view.edges[static_cast<std::size_t>(k)];
+    if (other.floor_ends == edge.floor_ends && (found == nullptr || off(other) < off(*found))) {
+      found = &other;
+    }
+  }
+  return found;
+}
+
+// How far off an edge is that another view shows, with that one's errors.
+Eigen::Vector4d EdgeHeights::error_by(const View& view, const Seen& at, const Edge& edge,
+                                      const Edge& found) const {
+  if (!view.second) {
+    return Eigen::Vector4d::Zero();
+  }
+  const double wider_m = static_cast<double>(found.sigma_m - edge.sigma_m) / kNoise_px;
+  Eigen::Vector4d by;
+  by << second_->range_error(at.range_m, at.direction_rad), edge.floor_ends ? -wider_m : wider_m;
+  return by;
+}
+
+// How well the views show the edge if its line of sight slides so.
+EdgeHeights::Fit EdgeHeights::fit(const std::vector<Since>& views, const Edge& edge,
+                                  const Vec2& direction, double slide) const {
+  const Vec2 sight = static_cast<double>(edge.range_m) * direction;
   const double here = static_cast<double>(edge.sigma_m * edge.sigma_m);
   Fit out;
-  for (const Since& since : since_) {
-    // where the line of sight of then meets the floor, from the foot of then
-    const Vec2 at = since.R_then_now * sight + (1 + slide) * since.foot_then;
-    const double ray = (std::atan2(at.y(), at.x()) - p.first_ray_rad) / p.ray_step_rad;
-    const double range_m = at.norm();
-    if (!(ray > -0.5 && ray < p.rays - 0.5)) {
-      continue;
-    }
-    const View& view = *since.view;
-    const auto nearest_ray = static_cast<std::size_t>(std::lround(ray));
-    constexpr double kEnd = 0.05;  // edges may be missed there
-    if (range_m > (1 - kEnd) * static_cast<double>(view.far_m[nearest_ray]) ||
-        range_m < (1 + kEnd) * static_cast<double>(p.range_m[0])) {
+  for (const Since& since : views) {
+    const std::optional<Seen> at = seen(since, sight, slide);
+    if (!at) {
       continue;
     }
     ++out.seen;
-    const Edge* nearest = nullptr;
-    double off = 0;
-    for (auto k = view.begin[nearest_ray]; k < view.begin[nearest_ray + 1]; ++k) {
-      const Edge& other = view.edges[static_cast<std::size_t>(k)];
-      const double error = static_cast<double>(other.range_m) - range_m;
-      if (other.floor_ends == edge.floor_ends &&
-          (nearest == nullptr || std::abs(error) < std::abs(off))) {
-        nearest = &other;
-        off = error;
-      }
-    }
-    if (nearest == nullptr) {
+    const Edge* found = nearest(*since.view, edge, *at);
+    if (found == nullptr) {
       continue;
     }
+    const Eigen::Vector4d by = error_by(*since.view, *at, edge, *found);
+    const double off = static_cast<double>(found->range_m) - at->range_m - by.w() * error_.mean.w();
     const double variance =
-        static_cast<double>(nearest->sigma_m * nearest->sigma_m) + here + since.variance_m2;
-    const double nats = 0.5 * off * off / variance;
+        static_cast<double>(found->sigma_m * found->sigma_m) + here + since.variance_m2;
+    const double nats = 0.5 * off * off / (variance + by.dot(error_.covariance * by));
     out.score += std::max(0.0, kOther - nats);
     if (nats < kSame) {
       ++out.agree;
-      const double by_slide = at.dot(since.foot_then) / range_m;
-      out.information += by_slide * by_slide / variance;
-      out.vector += by_slide * off / variance;
+      out.information += at->by_slide * at->by_slide / variance;
+      out.vector += at->by_slide * off / variance;
+      out.lean += at->by_slide / variance * by;
     }
   }
   return out;
 }
 
-std::optional<EdgeHeights::Height> EdgeHeights::height_of(const Edge& edge,
-                                                          const Vec2& direction) const {
+// The height that the views agree on, if they do; `fits` are of the slides that are tried.
+std::optional<EdgeHeights::Height> EdgeHeights::settle(const Edge& edge, const Vec2& direction,
+                                                       const std::vector<Fit>& fits,
+                                                       bool second) const {
   const FloorProjection& p = *projection_;
-  const auto missed = [](const Fit& f) { return f.seen * kOther - f.score; };
-  // most edges at which the floor ends are its own: joints and stains
-  if (edge.floor_ends) {
-    if (const Fit flat = fit(edge, direction, 0); missed(flat) < kClear) {
-      return std::nullopt;
-    }
-  }
-  std::vector<Fit> fits;
-  fits.reserve(slides_.size());
-  for (const double slide : slides_) {
-    fits.push_back(fit(edge, direction, slide));
-  }
   const auto best = std::max_element(fits.begin(), fits.end(),
                                      [](const Fit& a, const Fit& b) { return a.score < b.score; });
   double slide = slides_[static_cast<std::size_t>(best - fits.begin())];
   Fit found = *best;
+  int independent = 0;
   for (int round = 0; round < 2; ++round) {
     if (found.agree < kViews || found.agree < kShare * found.seen || found.information <= 0) {
       return std::nullopt;
     }
     slide += found.vector / found.information;
-    found = fit(edge, direction, slide);
+    found = fit(since_, edge, direction, slide);
+    independent = found.agree;
+    if (second) {
+      const Fit other = fit(second_since_, edge, direction, slide);
+      if (other.agree < kSecondViews || other.agree < kShare * other.seen) {
+        return std::nullopt;
+      }
+      found += other;
+      independent = other.agree;
+    }
   }
   if (found.information <= 0) {
     return std::nullopt;
   }
   const double sigma = 1 / std::sqrt(found.information);
   for (std::size_t k = 0; k < slides_.size(); ++k) {
-    const bool other = std::abs(slides_[k] - slide) > kSurely * sigma + slides_[1] - slides_[0];
+    const double width = std::sqrt(2 * kClear) * sigma;  // there it is as much less likely
+    const bool other = std::abs(slides_[k] - slide) > width + slides_[1] - slides_[0];
     if (other && fits[k].score > found.score - kClear) {
       return std::nullopt;
     }
   }
   const double share = 1 / (1 + slide);
-  const double sigma_share =
-      share * share * sigma * std::sqrt(std::max(1.0, found.agree / kIndependent));
+  const Eigen::Vector4d lean = found.lean / found.information;
+  const double variance = std::max(1.0, independent / kIndependent) / found.information +
+                          lean.dot(error_.covariance * lean);
+  const double sigma_share = share * share * std::sqrt(variance);
   const double range_m = static_cast<double>(edge.range_m);
-  Height height;
   const View& now = views_.back();
+  Height height;
   height.point.p_odom = now.foot_odom + now.T_odom_view.rotation() * (share * range_m * direction);
   height.point.height_m = p.height_m * (1 - share);
   height.point.sigma_m = range_m * sigma_share;
   height.sigma_m = p.height_m * sigma_share;
+  height.by_second = second;
   return height;
+}
+
+// `fit`: to no slide at all.
+bool EdgeHeights::is_surely_flat(const Fit& fit) const {
+  if (fit.agree < kViews || !(fit.information > 0)) {
+    return false;
+  }
+  const double sigma = std::sqrt(std::max(1.0, fit.agree / kIndependent) / fit.information);
+  const double slide = std::abs(fit.vector / fit.information);
+  return projection_->height_m * (slide + 2 * sigma) < kUpright_m;
+}
+
+std::optional<EdgeHeights::Height> EdgeHeights::height_of(const Edge& edge, const Vec2& direction,
+                                                          bool ask_second) {
+  const auto missed = [](const Fit& f) { return f.seen * kOther - f.score; };
+  // most edges at which the floor ends are its own: joints and stains
+  bool flat = false;
+  if (edge.floor_ends) {
+    const Fit by_motion = fit(since_, edge, direction, 0);
+    flat = missed(by_motion) < kClear;
+    if (flat && is_surely_flat(by_motion)) {
+      learn(edge, direction);
+    }
+  }
+  if (flat && (!ask_second || missed(fit(second_since_, edge, direction, 0)) < kClear)) {
+    return std::nullopt;
+  }
+  std::vector<Fit> fits;
+  fits.reserve(slides_.size());
+  for (const double slide : slides_) {
+    fits.push_back(fit(since_, edge, direction, slide));
+  }
+  if (!flat) {
+    if (std::optional<Height> height = settle(edge, direction, fits, false)) {
+      return height;
+    }
+  }
+  if (!ask_second) {
+    return std::nullopt;
+  }
+  for (std::size_t k = 0; k < slides_.size(); ++k) {
+    fits[k] += fit(second_since_, edge, direction, slides_[k]);
+  }
+  return settle(edge, direction, fits, true);
+}
+
+// An edge that the motion shows to lie on the floor tells of the second view's error.
+void EdgeHeights::learn(const Edge& edge, const Vec2& direction) {
+  if (second_since_.empty() || second_views_.back().instant != views_.back().instant) {
+    return;
+  }
+  const Since& now = second_since_.back();
+  const std::optional<Seen> at = seen(now, static_cast<double>(edge.range_m) * direction, 0);
+  const Edge* found = at ? nearest(*now.view, edge, *at) : nullptr;
+  if (found == nullptr) {
+    return;
+  }
+  const Eigen::Vector4d by = error_by(*now.view, *at, edge, *found);
+  const double off = static_cast<double>(found->range_m) - at->range_m - by.w() * error_.mean.w();
+  const double thick = kThick_m * at->range_m / now.view->height_m;
+  const double variance =
+      kTogether *
+      (static_cast<double>(found->sigma_m * found->sigma_m + edge.sigma_m * edge.sigma_m) +
+       now.variance_m2 + thick * thick);
+  const Eigen::Vector4d gain = error_.covariance * by;
+  const double expected = by.dot(gain) + variance;
+  if (off * off > kSurely * kSurely * expected) {
+    return;
+  }
+  error_.mean += gain * (off / expected);
+  error_.covariance -= gain * gain.transpose() / expected;
 }
 
 // Whether other pictures found the same place flat.
@@ -210,21 +348,56 @@ bool EdgeHeights::is_supported(const Vec2& p_odom) const {
   return others >= kSupport;
 }
 
-EdgeHeights::Found EdgeHeights::add(const std::vector<std::int8_t>& floor,
-                                    const Pose2& T_odom_body) {
+bool EdgeHeights::is_due(const Pose2& T_odom_body) const {
+  const Vec2 foot_odom = T_odom_body * projection_->T_body_view * projection_->foot_view;
+  return views_.empty() || (views_.back().foot_odom - foot_odom).norm() >= kStep_m;
+}
+
+void EdgeHeights::take(const std::vector<std::int8_t>& floor, const Pose2& T_odom_body,
+                       const std::optional<Second>& second) {
   const FloorProjection& p = *projection_;
-  const Vec2 foot_odom = T_odom_body * p.T_body_view * p.foot_view;
-  if (views_.empty() || (views_.back().foot_odom - foot_odom).norm() >= kStep_m) {
-    while (!views_.empty() && (views_.front().foot_odom - foot_odom).norm() > kLongest_m) {
-      views_.pop_front();
+  ++view_;
+  views_.push_back(look({p.pixel, p.depth_m, p.foot_view, p.height_m}, floor, T_odom_body));
+  views_.back().instant = view_;
+  const auto far_enough = [&] {
+    return second_views_.empty() ||
+           (second_views_.back().foot_odom - views_.back().foot_odom).norm() >= kSecondStep_m;
+  };
+  if (second_ && second && far_enough()) {
+    second_views_.push_back(
+        look({second_->pixel, second_->depth_m, second_->foot_view, second_->height_m},
+             second->floor, second->T_odom_body));
+    second_views_.back().second = true;
+    second_views_.back().instant = view_;
+  }
+  const auto drop_old = [&](std::deque<View>& views) {
+    while (!views.empty() &&
+           (views.front().T_odom_view.position() - views_.back().T_odom_view.position()).norm() >
+               kLongest_m) {
+      views.pop_front();
     }
-    views_.push_back(look(floor, T_odom_body));
-    relate();
-    rays_left_ = p.rays / kRayStride;
-    ++view_;
-    while (!flat_.empty() && view_ - flat_.front().view > kViewsKept) {
-      flat_.pop_front();
-    }
+  };
+  drop_old(views_);
+  drop_old(second_views_);
+  since_.clear();
+  second_since_.clear();
+  for (std::size_t i = 0; i + 1 < views_.size(); ++i) {
+    since_.push_back(since(views_[i]));
+  }
+  for (const View& view : second_views_) {
+    second_since_.push_back(since(view));
+  }
+  rays_left_ = p.rays / kRayStride;
+  while (!flat_.empty() && view_ - flat_.front().view > kViewsKept) {
+    flat_.pop_front();
+  }
+}
+
+EdgeHeights::Found EdgeHeights::add(const std::vector<std::int8_t>& floor, const Pose2& T_odom_body,
+                                    const std::optional<Second>& second) {
+  const FloorProjection& p = *projection_;
+  if (is_due(T_odom_body)) {
+    take(floor, T_odom_body, second);
   }
   Found found;
   if (since_.size() < kViews) {
@@ -235,10 +408,12 @@ EdgeHeights::Found EdgeHeights::add(const std::vector<std::int8_t>& floor,
   rays_left_ -= some;
   for (int i = 0; i < some; ++i) {
     const auto ray = static_cast<std::size_t>(next_ray_);
+    const bool ask_second = second_since_.size() >= kSecondViews &&
+                            (next_ray_ / kRayStride + view_) % kSecondRayStride == 0;
     next_ray_ = (next_ray_ + kRayStride) % p.rays;
     for (auto k = now.begin[ray]; k < now.begin[ray + 1]; ++k) {
       const Edge& edge = now.edges[static_cast<std::size_t>(k)];
-      const std::optional<Height> height = height_of(edge, directions_[ray]);
+      const std::optional<Height> height = height_of(edge, directions_[ray], ask_second);
       if (!height || height->point.sigma_m >= kVague_m) {
         continue;
       }
@@ -248,6 +423,9 @@ EdgeHeights::Found EdgeHeights::add(const std::vector<std::int8_t>& floor,
       } else if (!edge.floor_ends && point.height_m + 2 * height->sigma_m < kUpright_m) {
         if (is_supported(point.p_odom)) {
           found.marks_odom.push_back(point.p_odom);
+          if (!height->by_second) {
+            learn(edge, directions_[ray]);
+          }
         }
         flat_.push_back({point.p_odom, view_});
       }

@@ -45,6 +45,30 @@ Bgr colour_at(const cv::Mat& bgr, std::int32_t pixel) {
   return {p[0], p[1], p[2]};
 }
 
+// The mean of 3 x 3 samples; at the borders the nearest row or ray stands in.
+std::vector<std::int8_t> mean_of_neighbours(const std::vector<std::int8_t>& scan,
+                                            std::size_t rays) {
+  const std::size_t rows = scan.size() / rays;
+  std::vector<std::int8_t> mean(scan.size());
+  std::vector<std::int16_t> sum(rays);
+  for (std::size_t row = 0; row < rows; ++row) {
+    const std::int8_t* here = &scan[row * rays];
+    const std::int8_t* below = &scan[(row > 0 ? row - 1 : row) * rays];
+    const std::int8_t* above = &scan[(row + 1 < rows ? row + 1 : row) * rays];
+    for (std::size_t ray = 0; ray < rays; ++ray) {
+      sum[ray] = static_cast<std::int16_t>(here[ray] + below[ray] + above[ray]);
+    }
+    std::int8_t* out = &mean[row * rays];
+    const auto ninth = [](int total) { return static_cast<std::int8_t>((total * 455) / 4096); };
+    out[0] = ninth(2 * sum[0] + sum[1]);
+    for (std::size_t ray = 1; ray + 1 < rays; ++ray) {
+      out[ray] = ninth(sum[ray - 1] + sum[ray] + sum[ray + 1]);
+    }
+    out[rays - 1] = ninth(2 * sum[rays - 1] + sum[rays - 2]);
+  }
+  return mean;
+}
+
 }  // namespace
 
 void bind(Fields& f, FloorMapperOptions& o) {
@@ -62,7 +86,7 @@ void bind(Fields& f, FloorMapperOptions& o) {
 }
 
 FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& floor_camera,
-                         const Body& body)
+                         const Body& body, const RigCamera* second_camera)
     : options_(options),
       learn_every_(
           std::max(1, static_cast<int>(std::lround(options.learn_every_s * floor_camera.rate_hz)))),
@@ -77,7 +101,8 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
   }
   if (options_.upright) {
     upright_.emplace(projection_, floor_camera.rate_hz);
-    edges_.emplace(projection_);
+    edges_.emplace(projection_,
+                   second_camera != nullptr ? second_view(p, *second_camera) : std::nullopt);
   }
   const auto rays = static_cast<std::size_t>(p.rays);
   const auto rows = static_cast<std::size_t>(p.rows);
@@ -382,8 +407,18 @@ bool FloorMapper::is_line(std::size_t ray, std::size_t row, std::size_t end) con
   return static_cast<double>(thin) >= kLineShare * static_cast<double>(end - row);
 }
 
-void FloorMapper::note_edges(const Pose2& T_odom_body) {
-  const EdgeHeights::Found found = edges_->add(smooth_, T_odom_body);
+void FloorMapper::note_edges(const cv::Mat& bgr, const Pose2& T_odom_body,
+                             const SecondPicture* second_picture) {
+  std::optional<EdgeHeights::Second> second;
+  if (second_picture != nullptr && edges_->second() && edges_->is_due(T_odom_body)) {
+    const std::vector<std::int8_t> rated =
+        rate_second(*edges_->second(), second_picture->bgr, *projection_, bgr, smooth_, colour_);
+    if (!rated.empty()) {
+      second = {mean_of_neighbours(rated, static_cast<std::size_t>(projection_->rays)),
+                second_picture->T_odom_body};
+    }
+  }
+  const EdgeHeights::Found found = edges_->add(smooth_, T_odom_body, second);
   upright_->suggest(found.upright);
   std::erase_if(marks_odom_, [&](const Vec2& mark) {
     return (mark - T_odom_body.position()).norm() > kMarkKept_m;
@@ -440,24 +475,7 @@ void FloorMapper::scan() {
     const std::int32_t pixel = p.pixel[i];
     ratio_[i] = pixel >= 0 ? rated_[static_cast<std::size_t>(pixel)] : std::int8_t{0};
   }
-  // the mean of 3 x 3; at the borders the nearest row or ray stands in
-  std::vector<std::int16_t> sum(rays);
-  for (std::size_t row = 0; row < rows; ++row) {
-    const std::int8_t* here = &ratio_[row * rays];
-    const std::int8_t* below = &ratio_[(row > 0 ? row - 1 : row) * rays];
-    const std::int8_t* above = &ratio_[(row + 1 < rows ? row + 1 : row) * rays];
-    for (std::size_t ray = 0; ray < rays; ++ray) {
-      sum[ray] = static_cast<std::int16_t>(here[ray] + below[ray] + above[ray]);
-    }
-    std::int8_t* out = &smooth_[row * rays];
-    const auto ninth = [](int total) { return static_cast<std::int8_t>((total * 455) / 4096); };
-    out[0] = ninth(2 * sum[0] + sum[1]);
-    for (std::size_t ray = 1; ray + 1 < rays; ++ray) {
-      out[ray] = ninth(sum[ray - 1] + sum[ray] + sum[ray + 1]);
-    }
-    out[rays - 1] = ninth(2 * sum[rays - 1] + sum[rays - 2]);
-  }
-
+  smooth_ = mean_of_neighbours(ratio_, rays);
   measure_across();
   std::fill(evidence_.begin(), evidence_.end(), std::int8_t{0});
   constexpr int kDivisor = FloorProjection::kFullWeight * kGainDenominator;
@@ -568,7 +586,8 @@ void FloorMapper::learn(const cv::Mat& bgr) {
   colour_.learn(fit_colours(colours, options_.colour.trained));
 }
 
-FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, bool may_learn) {
+FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, bool may_learn,
+                               const SecondPicture* second_picture) {
   PANOPTES_CHECK(bgr.type() == CV_8UC3 && bgr.total() == rated_.size(),
                  "the floor camera's picture is 8-bit BGR of the size its rig says");
   const cv::Mat picture = bgr.isContinuous() ? bgr : bgr.clone();
@@ -590,7 +609,7 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
   }
   scan();
   if (edges_ && sees_floor_) {
-    note_edges(T_odom_body);
+    note_edges(picture, T_odom_body, second_picture);
   }
   if (sees_floor_ && may_learn) {
     if (parallax_) {

@@ -54,10 +54,20 @@ struct FloorReading {
 /// texture has moved as only the floor can (plane and parallax, Irani and Anandan 1996).
 class FloorMapper {
  public:
-  FloorMapper(const FloorMapperOptions& options, const RigCamera& floor_camera, const Body& body);
+  /// `second_camera`: another one that sees the same floor from another height; it is not asked
+  /// where it does not.
+  FloorMapper(const FloorMapperOptions& options, const RigCamera& floor_camera, const Body& body,
+              const RigCamera* second_camera = nullptr);
+
+  struct SecondPicture {
+    cv::Mat bgr;
+    Pose2 T_odom_body;  ///< when it was taken
+  };
 
   /// `may_learn`: false after a bump or a stall, so that what touches the bumper is not learned.
-  FloorReading read(const cv::Mat& bgr, const Pose2& T_odom_body, bool may_learn);
+  /// `second_picture`: of the second camera, taken at about the same time.
+  FloorReading read(const cv::Mat& bgr, const Pose2& T_odom_body, bool may_learn,
+                    const SecondPicture* second_picture = nullptr);
 
   const std::shared_ptr<const FloorProjection>& projection() const { return projection_; }
   const FloorColour& colour() const { return colour_; }
@@ -74,7 +84,8 @@ class FloorMapper {
   double ray_at(const Vec2& from_foot_view) const;
   void measure_across();
   bool is_line(std::size_t ray, std::size_t row, std::size_t end) const;
-  void note_edges(const Pose2& T_odom_body);
+  void note_edges(const cv::Mat& bgr, const Pose2& T_odom_body,
+                  const SecondPicture* second_picture);
   void find_marks(const Pose2& T_odom_body);
   bool is_mark(std::size_t ray, std::size_t end) const;
   void scan();

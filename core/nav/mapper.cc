@@ -25,6 +25,24 @@ constexpr double kSweep_m = 0.05;
 // Narrower than this share of the body, floor that is seen through a passage may be no floor.
 constexpr double kPassageShare = 0.4;
 
+// The camera that sees most of the floor that a floor camera maps, from another height.
+std::string second_camera(const Rig& rig, const std::string& floor_camera,
+                          const FloorProjection& projection) {
+  std::string best;
+  std::size_t most = 0;
+  for (const auto& [name, camera] : rig.cameras) {
+    if (name == floor_camera) {
+      continue;
+    }
+    const std::optional<SecondView> view = second_view(projection, camera);
+    if (view && view->pairs.size() > most) {
+      best = name;
+      most = view->pairs.size();
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 std::vector<std::string> floor_cameras(const Rig& rig) {
@@ -68,9 +86,11 @@ Mapper::Mapper(const MapperOptions& options, const Body& body, const Rig& rig)
       global_(options.plan_cell_m) {
   for (const std::string& name : floor_cameras(rig)) {
     const RigCamera& camera = rig.cameras.at(name);
-    FloorMapper floor(options.floor, camera, body);
+    const std::string second = second_camera(rig, name, project_floor(camera, body));
+    FloorMapper floor(options.floor, camera, body,
+                      second.empty() ? nullptr : &rig.cameras.at(second));
     FloorFlow flow(floor.projection(), camera.intrinsics);
-    floor_cameras_.push_back({name, std::move(floor), std::move(flow), {}});
+    floor_cameras_.push_back({name, second, std::move(floor), std::move(flow), {}});
   }
 }
 
@@ -112,7 +132,14 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
     }
     const Pose2 T_now_then = T_body_then(seen, picture->second.stamp);
     const Pose2 T_odom_then = seen.odometry.T_odom_body * T_now_then;
-    FloorReading reading = floor_cameras_[i].floor.read(picture->second.bgr, T_odom_then, !bumped_);
+    std::optional<FloorMapper::SecondPicture> second;
+    if (const auto other = seen.pictures.find(floor_cameras_[i].second);
+        other != seen.pictures.end()) {
+      second = {other->second.bgr,
+                seen.odometry.T_odom_body * T_body_then(seen, other->second.stamp)};
+    }
+    FloorReading reading = floor_cameras_[i].floor.read(picture->second.bgr, T_odom_then, !bumped_,
+                                                        second ? &*second : nullptr);
     check_camera(i, picture->second.bgr, reading, T_odom_then, seen.odometry.twist_body);
     for (const UprightPoint& point : reading.upright_odom) {
       open_.add_standing(

@@ -94,6 +94,7 @@ class Mapper {
   Body body_;
   struct FloorCamera {
     std::string camera;
+    std::string second;  // a camera that sees the same from another height; empty: none
     FloorMapper floor;
     FloorFlow flow;
     FloorCameraCheck check;

@@ -5,12 +5,14 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "core/base/rng.h"
+#include "core/geometry/pose3.h"
 #include "tests/core/map/floor_scene.h"
 
 namespace panoptes {
@@ -46,34 +48,71 @@ std::int8_t bar(const Vec2& from, const Vec2& to, double h, double height_m) {
   return on_it ? kOther : kFloor;
 }
 
+/// A camera beneath the floor camera, 0.3 m lower, level.
+RigCamera lower_camera() {
+  RigCamera camera = office_floor_camera();
+  camera.floor.reset();
+  camera.T_body_camera = mounted_camera(camera.T_body_camera.translation - Vec3(0, 0, 0.3), 0, 0);
+  camera.sigma.rotation_rad.setConstant(deg_to_rad(0.4));
+  camera.sigma.position_m.setConstant(0.004);
+  return camera;
+}
+
 struct Drive {
   explicit Drive(Look world, double noise = 0)
       : look(std::move(world)), wheels(noise), heights(projection) {}
+
+  /// With the lower camera, which is tilted by this, and higher by the share, than it is said to
+  /// be.
+  static Drive with_second(Look world, double noise, double tilt_rad, double higher) {
+    Drive drive(std::move(world), noise);
+    drive.second = second_view(*drive.projection, lower_camera());
+    drive.error = {higher, tilt_rad, 0};
+    drive.heights = EdgeHeights(drive.projection, drive.second);
+    return drive;
+  }
 
   void step(const Pose2& by) {
     T_scene_body = T_scene_body * by;
     T_odom_body =
         T_odom_body * Pose2{by.x_m + wheels * rng.normal(0, 0.001), wheels * rng.normal(0, 0.0005),
                             by.theta_rad + wheels * rng.normal(0, deg_to_rad(0.05))};
+    std::optional<EdgeHeights::Second> below;
+    if (second) {
+      below = {scan(second->foot_view, second->height_m * (1 + error.x()), second->depth_m,
+                    [&](double range_m, double angle) {
+                      return second->range_error(range_m, angle).dot(error);
+                    }),
+               T_odom_body};
+    }
+    const EdgeHeights::Found found =
+        heights.add(scan(projection->foot_view, projection->height_m, projection->depth_m,
+                         [](double, double) { return 0.0; }),
+                    T_odom_body, below);
+    upright.insert(upright.end(), found.upright.begin(), found.upright.end());
+    marks.insert(marks.end(), found.marks_odom.begin(), found.marks_odom.end());
+  }
+  /// `error_m`: by which the floor is farther than the sample's range, by that and its direction.
+  std::vector<std::int8_t> scan(const Vec2& foot_view, double height_m,
+                                const std::vector<float>& depth_m,
+                                const std::function<double(double, double)>& error_m) {
     const FloorProjection& p = *projection;
     const Pose2 T_scene_view = T_scene_body * p.T_body_view;
-    const Vec2 foot = T_scene_view * p.foot_view;
-    std::vector<std::int8_t> scan(p.pixel.size());
+    const Vec2 foot = T_scene_view * foot_view;
+    std::vector<std::int8_t> out(p.pixel.size());
     for (int row = 0; row < p.rows; ++row) {
       for (int ray = 0; ray < p.rays; ++ray) {
         const auto i = static_cast<std::size_t>(row * p.rays + ray);
         const double angle = p.first_ray_rad + ray * p.ray_step_rad;
         // a pixel that rocks with the body
         const double range_m = static_cast<double>(p.range_m[i]) +
-                               wheels * 0.3 * static_cast<double>(p.depth_m[i]) * rng.normal(0, 1);
-        const Vec2 to =
-            T_scene_view * Vec2(p.foot_view + range_m * Vec2(std::cos(angle), std::sin(angle)));
-        scan[i] = look(foot, to, p.height_m);
+                               wheels * 0.3 * static_cast<double>(depth_m[i]) * rng.normal(0, 1);
+        const Vec2 to = T_scene_view * Vec2(foot_view + (range_m + error_m(range_m, angle)) *
+                                                            Vec2(std::cos(angle), std::sin(angle)));
+        out[i] = look(foot, to, height_m);
       }
     }
-    const EdgeHeights::Found found = heights.add(scan, T_odom_body);
-    upright.insert(upright.end(), found.upright.begin(), found.upright.end());
-    marks.insert(marks.end(), found.marks_odom.begin(), found.marks_odom.end());
+    return out;
   }
   void go(int steps, const Pose2& by) {
     for (int i = 0; i < steps; ++i) {
@@ -87,6 +126,8 @@ struct Drive {
   std::shared_ptr<const FloorProjection> projection =
       std::make_shared<FloorProjection>(project_floor(office_floor_camera(), Body{}));
   EdgeHeights heights;
+  std::optional<SecondView> second;
+  Vec3 error = Vec3::Zero();
   Pose2 T_scene_body;
   Pose2 T_odom_body;
   std::vector<UprightPoint> upright;
@@ -152,6 +193,53 @@ TEST(EdgeHeights, NothingIsToldOfAnEdgeAlongTheMotion) {
   EXPECT_TRUE(drive.upright.empty()) << drive.upright.size();
   EXPECT_TRUE(drive.marks.empty());
 }
+
+/// Bars on the floor across the way, and a band of this height along it, to the left.
+std::int8_t band(const Vec2& from, const Vec2& to, double h, double height_m) {
+  const double beside = 0.45;
+  const double beyond = 0.55;
+  if (to.y() < 0.3) {
+    return std::fmod(to.x() + 100, 0.7) < 0.08 ? kOther : kFloor;
+  }
+  const double side = height_at_x({from.y(), 0}, {to.y(), 0}, h, beside);
+  const double back = height_at_x({from.y(), 0}, {to.y(), 0}, h, beyond);
+  return to.y() > beside && side >= 0 && back <= height_m ? kOther : kFloor;
+}
+
+class EdgesAlongTheMotion : public testing::TestWithParam<double> {};
+
+TEST_P(EdgesAlongTheMotion, APaintedBandIsAMarkToTwoCameras) {
+  Drive drive = Drive::with_second(
+      [](const Vec2& from, const Vec2& to, double h) { return band(from, to, h, 0); }, GetParam(),
+      deg_to_rad(0.3), 0.004);
+  drive.go(160, {0.025, 0, 0});
+  EXPECT_LE(100 * drive.upright.size(), drive.marks.size());
+  const auto beside = std::count_if(drive.marks.begin(), drive.marks.end(),
+                                    [](const Vec2& mark) { return mark.y() > 0.4; });
+  EXPECT_GE(beside, 100);
+  for (const Vec2& mark : drive.marks) {
+    if (mark.y() > 0.4) {
+      EXPECT_NEAR(mark.y(), 0.55, 0.06);
+    }
+  }
+}
+
+TEST_P(EdgesAlongTheMotion, ABeamStandsToTwoCameras) {
+  Drive drive = Drive::with_second(
+      [](const Vec2& from, const Vec2& to, double h) { return band(from, to, h, 0.12); },
+      GetParam(), deg_to_rad(0.3), 0.004);
+  drive.go(160, {0.025, 0, 0});
+  EXPECT_TRUE(std::none_of(drive.marks.begin(), drive.marks.end(),
+                           [](const Vec2& mark) { return mark.y() > 0.35; }));
+  ASSERT_GE(drive.upright.size(), 100U);
+  const auto elsewhere =
+      std::count_if(drive.upright.begin(), drive.upright.end(), [](const UprightPoint& point) {
+        return std::abs(point.p_odom.y() - 0.5) > 0.1 + 3 * point.sigma_m;
+      });
+  EXPECT_LE(20 * elsewhere, static_cast<std::ptrdiff_t>(drive.upright.size())) << "corners of bars";
+}
+
+INSTANTIATE_TEST_SUITE_P(Noise, EdgesAlongTheMotion, testing::Values(0.0, 1.0));
 
 TEST(EdgeHeights, AJumpOfTheWheelsStartsAnew) {
   Drive drive(skirting);
