@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/check.h"
 #include "core/geometry/pose3.h"
 
 namespace panoptes {
@@ -88,6 +89,10 @@ std::vector<std::int8_t> rate_second(const SecondView& view, const cv::Mat& bgr,
                                      const FloorProjection& projection, const cv::Mat& floor_bgr,
                                      const std::vector<std::int8_t>& known, FloorColour& colour) {
   const cv::Mat picture = bgr.isContinuous() ? bgr : bgr.clone();
+  PANOPTES_CHECK(
+      picture.type() == CV_8UC3 && static_cast<std::int64_t>(picture.total()) >
+                                       *std::max_element(view.pixel.begin(), view.pixel.end()),
+      "a picture of the second camera is 8-bit BGR of the size its rig says");
   std::array<std::vector<float>, 3> ratios;
   for (const SecondView::Pair& pair : view.pairs) {
     const auto sample = static_cast<std::size_t>(pair.sample);

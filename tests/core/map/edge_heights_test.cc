@@ -212,7 +212,7 @@ TEST_P(EdgesAlongTheMotion, APaintedBandIsAMarkToTwoCameras) {
   Drive drive = Drive::with_second(
       [](const Vec2& from, const Vec2& to, double h) { return band(from, to, h, 0); }, GetParam(),
       deg_to_rad(0.3), 0.004);
-  drive.go(160, {0.025, 0, 0});
+  drive.go(110, {0.025, 0, 0});
   EXPECT_LE(100 * drive.upright.size(), drive.marks.size());
   const auto beside = std::count_if(drive.marks.begin(), drive.marks.end(),
                                     [](const Vec2& mark) { return mark.y() > 0.4; });
@@ -228,7 +228,7 @@ TEST_P(EdgesAlongTheMotion, ABeamStandsToTwoCameras) {
   Drive drive = Drive::with_second(
       [](const Vec2& from, const Vec2& to, double h) { return band(from, to, h, 0.12); },
       GetParam(), deg_to_rad(0.3), 0.004);
-  drive.go(160, {0.025, 0, 0});
+  drive.go(110, {0.025, 0, 0});
   EXPECT_TRUE(std::none_of(drive.marks.begin(), drive.marks.end(),
                            [](const Vec2& mark) { return mark.y() > 0.35; }));
   ASSERT_GE(drive.upright.size(), 100U);
