@@ -58,8 +58,8 @@ class EdgeHeights {
   };
   struct View {
     double height_m = 0;  // of the camera
-    bool second = false;
-    int instant = 0;
+    bool second = false;  // or the floor camera's
+    int instant = 0;      // pictures that were taken together have the same
     Pose2 T_odom_view;
     Vec2 foot_odom = Vec2::Zero();
     std::vector<Edge> edges;          // ray by ray, the nearest first

@@ -26,7 +26,6 @@ constexpr double kCoarsest_m = 0.2;
 constexpr double kWidest_m = 200;
 constexpr double kStart_m = 0.75;  // floor that is clear about a start, and half a cell
 constexpr double kSheet_m = 0.03;  // of wall behind a face
-constexpr double kPaper_m = 1.3;   // one repeat of a wallpaper
 constexpr double kLampPitch_m = 3.2;
 constexpr double kLampClear_m = 0.35;  // half a lamp's width
 constexpr double kLampPower = 0.9;
@@ -34,10 +33,6 @@ constexpr double kLeastDressed_m = 0.4;
 const std::array<const char*, 7> kPapers{
     "office/wall",   "corridors/wall_a",       "office/wall_b",       "corridors/wall_b",
     "office/wall_b", "home/wallpaper_stripes", "home/wallpaper_retro"};
-struct FloorPicture {
-  const char* picture;
-  double tile_m;
-};
 const std::array<FloorPicture, 4> kFloors{{{"corridors/linoleum", 2.0},
                                            {"office/carpet_sand", 2.0},
                                            {"office/carpet_blue", 2.0},
@@ -186,12 +181,11 @@ void generate(const BuildingPlan& plan, WorldSettings& into) {
   Rng rng = Rng(plan.seed).fork("building");
   into.ambient = 0.5;
   Rng surfaces = rng.fork("surfaces");
-  const FloorPicture& floor =
-      kFloors[static_cast<std::size_t>(surfaces.index(static_cast<int>(kFloors.size())))];
+  const FloorPicture& floor = one_of(kFloors, surfaces);
   std::vector<std::string> papers(
       1 + *std::max_element(walls.room.cells.begin(), walls.room.cells.end()));
   for (std::string& paper : papers) {
-    paper = kPapers[static_cast<std::size_t>(surfaces.index(static_cast<int>(kPapers.size())))];
+    paper = one_of(kPapers, surfaces);
   }
   Vec2 low = T_scene_map * walls.faces.front().from;
   Vec2 high = low;
@@ -207,7 +201,7 @@ void generate(const BuildingPlan& plan, WorldSettings& into) {
     const Pose2 at = face.at(face.length_m() / 2);
     const Vec2 middle = at * Vec2(-kSheet_m / 2, 0);
     const std::string& paper = papers[static_cast<std::size_t>(stretch.room)];
-    const double repeat_m = paper.starts_with("home/") ? kPaper_m : kRoomHeight_m;
+    const double repeat_m = wall_repeat_m(paper);
     BoxSettings& sheet =
         put_box(into, "wall", Vec3(kSheet_m, face.length_m(), kRoomHeight_m),
                 {middle.x(), middle.y(), at.theta_rad}, 0, paper, Vec2(repeat_m, repeat_m));

@@ -25,7 +25,6 @@ constexpr int kMostRooms = 8;
 constexpr double kMostSize_m = 40;
 constexpr double kHall_m = 1.6;
 constexpr double kLeastRoom_m = 3.0;  // each way
-constexpr double kPaper_m = 1.3;      // one repeat of a wallpaper
 constexpr double kDoorway_m = 1.06;   // 1 m between the frames
 constexpr double kFrame_m = 0.03;
 constexpr double kFrameDepth_m = kWallThickness_m + 0.03;

@@ -23,7 +23,6 @@ namespace {
 constexpr double kLeast_m = 3.5;
 constexpr double kMost_m = 12;
 constexpr double kHalf_m = kWallThickness_m / 2;
-constexpr double kPaper_m = 1.3;  // one repeat of a wallpaper
 constexpr double kPanel_m = 0.9;  // of wall that is plain or not, about
 // A start has 0.7 m clear about it.
 constexpr double kHalfStart_m = 0.78;
@@ -31,10 +30,6 @@ constexpr double kBeforeDoor_m = 1.0;
 constexpr double kDoor_m = 1.02;
 constexpr double kDoorHeight_m = 2.14;
 
-struct FloorPicture {
-  const char* picture;
-  double tile_m;
-};
 const std::array<FloorPicture, 5> kFloors{{{"home/parquet", 1.6},
                                            {"home/floor_tiles", 1.2},
                                            {"office/carpet_sand", 2.0},
@@ -52,14 +47,7 @@ std::string size_rule() {
   return fmt::format("must be between {:g} m and {:g} m each way", kLeast_m, kMost_m);
 }
 
-template <class T, std::size_t n>
-const T& one_of(const std::array<T, n>& choice, Rng& rng) {
-  return choice[static_cast<std::size_t>(rng.index(static_cast<int>(n)))];
-}
-
-Vec2 picture_size(const std::string& paper) {
-  return paper.starts_with("home/") ? Vec2(kPaper_m, kPaper_m) : Vec2(kRoomHeight_m, kRoomHeight_m);
-}
+Vec2 picture_size(const std::string& paper) { return Vec2::Constant(wall_repeat_m(paper)); }
 
 /// A room's four walls, in panels of paper and of plain paint. The walls along x reach around those
 /// along y.
@@ -191,18 +179,15 @@ void generate(const RoomPlan& plan, WorldSettings& into) {
     const std::size_t f = (door_face + static_cast<std::size_t>(i / 10)) % 4;
     WallFace& face = room.faces[f];
     const double s_m = openings.uniform(kDoor_m / 2 + 0.1, face.length_m() - kDoor_m / 2 - 0.1);
-    if (!put_door(into, face, s_m, "office/door")) {
-      continue;
-    }
-    face.take({{s_m - kDoor_m / 2 - 0.05, 0}, {s_m + kDoor_m / 2 + 0.05, kDoorHeight_m}});
     const Pose2 at = face.at(s_m);
     const Rectangle before =
         FloorSpace::outline(at * Pose2{kBeforeDoor_m / 2, 0, 0}, {kBeforeDoor_m, kDoor_m + 0.1});
     if (std::any_of(room.solid.begin(), room.solid.end(),
-                    [&before](const Rectangle& r) { return r.overlaps(before); })) {
-      into.objects.pop_back();
+                    [&before](const Rectangle& r) { return r.overlaps(before); }) ||
+        !put_door(into, face, s_m, "office/door")) {
       continue;
     }
+    face.take({{s_m - kDoor_m / 2 - 0.05, 0}, {s_m + kDoor_m / 2 + 0.05, kDoorHeight_m}});
     room.keep_clear.push_back(before);
     places.push_back(at * Vec2(0.6, 0));
     room.is_outside[(f + 2) % 4] = true;

@@ -181,8 +181,7 @@ class Furnisher {
                                                {"corridors/sand", {0.42, 0.42}, 0.9}}};
     const int count = static_cast<int>(std::lround(share * kMostThings));
     for (int k = 0; k < count; ++k) {
-      const Piece& thing =
-          kThings[static_cast<std::size_t>(rng_.index(static_cast<int>(kThings.size())))];
+      const Piece& thing = one_of(kThings, rng_);
       for (int i = 0; i < kTries; ++i) {
         const Pose2 at{rng_.uniform(room_.area.low.x(), room_.area.high.x()),
                        rng_.uniform(room_.area.low.y(), room_.area.high.y()),

@@ -8,6 +8,8 @@
 #include <deque>
 #include <utility>
 
+#include <opencv2/imgproc.hpp>
+
 namespace panoptes::sim {
 namespace {
 
@@ -28,40 +30,25 @@ constexpr std::array<std::array<int, 2>, 4> kBeside{{{1, 0}, {0, 1}, {-1, 0}, {0
 constexpr std::array<std::array<int, 2>, 8> kAround{
     {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}}};
 
-/// The cells that hang together with one of them, by those steps, as long as `belongs`.
-template <class Steps, class Belongs>
-std::vector<std::size_t> piece_at(const Mask& grid, int column, int row, const Steps& steps,
-                                  std::vector<std::uint8_t>& visited, const Belongs& belongs) {
-  std::vector<std::size_t> piece{grid.index(column, row)};
-  visited[piece.front()] = 1;
-  for (std::size_t k = 0; k < piece.size(); ++k) {
-    const int c = static_cast<int>(piece[k]) % grid.columns;
-    const int r = static_cast<int>(piece[k]) / grid.columns;
-    for (const auto& [dc, dr] : steps) {
-      if (!grid.contains(c + dc, r + dr)) {
-        continue;
-      }
-      const std::size_t next = grid.index(c + dc, r + dr);
-      if (visited[next] == 0 && belongs(next)) {
-        visited[next] = 1;
-        piece.push_back(next);
-      }
-    }
-  }
-  return piece;
-}
+/// The same cells, for OpenCV.
+cv::Mat1b picture_of(Mask& mask) { return {mask.rows, mask.columns, mask.cells.data()}; }
 
-template <class Steps, class Belongs, class Use>
-void for_each_piece(const Mask& grid, const Steps& steps, const Belongs& belongs, const Use& use) {
-  std::vector<std::uint8_t> visited(grid.cells.size(), 0);
-  for (int row = 0; row < grid.rows; ++row) {
-    for (int column = 0; column < grid.columns; ++column) {
-      const std::size_t here = grid.index(column, row);
-      if (visited[here] == 0 && belongs(here)) {
-        use(piece_at(grid, column, row, steps, visited, belongs));
-      }
-    }
+/// Pieces of what is not 0 in a picture, from 1, and how many cells each has.
+struct Pieces {
+  cv::Mat1i piece;
+  std::vector<std::size_t> cells;  ///< by piece; that of 0 is what belongs to none
+};
+
+Pieces pieces_of(const cv::Mat1b& picture, int neighbours) {
+  Pieces out;
+  cv::Mat1i stats;
+  cv::Mat1d centroids;
+  const int count =
+      cv::connectedComponentsWithStats(picture, out.piece, stats, centroids, neighbours, CV_32S);
+  for (int k = 0; k < count; ++k) {
+    out.cells.push_back(static_cast<std::size_t>(stats(k, cv::CC_STAT_AREA)));
   }
+  return out;
 }
 
 /// Unknown cells among free ones: rays of a scanner that passed on both sides.
@@ -87,123 +74,62 @@ void close_rays(const OccupancyMap& map, Mask& floor) {
 
 void drop_specks(Mask& floor) {
   const auto most = static_cast<std::size_t>(kSpeck_m2 / (floor.cell_m * floor.cell_m));
-  const Mask before = floor;
-  for_each_piece(
-      before, kAround, [&before](std::size_t at) { return before.cells[at] == 0; },
-      [&](const std::vector<std::size_t>& piece) {
-        if (piece.size() < most) {
-          for (const std::size_t at : piece) {
-            floor.cells[at] = 1;
-          }
-        }
-      });
+  const Pieces walls = pieces_of(picture_of(floor) == 0, 8);
+  for (std::size_t at = 0; at < floor.cells.size(); ++at) {
+    if (floor.cells[at] == 0 &&
+        walls.cells[static_cast<std::size_t>(walls.piece.begin()[static_cast<int>(at)])] < most) {
+      floor.cells[at] = 1;
+    }
+  }
 }
 
-/// Whether all cells of a square with that corner are floor, by sums over rectangles.
-class Sums {
- public:
-  explicit Sums(const Mask& mask) : columns_(mask.columns + 1) {
-    sums_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(mask.rows + 1), 0);
-    for (int row = 0; row < mask.rows; ++row) {
-      for (int column = 0; column < mask.columns; ++column) {
-        at(column + 1, row + 1) = at(column, row + 1) + at(column + 1, row) - at(column, row) +
-                                  (mask(column, row) != 0 ? 1 : 0);
-      }
-    }
-  }
-  int over(int column, int row, int end_column, int end_row) {
-    return at(end_column, end_row) - at(column, end_row) - at(end_column, row) + at(column, row);
-  }
-
- private:
-  int& at(int column, int row) {
-    return sums_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                 static_cast<std::size_t>(column)];
-  }
-  int columns_;
-  std::vector<int> sums_;
-};
-
-/// What a square of that side covers where it lies on floor alone.
-Mask opened(const Mask& floor, int side) {
-  Sums sums(floor);
-  Mask out = floor;
-  std::fill(out.cells.begin(), out.cells.end(), std::uint8_t{0});
-  for (int row = 0; row + side <= floor.rows; ++row) {
-    for (int column = 0; column + side <= floor.columns; ++column) {
-      if (sums.over(column, row, column + side, row + side) != side * side) {
-        continue;
-      }
-      for (int r = row; r < row + side; ++r) {
-        for (int c = column; c < column + side; ++c) {
-          out(c, r) = 1;
-        }
-      }
-    }
-  }
-  return out;
+/// Keeps what a square of that side covers where it lies on floor alone.
+void fill_slits(Mask& floor, int side) {
+  const cv::Mat1b square = cv::Mat1b::ones(side, side);
+  cv::Mat1b picture = picture_of(floor);
+  cv::erode(picture, picture, square, {0, 0});
+  cv::dilate(picture, picture, square, {side - 1, side - 1});
 }
 
 void keep_largest(Mask& floor) {
-  std::vector<std::size_t> largest;
-  for_each_piece(
-      floor, kBeside, [&floor](std::size_t at) { return floor.cells[at] != 0; },
-      [&largest](std::vector<std::size_t> piece) {
-        if (piece.size() > largest.size()) {
-          largest = std::move(piece);
-        }
-      });
-  std::fill(floor.cells.begin(), floor.cells.end(), std::uint8_t{0});
-  for (const std::size_t at : largest) {
-    floor.cells[at] = 1;
+  const Pieces pieces = pieces_of(picture_of(floor), 4);
+  const auto largest = std::max_element(pieces.cells.begin() + 1, pieces.cells.end());
+  if (largest != pieces.cells.end()) {
+    const auto piece = static_cast<int>(largest - pieces.cells.begin());
+    cv::Mat1b(pieces.piece == piece).copyTo(picture_of(floor));
+    picture_of(floor) &= 1;
   }
 }
 
-/// How far each cell of floor is from one that is none, its middle from that one's nearest side.
-Grid2<float> clearance_of(const Mask& floor) {
-  const int reach = static_cast<int>(std::ceil(kFarClearance_m / floor.cell_m));
-  auto clearance = transformed(floor, [](std::uint8_t is_floor) {
-    return is_floor != 0 ? static_cast<float>(kFarClearance_m) : 0.0F;
-  });
-  for (int row = 0; row < floor.rows; ++row) {
-    for (int column = 0; column < floor.columns; ++column) {
-      const auto is_edge = [&](const std::array<int, 2>& step) {
-        return floor.at(column + step[0], row + step[1]) != 0;
-      };
-      if (floor(column, row) != 0 || std::none_of(kBeside.begin(), kBeside.end(), is_edge)) {
-        continue;
-      }
-      for (int r = std::max(0, row - reach); r <= std::min(floor.rows - 1, row + reach); ++r) {
-        for (int c = std::max(0, column - reach); c <= std::min(floor.columns - 1, column + reach);
-             ++c) {
-          const Vec2 off(std::max(0.0, std::abs(c - column) - 0.5),
-                         std::max(0.0, std::abs(r - row) - 0.5));
-          float& there = clearance(c, r);
-          there = std::min(there, static_cast<float>(off.norm() * floor.cell_m));
-        }
-      }
-    }
+/// How far the middle of each cell of floor is from the side of the nearest one that is none.
+Grid2<float> clearance_of(Mask& floor) {
+  auto clearance = transformed(floor, [](std::uint8_t) { return 0.0F; });
+  cv::Mat1f distance(floor.rows, floor.columns, clearance.cells.data());
+  cv::distanceTransform(picture_of(floor), distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  for (float& cells : clearance.cells) {
+    const double clear_m = (static_cast<double>(cells) - 0.5) * floor.cell_m;
+    cells = static_cast<float>(std::clamp(clear_m, 0.0, kFarClearance_m));
   }
   return clearance;
 }
 
-Grid2<std::uint16_t> rooms_of(const Mask& floor, const Grid2<float>& clearance_m) {
+Grid2<std::uint16_t> rooms_of(const Mask& floor, Grid2<float>& clearance_m) {
   auto room = transformed(floor, [](std::uint8_t) { return std::uint16_t{0}; });
   const auto least = static_cast<std::size_t>(kLeastRoom_m2 / (floor.cell_m * floor.cell_m));
+  const Pieces middles =
+      pieces_of(cv::Mat1f(floor.rows, floor.columns, clearance_m.cells.data()) > kHalfDoorway_m, 4);
+  std::vector<std::uint16_t> number(middles.cells.size(), 0);
   std::uint16_t rooms = 0;
+  for (std::size_t k = 1; k < number.size() && rooms < 0xffff; ++k) {
+    number[k] = middles.cells[k] >= least ? ++rooms : std::uint16_t{0};
+  }
   std::deque<std::size_t> open;
-  for_each_piece(
-      floor, kBeside, [&](std::size_t at) { return clearance_m.cells[at] > kHalfDoorway_m; },
-      [&](const std::vector<std::size_t>& piece) {
-        if (piece.size() < least || rooms == 0xffff) {
-          return;
-        }
-        ++rooms;
-        for (const std::size_t at : piece) {
-          room.cells[at] = rooms;
-          open.push_back(at);
-        }
-      });
+  for (std::size_t at = 0; at < room.cells.size(); ++at) {
+    room.cells[at] = number[static_cast<std::size_t>(middles.piece.begin()[static_cast<int>(at)])];
+    if (room.cells[at] != 0) {
+      open.push_back(at);
+    }
+  }
   while (!open.empty()) {  // the rest belongs to the nearest one
     const std::size_t at = open.front();
     open.pop_front();
@@ -277,83 +203,39 @@ std::vector<std::vector<Corner2>> outlines_of(const Mask& floor) {
   return all;
 }
 
-double off_line(const Vec2& p, const Vec2& from, const Vec2& to) {
-  const Vec2 along = to - from;
-  const double length = along.norm();
-  if (length < 1e-9) {
-    return (p - from).norm();
+/// With the corners left out that straight faces between the others do without (Douglas and
+/// Peucker 1973).
+std::vector<Vec2> simplified(const std::vector<Corner2>& outline, double cell_m) {
+  std::vector<cv::Point2f> corners;
+  for (const auto& [column, row] : outline) {
+    corners.emplace_back(static_cast<float>(column), static_cast<float>(row));
   }
-  const double s = std::clamp(along.dot(p - from) / (length * length), 0.0, 1.0);
-  return (p - from - s * along).norm();
-}
-
-/// Douglas and Peucker's: the corners between `first` and `last` that cannot be left out.
-void keep_corners(const std::vector<Vec2>& all, std::size_t first, std::size_t last, double off,
-                  std::vector<std::uint8_t>& kept) {
-  std::vector<std::pair<std::size_t, std::size_t>> open{{first, last}};
-  while (!open.empty()) {
-    const auto [a, b] = open.back();
-    open.pop_back();
-    double most = off;
-    std::size_t farthest = a;
-    for (std::size_t k = a + 1; k < b; ++k) {
-      const double here = off_line(all[k], all[a], all[b % all.size()]);
-      if (here > most) {
-        most = here;
-        farthest = k;
-      }
-    }
-    if (farthest != a) {
-      kept[farthest] = 1;
-      open.emplace_back(a, farthest);
-      open.emplace_back(farthest, b);
-    }
+  std::vector<cv::Point2f> fewer;
+  cv::approxPolyDP(corners, fewer, std::min(kFaceOff_cells, kFaceOff_m / cell_m), true);
+  std::vector<Vec2> kept;
+  for (const cv::Point2f& corner :
+       fewer.size() >= 3 ? fewer : corners) {  // a thin post has its own
+    kept.emplace_back(corner.x, corner.y);
   }
-}
-
-std::vector<Vec2> simplified(const std::vector<Vec2>& outline, double cell_m) {
-  const double off = std::min(kFaceOff_cells, kFaceOff_m / cell_m);
-  const auto farthest_from = [&outline](std::size_t k) {
-    std::size_t farthest = k;
-    for (std::size_t i = 0; i < outline.size(); ++i) {
-      if ((outline[i] - outline[k]).norm() > (outline[farthest] - outline[k]).norm()) {
-        farthest = i;
-      }
-    }
-    return farthest;
-  };
-  const std::size_t a = farthest_from(0);
-  const std::size_t b = farthest_from(a);
-  std::vector<Vec2> turned(outline);  // so that it begins at one of two corners far apart
-  std::rotate(turned.begin(), turned.begin() + static_cast<std::ptrdiff_t>(a), turned.end());
-  const std::size_t middle = (b + outline.size() - a) % outline.size();
-  std::vector<std::uint8_t> kept(turned.size(), 0);
-  kept[0] = kept[middle] = 1;
-  keep_corners(turned, 0, middle, off, kept);
-  keep_corners(turned, middle, turned.size(), off, kept);
-  std::vector<Vec2> corners;
-  for (std::size_t k = 0; k < turned.size(); ++k) {
-    if (kept[k] != 0) {
-      corners.push_back(turned[k]);
-    }
-  }
-  return corners.size() >= 3 ? corners : outline;  // a thin post keeps its own
+  return kept;
 }
 
 /// Blocks of wall in the raster of kFilled_m, each cell of which is a cell or more away from floor.
-std::vector<std::array<int, 4>> solid_of(const Mask& floor) {
+std::vector<std::array<int, 4>> solid_of(Mask& floor) {
   const int step = std::max(1, static_cast<int>(std::lround(kFilled_m / floor.cell_m)));
-  Sums sums(floor);
+  cv::Mat1i sums;
+  cv::integral(picture_of(floor), sums, CV_32S);
   Mask filled;
   filled.assign((floor.columns + step - 1) / step, (floor.rows + step - 1) / step);
   const auto end = [step](int at, int count) { return std::min(count, (at + 1) * step); };
   for (int row = 0; row < filled.rows; ++row) {
     for (int column = 0; column < filled.columns; ++column) {
-      filled(column, row) = sums.over(std::max(0, column * step - 1), std::max(0, row * step - 1),
-                                      std::min(floor.columns, end(column, floor.columns) + 1),
-                                      std::min(floor.rows, end(row, floor.rows) + 1)) == 0
-                                ? 1
-                                : 0;
+      const int left = std::max(0, column * step - 1);
+      const int low = std::max(0, row * step - 1);
+      const int right = std::min(floor.columns, end(column, floor.columns) + 1);
+      const int high = std::min(floor.rows, end(row, floor.rows) + 1);
+      const int free = sums(high, right) - sums(high, left) - sums(low, right) + sums(low, left);
+      filled(column, row) = free == 0 ? 1 : 0;
     }
   }
   std::vector<std::array<int, 4>> blocks;
@@ -403,18 +285,13 @@ MapWalls walls_of_map(const OccupancyMap& map) {
   }
   close_rays(map, floor);
   drop_specks(floor);
-  floor = opened(floor, std::max(1, static_cast<int>(std::lround(kSlit_m / map.cell_m))));
+  fill_slits(floor, std::max(1, static_cast<int>(std::lround(kSlit_m / map.cell_m))));
   keep_largest(floor);
   drop_specks(floor);
   walls.clearance_m = clearance_of(floor);
   walls.room = rooms_of(floor, walls.clearance_m);
   for (const std::vector<Corner2>& outline : outlines_of(floor)) {
-    std::vector<Vec2> corners;
-    corners.reserve(outline.size());
-    for (const auto& [column, row] : outline) {
-      corners.emplace_back(column, row);
-    }
-    corners = simplified(corners, floor.cell_m);
+    const std::vector<Vec2> corners = simplified(outline, floor.cell_m);
     for (std::size_t k = 0; k < corners.size(); ++k) {
       const Vec2& from = corners[k];
       const Vec2& to = corners[(k + 1) % corners.size()];

@@ -86,11 +86,6 @@ std::vector<double> shared_out(double slack_m, int count, Rng& rng) {
   return parts;
 }
 
-template <class T>
-const T& one_of(const std::vector<T>& choice, Rng& rng) {
-  return choice[static_cast<std::size_t>(rng.index(static_cast<int>(choice.size())))];
-}
-
 class Furnisher {
  public:
   Furnisher(WorldSettings& into, OfficeRoom room, const Rng& rng)
@@ -173,10 +168,11 @@ class Furnisher {
       cupboard(at, true);
       return;
     }
+    static constexpr std::array<const char*, 3> kWoods{"office/wood_shelf", "office/wood_dark",
+                                                       "office/laminate"};
     put(into_, fmt::format("office/shelf_{}", 1 + rng_.index(5)), at, 0,
         {{"books", rng_.index(2) == 0 ? "office/books_a" : "office/books_b"},
-         {"wood", one_of<const char*>({"office/wood_shelf", "office/wood_dark", "office/laminate"},
-                                      rng_)}});
+         {"wood", one_of(kWoods, rng_)}});
     plate(at * Pose2{kShelf_m.x() / 2 - 0.002, 0, 0}, 1.80);
   }
 

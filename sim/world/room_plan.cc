@@ -37,6 +37,10 @@ std::string stem_of(const std::string& name) {
 
 }  // namespace
 
+double wall_repeat_m(const std::string& picture) {
+  return picture.starts_with("home/") ? kPaper_m : kRoomHeight_m;
+}
+
 ObjectSettings& put(WorldSettings& into, const std::string& mesh, const Pose2& at, double z_m,
                     const std::map<std::string, std::string>& textures) {
   ObjectSettings object;

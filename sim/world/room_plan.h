@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <vector>
@@ -20,6 +21,22 @@ namespace panoptes::sim {
 inline constexpr double kRoomHeight_m = 2.7;
 inline constexpr double kWallThickness_m = 0.12;
 inline constexpr double kSkirting_m = 0.02;  ///< furniture stands so far off a wall
+inline constexpr double kPaper_m = 1.3;      ///< one repeat of a wallpaper of `home/`
+
+/// A picture of a floor and the size of one repeat.
+struct FloorPicture {
+  const char* picture;
+  double tile_m;
+};
+
+/// One repeat of a wall's picture: a wallpaper of `home/` has its own, others are as wide as they
+/// are high and reach from the floor to the ceiling.
+double wall_repeat_m(const std::string& picture);
+
+template <class Choice>
+const typename Choice::value_type& one_of(const Choice& choice, Rng& rng) {
+  return choice[static_cast<std::size_t>(rng.index(static_cast<int>(choice.size())))];
+}
 
 /// Adds an object, named after its mesh and numbered: `desk-007`. Textures are by material.
 ObjectSettings& put(WorldSettings& into, const std::string& mesh, const Pose2& at, double z_m = 0,
