@@ -278,29 +278,22 @@ std::optional<EdgeHeights::Height> EdgeHeights::height_of(const Edge& edge, cons
                                                           bool ask_second) {
   const auto missed = [](const Fit& f) { return f.seen * kOther - f.score; };
   // most edges at which the floor ends are its own: joints and stains
-  bool flat = false;
   if (edge.floor_ends) {
-    const Fit by_motion = fit(since_, edge, direction, 0);
-    flat = missed(by_motion) < kClear;
-    if (flat && is_surely_flat(by_motion)) {
-      learn(edge, direction);
+    if (const Fit flat = fit(since_, edge, direction, 0); missed(flat) < kClear) {
+      if (is_surely_flat(flat)) {
+        learn(edge, direction);
+      }
+      return std::nullopt;
     }
-  }
-  if (flat && (!ask_second || missed(fit(second_since_, edge, direction, 0)) < kClear)) {
-    return std::nullopt;
   }
   std::vector<Fit> fits;
   fits.reserve(slides_.size());
   for (const double slide : slides_) {
     fits.push_back(fit(since_, edge, direction, slide));
   }
-  if (!flat) {
-    if (std::optional<Height> height = settle(edge, direction, fits, false)) {
-      return height;
-    }
-  }
-  if (!ask_second) {
-    return std::nullopt;
+  std::optional<Height> height = settle(edge, direction, fits, false);
+  if (height || !ask_second) {
+    return height;
   }
   for (std::size_t k = 0; k < slides_.size(); ++k) {
     fits[k] += fit(second_since_, edge, direction, slides_[k]);
@@ -413,13 +406,17 @@ EdgeHeights::Found EdgeHeights::add(const std::vector<std::int8_t>& floor, const
     next_ray_ = (next_ray_ + kRayStride) % p.rays;
     for (auto k = now.begin[ray]; k < now.begin[ray + 1]; ++k) {
       const Edge& edge = now.edges[static_cast<std::size_t>(k)];
-      const std::optional<Height> height = height_of(edge, directions_[ray], ask_second);
+      // The second view is asked for marks alone: with what it found to stand maps leaked more.
+      const std::optional<Height> height =
+          height_of(edge, directions_[ray], ask_second && !edge.floor_ends);
       if (!height || height->point.sigma_m >= kVague_m) {
         continue;
       }
       const UprightPoint& point = height->point;
       if (point.height_m - kSurely * height->sigma_m > kUpright_m) {
-        found.upright.push_back(point);
+        if (!height->by_second) {
+          found.upright.push_back(point);
+        }
       } else if (!edge.floor_ends && point.height_m + 2 * height->sigma_m < kUpright_m) {
         if (is_supported(point.p_odom)) {
           found.marks_odom.push_back(point.p_odom);

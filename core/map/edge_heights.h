@@ -20,9 +20,10 @@ namespace panoptes {
 /// Of the heights that would do, that one counts which the pictures of the last metre agree on
 /// (space sweep, Collins 1996). Corners are not needed: the skirting board of a plain wall has
 /// none. Edges along the motion say nothing by it, nor does a turn on the spot. Where another
-/// camera sees them from another height, they are compared with what that one shows as well. How
-/// that one is mounted is known as well as the rig file says, and is learned from edges that prove
-/// to lie on the floor.
+/// camera sees the same floor from another height, edges that the motion leaves open are compared
+/// with what that one shows: so lines that are painted along the way are found. How that one is
+/// mounted is known as well as the rig file says, and is learned from edges that prove to lie on
+/// the floor.
 class EdgeHeights {
  public:
   explicit EdgeHeights(std::shared_ptr<const FloorProjection> projection,

@@ -224,19 +224,14 @@ TEST_P(EdgesAlongTheMotion, APaintedBandIsAMarkToTwoCameras) {
   }
 }
 
-TEST_P(EdgesAlongTheMotion, ABeamStandsToTwoCameras) {
+TEST_P(EdgesAlongTheMotion, ABeamIsNoMarkToTwoCameras) {
   Drive drive = Drive::with_second(
       [](const Vec2& from, const Vec2& to, double h) { return band(from, to, h, 0.12); },
       GetParam(), deg_to_rad(0.3), 0.004);
   drive.go(110, {0.025, 0, 0});
+  EXPECT_GE(drive.marks.size(), 100U) << "the bars";
   EXPECT_TRUE(std::none_of(drive.marks.begin(), drive.marks.end(),
                            [](const Vec2& mark) { return mark.y() > 0.35; }));
-  ASSERT_GE(drive.upright.size(), 100U);
-  const auto elsewhere =
-      std::count_if(drive.upright.begin(), drive.upright.end(), [](const UprightPoint& point) {
-        return std::abs(point.p_odom.y() - 0.5) > 0.1 + 3 * point.sigma_m;
-      });
-  EXPECT_LE(20 * elsewhere, static_cast<std::ptrdiff_t>(drive.upright.size())) << "corners of bars";
 }
 
 INSTANTIATE_TEST_SUITE_P(Noise, EdgesAlongTheMotion, testing::Values(0.0, 1.0));
