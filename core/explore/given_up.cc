@@ -79,6 +79,17 @@ void GivenUp::update(Time now, const Known& known, std::span<const Pose2> T_map_
   }
 }
 
+bool GivenUp::try_again() {
+  bool some = false;
+  for (Place& place : places_) {
+    if (place.left_alone && place.for_s <= for_s_) {
+      place.left_alone = false;
+      some = true;
+    }
+  }
+  return some;
+}
+
 bool GivenUp::contains(const Vec2& p_map) const {
   return std::any_of(places_.begin(), places_.end(), [&](const Place& place) {
     return place.left_alone && (place.at.p_map() - p_map).norm() <= within_m_;

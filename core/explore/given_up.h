@@ -32,6 +32,9 @@ class GivenUp {
 
   bool contains(const Vec2& p_map) const;
 
+  /// Those that have been given up only once come back, changed or not. False where there are none.
+  bool try_again();
+
   /// Those that are left alone now.
   std::vector<Vec2> places_map() const;
 

@@ -166,6 +166,11 @@ DrivableGrid Driver::drivable_unblocked(const DriveTask& task) const {
   return grid_by_map(task, {});
 }
 
+bool Driver::try_blocked_again() {
+  grid_at_.reset();
+  return blocked_.try_again();
+}
+
 OccupancyMap Driver::coarse_map(const DriveTask& task, const std::vector<Vec2>& blocked_map) const {
   OccupancyMap coarse =
       coarsen(*task.map, options_.search.cell_m, std::max(options_.overlay_m, task.border_m));

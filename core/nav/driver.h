@@ -129,6 +129,9 @@ class Driver {
   /// The same without what was touched and where nothing got on.
   DrivableGrid drivable_unblocked(const DriveTask& task) const;
 
+  /// Opens the places where nothing got on once. False where there are none.
+  bool try_blocked_again();
+
  private:
   enum class Mode { kDrive, kLook, kRetreat };
 

@@ -110,7 +110,11 @@ ExploreChoice Navigator::choose_view(const DriveTask& task, const SlamStep& at,
 }
 
 void Navigator::explore(const DriveTask& task, const SlamStep& at) {
-  const ExploreChoice choice = choose_view(task, at, std::nullopt);
+  ExploreChoice choice = choose_view(task, at, std::nullopt);
+  // Where nothing got on is tried once more before nothing is left: it may be the only way on.
+  if (!choice.goal && driver_.try_blocked_again()) {
+    choice = choose_view(task, at, std::nullopt);
+  }
   frontier_reachable_ = choice.frontier_reachable;
   exploring_ = choice.goal.has_value();
   why_no_goal_ = choice.reason;

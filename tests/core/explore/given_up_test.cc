@@ -60,6 +60,17 @@ TEST(GivenUp, IsLeftAloneTwiceAsLongEachTime) {
   }
 }
 
+TEST(GivenUp, IsTriedOnceMoreAsThingsAre) {
+  GivenUp given_up(0.3, kFor_s);
+  EXPECT_FALSE(given_up.try_again());
+  given_up.add(time_at(0), kPlace, known(room_with_box(3.2)), {});
+  EXPECT_TRUE(given_up.try_again());
+  EXPECT_FALSE(given_up.contains(kPlace.position()));
+  given_up.add(time_at(10), kPlace, known(room_with_box(3.2)), {});
+  EXPECT_FALSE(given_up.try_again()) << "given up twice";
+  EXPECT_TRUE(given_up.contains(kPlace.position()));
+}
+
 TEST(GivenUp, GoesWhereItsKeyframeGoes) {
   std::vector<Pose2> T_map_keyframes = {{2, 2, 0}};
   GivenUp given_up(0.3, kFor_s);

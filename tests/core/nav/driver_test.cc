@@ -259,6 +259,23 @@ TEST(Driver, TriesEachRecoveryOnceAtAPlaceAndThenAnotherWay) {
   EXPECT_EQ(retreats, 1);
 }
 
+TEST(Driver, PassesWhereNothingGotOnWhenItIsToTryAgain) {
+  Ride r = ride();
+  test::fill(r.map, 2.9, 0, 3.1, 4, Cell::kOccupied);
+  test::fill(r.map, 2.9, 1.4, 3.1, 2.6, Cell::kFree);
+  r.local = r.map;
+  r.held = true;
+  r.T_map_body = {2.6, 2, 0};
+  const DriveGoal goal{{5, 2, 0}, false};
+  EXPECT_TRUE(r.drive(goal, 200, finished).goal_given_up);
+  r.held = false;
+  EXPECT_TRUE(r.drive(goal, 60, finished).goal_given_up) << "the place is closed";
+  EXPECT_TRUE(r.driver.try_blocked_again());
+  EXPECT_FALSE(r.driver.try_blocked_again());
+  const DriveStep last = r.drive(goal, 60, finished);
+  EXPECT_TRUE(last.goal_reached) << last.reason;
+}
+
 TEST(Driver, DetoursAroundWhatOnlyTheLocalMapKnows) {
   Ride r = ride();
   test::fill(r.local, 2.9, 1.2, 3.1, 3, Cell::kOccupied);
