@@ -114,6 +114,7 @@ DynamicObjects::DynamicObjects(const World& world, double z_low_m, double z_high
         dynamic.start = person.start;
         dynamic.returns = person.returns;
         dynamic.waits_m = person.waits_m;
+        dynamic.turns_back_s = person.turns_back_s;
         place = place_on_path(dynamic, 0);
       }
     }
@@ -233,8 +234,15 @@ void DynamicObjects::walk(std::size_t index, Time from, Time to, const Disc& rob
   const double together_m = object.radius_m + robot.radius_m;
   if (robot_ahead.x() > 0 && std::abs(robot_ahead.y()) < together_m &&
       robot_ahead.norm() - together_m < object.waits_m) {
+    object.waited_s += to_seconds(to - from);
+    if (object.returns && object.waited_s >= object.turns_back_s) {
+      object.waited_s = 0;
+      object.walked_m = 2 * object.path_m - std::fmod(object.walked_m, 2 * object.path_m);
+      place = place_on_path(object, object.walked_m);
+    }
     return;
   }
+  object.waited_s = 0;
   const double share = free_share(step_m, [&](double s) {
     return gap_m({}, object.radius_m, place_on_path(object, object.walked_m + s * step_m), robot);
   });

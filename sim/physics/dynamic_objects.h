@@ -84,6 +84,8 @@ class DynamicObjects {
     Time start;
     bool returns = false;
     double waits_m = 0;
+    double turns_back_s = 0;
+    double waited_s = 0;  // for the robot to go
     double walked_m = 0;
   };
 

@@ -300,6 +300,7 @@ class Builder {
       person.start = time_at(settings.start_s);
       person.returns = settings.returns;
       person.waits_m = settings.waits_m;
+      person.turns_back_s = settings.turns_back_s;
       world_.people.push_back(std::move(person));
     }
   }

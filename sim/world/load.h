@@ -84,6 +84,7 @@ struct PersonSettings {
   double start_s = 0;
   bool returns = true;
   double waits_m = 0.5;
+  double turns_back_s = 10;
 
   std::string mention;
   std::string mesh_mention;

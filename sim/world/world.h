@@ -102,6 +102,7 @@ struct Person {
   double radius_m = 0.25;
   double waits_m =
       0.5;  ///< stands as long as the robot's body is nearer ahead than this; 0: walks on
+  double turns_back_s = 10;  ///< of waiting for the robot, where it walks there and back
 };
 
 /// A synthetic world: a plain value in `scene`, z up, the floor at z = 0.

@@ -148,6 +148,7 @@ void bind(Fields& f, PersonSettings& o) {
   f("start_s", o.start_s, between(0, kLongest_s));
   f("returns", o.returns);
   f("waits_m", o.waits_m, not_negative);
+  f("turns_back_s", o.turns_back_s, positive);
 }
 
 void bind(Fields& f, FloorPlanSettings& o) {

@@ -133,6 +133,29 @@ TEST(DynamicObjects, PeopleWaitForTheRobotInTheirWayAndGoPastOneBesideIt) {
   EXPECT_NEAR(passing.places()[0].x_m, 3.5, kRoundoff);
 }
 
+TEST(DynamicObjects, WhoHasWaitedLongEnoughGoesBackTheWayHeCame) {
+  Person person;
+  person.path_scene = {{0, 0}, {4, 0}};
+  person.turns_back_s = 5;
+  DynamicObjects dynamic_objects = dynamic_objects_of(walker(person));
+  std::int64_t steps = 0;
+  const Disc robot{{3, 0.2}, 0.25};
+  step(dynamic_objects, 6, steps, robot);  // for two of them he walked
+  const double x_m = dynamic_objects.places()[0].x_m;
+  EXPECT_GT(x_m, 1.9);
+  step(dynamic_objects, 2, steps, robot);
+  EXPECT_NEAR(dynamic_objects.places()[0].theta_rad, std::numbers::pi, kRoundoff);
+  EXPECT_NEAR(dynamic_objects.places()[0].x_m, x_m - 1, 0.2);
+  step(dynamic_objects, 4, steps, robot);
+  EXPECT_LT(std::abs(dynamic_objects.places()[0].theta_rad), kRoundoff) << "and comes again";
+
+  person.returns = false;
+  DynamicObjects staying = dynamic_objects_of(walker(person));
+  steps = 0;
+  step(staying, 20, steps, robot);
+  EXPECT_NEAR(staying.places()[0].x_m, x_m, kRoundoff);
+}
+
 TEST(DynamicObjects, EventsMoveThingsEvenlyAndTurnThemTheShortWay) {
   World world;
   world.objects = {block("chair", {1, 1, 3}, 0.4, 0.4), block("door", {0, 0, 0}, 1, 0.04)};
