@@ -478,6 +478,7 @@ void FloorMapper::scan() {
   smooth_ = mean_of_neighbours(ratio_, rays);
   measure_across();
   std::fill(evidence_.begin(), evidence_.end(), std::int8_t{0});
+  painted_.clear();
   constexpr int kDivisor = FloorProjection::kFullWeight * kGainDenominator;
   const auto weighed = [&](std::size_t i, int ratio) {
     const int scaled = ratio * p.weight[i] * kGainNumerator;
@@ -524,7 +525,8 @@ void FloorMapper::scan() {
         ++end;
       }
       const bool left_picture = end == stop || p.pixel[end * rays + ray] < 0;
-      if (!left_picture && (end - row < wanted || is_line(ray, row, end) || is_mark(ray, end))) {
+      const bool marked = !left_picture && is_mark(ray, end);
+      if (!left_picture && (end - row < wanted || marked || is_line(ray, row, end))) {
         // floor goes on behind a stain as clearly as before it; what merely resembles floor there
         // is an object of nearly its colour that stands on its own shadow
         const bool line = end - row >= wanted;
@@ -542,6 +544,9 @@ void FloorMapper::scan() {
         if (line ? 2 * clear >= static_cast<int>(wanted) : beyond >= kClearly * samples) {
           for (; row < end; ++row) {
             evidence_[row * rays + ray] = weighed(row * rays + ray, kStain);
+            if (marked && line && p.pixel[row * rays + ray] >= 0) {
+              painted_.push_back(static_cast<std::int32_t>(row * rays + ray));
+            }
           }
           continue;
         }
@@ -638,6 +643,13 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
   for (std::size_t i = 0; i < p.sample.size(); ++i) {
     const std::int32_t s = p.sample[i];
     reading.evidence[i] = s >= 0 ? evidence_[static_cast<std::size_t>(s)] : std::int8_t{0};
+  }
+  const Pose2 T_odom_view = T_odom_body * p.T_body_view;
+  for (const std::int32_t s : painted_) {
+    const double angle = p.first_ray_rad + static_cast<int>(s % p.rays) * p.ray_step_rad;
+    reading.painted_odom.push_back(
+        T_odom_view * (p.foot_view + static_cast<double>(p.range_m[static_cast<std::size_t>(s)]) *
+                                         Vec2(std::cos(angle), std::sin(angle))));
   }
   const auto ahead = static_cast<std::size_t>(ahead_ray_);
   double free_to = 0;

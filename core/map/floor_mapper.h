@@ -41,8 +41,9 @@ struct FloorReading {
   std::shared_ptr<const FloorProjection> projection;
   std::vector<std::int8_t> evidence;  ///< the projection's body-frame raster, row-major along x
   std::vector<UprightPoint> upright_odom;  ///< found since the last reading
-  bool sees_floor = false;                 ///< the patch ahead has looked like one floor
-  std::string fault;                       ///< why not
+  std::vector<Vec2> painted_odom;  ///< places in what is of another colour and proved to be painted
+  bool sees_floor = false;         ///< the patch ahead has looked like one floor
+  std::string fault;               ///< why not
   double free_ahead_m =
       0;           ///< from the body's front, straight ahead, to the first obstacle or far edge
   int floors = 0;  ///< Gaussians that vote
@@ -101,6 +102,7 @@ class FloorMapper {
   std::optional<EdgeHeights> edges_;
   std::vector<Vec2> marks_odom_;                   // ends of what is painted on the floor
   std::vector<std::vector<float>> mark_ranges_m_;  // of those along each ray
+  std::vector<std::int32_t> painted_;              // samples before the marks in the scan
   bool sees_floor_ = false;
   std::string fault_;
   int frame_ = 0;

@@ -32,6 +32,10 @@ constexpr double kTrackStep_m = 0.02;
 constexpr double kCameraStep_m = 0.1;
 constexpr double kCameraStep_rad = 0.2;
 
+// Paint is noted by places so far apart, and none so near to what stands.
+constexpr double kPaintStep_m = 0.02;
+constexpr double kPaintApart_m = 0.1;
+
 // A line of sight that meets the floor farther away says nothing.
 constexpr double kFarthest = 20;  // times as far as what it passes over
 
@@ -138,6 +142,30 @@ bool forget_obstacles(GridCrop& crop) {
   for (std::int8_t& cell : crop.cells) {
     any = any || cell < 0;
     cell = std::max<std::int8_t>(cell, 0);
+  }
+  return any;
+}
+
+bool forget_painted(GridCrop& crop, std::span<const Vec2> painted) {
+  bool any = false;
+  const int reach = ceil_of(kPaintStep_m / crop.cell_m);
+  for (const Vec2& p : painted) {
+    if (std::any_of(crop.standing.begin(), crop.standing.end(), [&](const StandingPoint& point) {
+          return (point.p - p).norm() < kPaintApart_m;
+        })) {
+      continue;
+    }
+    const int column = floor_of(p.x() / crop.cell_m);
+    const int row = floor_of(p.y() / crop.cell_m);
+    for (int r = row - reach; r <= row + reach; ++r) {
+      for (int c = column - reach; c <= column + reach; ++c) {
+        if (crop.at(c, r) < 0) {
+          const GridCrop::Row& cells = crop.rows[static_cast<std::size_t>(r - crop.first_row)];
+          crop.cells[cells.offset + static_cast<std::size_t>(c - cells.begin)] = 0;
+          any = true;
+        }
+      }
+    }
   }
   return any;
 }
@@ -284,6 +312,12 @@ void KeyframeGrid::add_occupied_disc(const Vec2& p_keyframe, double radius_m) {
   add_disc(p_keyframe, radius_m, -kTouched);
 }
 
+void KeyframeGrid::add_painted(const Vec2& p_keyframe) {
+  painted_.emplace(
+      std::pair(floor_of(p_keyframe.x() / kPaintStep_m), floor_of(p_keyframe.y() / kPaintStep_m)),
+      p_keyframe);
+}
+
 GridCrop KeyframeGrid::crop() const {
   GridCrop out;
   out.cell_m = cells_.cell_m();
@@ -291,6 +325,9 @@ GridCrop KeyframeGrid::crop() const {
   out.body_radius_m = body_radius_m_;
   out.cameras = cameras_;
   out.standing = standing_;
+  for (const auto& [cell, p] : painted_) {
+    out.painted.push_back(p);
+  }
   const CellBox& box = cells_.box();
   const auto set = [](std::int8_t v) { return v != 0; };
   bool any = false;

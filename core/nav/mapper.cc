@@ -90,7 +90,7 @@ Mapper::Mapper(const MapperOptions& options, const Body& body, const Rig& rig)
     FloorMapper floor(options.floor, camera, body,
                       second.empty() ? nullptr : &rig.cameras.at(second));
     FloorFlow flow(floor.projection(), camera.intrinsics);
-    floor_cameras_.push_back({name, second, std::move(floor), std::move(flow), {}});
+    floor_cameras_.push_back({name, second, std::move(floor), std::move(flow), {}, {}});
   }
 }
 
@@ -146,10 +146,17 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
           {located.T_last_body * (seen.odometry.T_odom_body.inverse() * point.p_odom),
            point.height_m});
     }
+    for (const Vec2& p_odom : reading.painted_odom) {
+      open_.add_painted(located.T_last_body * (seen.odometry.T_odom_body.inverse() * p_odom));
+    }
     if (reading.learned_new_floor) {
       forget_obstacles();  // this reading does not know the new floor yet
     } else if (reading.sees_floor || i == 0) {
       open_.add(reading, located.T_last_body * T_now_then, static_cast<int>(i));
+    }
+    if (reading.sees_floor && !reading.learned_new_floor) {
+      floor_cameras_[i].newcomers.add(reading, located.T_odom_body * T_now_then, known_odom_,
+                                      seen.stamp);
     }
     if (i == 0) {
       out.reading = std::move(reading);
@@ -159,12 +166,17 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
   out.local_odom =
       local_.map(open_, keyframes[static_cast<std::size_t>(open_keyframe_)].T_odom_body,
                  located.T_odom_body.position());
+  known_odom_ = out.local_odom;
+  for (const FloorCamera& camera : floor_cameras_) {
+    camera.newcomers.occupy(out.local_odom);
+  }
   return out;
 }
 
 GridCrop Mapper::open_crop() const {
   GridCrop crop = open_.crop();
   hide_behind(crop, crop.standing);
+  panoptes::forget_painted(crop, crop.painted);
   return crop;
 }
 
@@ -198,7 +210,8 @@ void Mapper::close_keyframe(const std::vector<Keyframe>& keyframes,
   constexpr double kNear_m = 4;  // to the camera that may have looked past it
   const auto open = static_cast<std::size_t>(open_keyframe_);
   GridCrop crop = open_crop();
-  for (std::size_t k = first_of_late(); k < closed_.size() && !crop.standing.empty(); ++k) {
+  for (std::size_t k = first_of_late();
+       k < closed_.size() && !(crop.standing.empty() && crop.painted.empty()); ++k) {
     const Pose2 T_k_open = T_map_keyframes[k].inverse() * T_map_keyframes[open];
     std::vector<StandingPoint> standing;
     for (const StandingPoint& point : crop.standing) {
@@ -209,12 +222,14 @@ void Mapper::close_keyframe(const std::vector<Keyframe>& keyframes,
         standing.push_back(at_k);
       }
     }
-    if (standing.empty()) {
-      continue;
+    std::vector<Vec2> painted;
+    for (const Vec2& p : crop.painted) {
+      painted.push_back(T_k_open * p);
     }
-    auto hidden = std::make_shared<GridCrop>(*closed_[k]);
-    if (hide_behind(*hidden, standing)) {
-      replace(k, std::move(hidden));
+    auto changed = std::make_shared<GridCrop>(*closed_[k]);
+    const bool hidden = hide_behind(*changed, standing);
+    if (forget_painted(*changed, painted) || hidden) {
+      replace(k, std::move(changed));
     }
   }
   closed_.push_back(std::make_shared<const GridCrop>(std::move(crop)));

@@ -17,6 +17,7 @@
 #include "core/map/floor_mapper.h"
 #include "core/map/fusion.h"
 #include "core/map/keyframe_grid.h"
+#include "core/map/newcomers.h"
 #include "core/nav/localiser.h"
 
 namespace panoptes {
@@ -98,11 +99,13 @@ class Mapper {
     FloorMapper floor;
     FloorFlow flow;
     FloorCameraCheck check;
+    Newcomers newcomers;
   };
   std::vector<FloorCamera> floor_cameras_;  // the one that looks straightest ahead first
   KeyframeGrid open_;
   int open_keyframe_ = 0;
   LocalMap local_;
+  OccupancyMap known_odom_;  // the local map of the step before, without newcomers
   GlobalMap global_;
   std::vector<std::shared_ptr<const GridCrop>> closed_;
   bool bumped_ = false;

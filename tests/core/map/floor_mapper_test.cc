@@ -254,6 +254,31 @@ TEST(FloorMapper, AWallStandsWhereItsSkirtingBoardDoes) {
   EXPECT_GE(on_it, static_cast<int>(0.9 * static_cast<double>(found.size())));
 }
 
+TEST(FloorMapper, TellsWhichPlacesArePaintedAndNotWhatStands) {
+  for (const double height_m : {0.001, 0.15}) {
+    Rng rng(6);
+    const RigCamera camera = office_floor_camera();
+    FloorMapper mapper({}, camera, {});
+    FloorScene scene;
+    scene.carpet = kGreyBlue;
+    scene.boxes = {{Vec2(1.8, -0.8), Vec2(1.9, 0.8), height_m, kWhite}};
+    std::vector<Vec2> painted;
+    for (double x = 0; x <= 0.9; x += 0.025) {
+      const FloorReading reading =
+          mapper.read(draw(scene, camera, {x, 0, 0}, rng), {x, 0, 0}, true);
+      painted.insert(painted.end(), reading.painted_odom.begin(), reading.painted_odom.end());
+    }
+    if (height_m > 0.1) {
+      EXPECT_TRUE(painted.empty()) << painted.size();
+      continue;
+    }
+    EXPECT_GE(painted.size(), 1000U);
+    EXPECT_TRUE(std::all_of(painted.begin(), painted.end(), [](const Vec2& p) {
+      return p.x() > 1.77 && p.x() < 1.93 && std::abs(p.y()) < 0.83;
+    }));
+  }
+}
+
 // Where no robot passes between two things, what shows there is no floor to drive on.
 TEST(FloorMapper, WhatStandsCloseTogetherHidesWhatShowsBetween) {
   Rng rng(4);
