@@ -636,6 +636,32 @@ void Driver::look(const DriveTask& task, DriveStep& out) {
   out.command_body = turn_by(std::max(look_left_rad_, 0.0), options_.look_radps);
 }
 
+// Whether the local map shows that somebody has come to where the robot has been.
+bool Driver::something_behind(const DriveTask& task) const {
+  constexpr double kAhead_m = 0.15;
+  constexpr double kMargin_m = 0.03;
+  const OccupancyMap& map = *task.local_odom;
+  const Vec2 here = task.T_odom_body.position();
+  const Vec2 way = track_odom_.back().position() - here;
+  const Vec2 there = here + std::min(1.0, kAhead_m / std::max(way.norm(), 1e-6)) * way;
+  const double reach_m = body_.radius_m + kMargin_m;
+  const int reach = static_cast<int>(std::ceil(reach_m / map.cell_m));
+  const int column = map.column(there);
+  const int row = map.row(there);
+  for (int dy = -reach; dy <= reach; ++dy) {
+    for (int dx = -reach; dx <= reach; ++dx) {
+      if (map.at(column + dx, row + dy) != Cell::kOccupied) {
+        continue;
+      }
+      const Vec2 p = map.centre(column + dx, row + dy);
+      if ((p - there).norm() < reach_m && (p - there).norm() < (p - here).norm()) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 void Driver::retreat(const DriveTask& task, DriveStep& out) {
   out.state = PilotState::kRecovering;
   out.reason = why_ + ": retreating along the own track";
@@ -653,6 +679,15 @@ void Driver::retreat(const DriveTask& task, DriveStep& out) {
   }
   if (retreat_left_m_ <= 0 || track_odom_.empty() || took_too_long(task)) {
     mode_ = Mode::kDrive;
+    path_.reset();
+    planned_.reset();
+    count_as_getting_on(task);
+    out.command_body = brake();
+    return;
+  }
+  if (something_behind(task)) {
+    mode_ = Mode::kDrive;
+    track_odom_.clear();
     path_.reset();
     planned_.reset();
     count_as_getting_on(task);

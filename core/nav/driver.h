@@ -129,6 +129,9 @@ class Driver {
   /// The same without what was touched and where nothing got on.
   DrivableGrid drivable_unblocked(const DriveTask& task) const;
 
+  /// Where nothing got on.
+  std::vector<Vec2> blocked_places_map() const { return blocked_.places_map(); }
+
   /// Opens the places where nothing got on once. False where there are none.
   bool try_blocked_again();
 
@@ -176,6 +179,7 @@ class Driver {
   void drive(const DriveTask& task, std::optional<Time> blocked_since, DriveStep& out);
   void look(const DriveTask& task, DriveStep& out);
   void retreat(const DriveTask& task, DriveStep& out);
+  bool something_behind(const DriveTask& task) const;
   bool took_too_long(const DriveTask& task) const;  // this recovery
   void count_as_getting_on(const DriveTask& task);
   bool getting_on(const DriveTask& task);

@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "core/explore/make_room.h"
+
 namespace panoptes {
 namespace {
 
@@ -22,6 +24,8 @@ FloorWedge wedge_of(const FloorProjection& projection, const Rig& rig, const Bod
   wedge.far_m = body.radius_m + camera.floor->far_m;
   return wedge;
 }
+
+constexpr const char* kWaits = "waits for what blocks the way to go";
 
 ExploreOptions with_search(ExploreOptions options, const SearchOptions& search) {
   options.search = search;
@@ -111,13 +115,21 @@ ExploreChoice Navigator::choose_view(const DriveTask& task, const SlamStep& at,
 
 void Navigator::explore(const DriveTask& task, const SlamStep& at) {
   ExploreChoice choice = choose_view(task, at, std::nullopt);
-  // Where nothing got on is tried once more before nothing is left: it may be the only way on.
-  if (!choice.goal && driver_.try_blocked_again()) {
-    choice = choose_view(task, at, std::nullopt);
+  if (choice.goal) {
+    blocked_since_.reset();
+  } else if (revisit_.empty()) {
+    if (waits_for_way(task, at)) {
+      return;
+    }
+    // where nothing got on may be the only way on: it is tried once more
+    if (driver_.try_blocked_again()) {
+      choice = choose_view(task, at, std::nullopt);
+    }
   }
   frontier_reachable_ = choice.frontier_reachable;
   exploring_ = choice.goal.has_value();
   why_no_goal_ = choice.reason;
+  makes_room_ = false;
   if (choice.goal) {
     looks_in_vain_ = 0;
     goal_ = DriveGoal{choice.goal->pose_map, choice.goal->heading_matters};
@@ -125,6 +137,35 @@ void Navigator::explore(const DriveTask& task, const SlamStep& at) {
   } else {
     choose_revisit_goal(task, at);
   }
+}
+
+// Whether it gives what blocks the way to more unknown floor a while longer to go. Somebody who
+// stands there may wait for the robot: it makes room first.
+bool Navigator::waits_for_way(const DriveTask& task, const SlamStep& at) {
+  if (blocked_since_ && to_seconds(at.stamp - *blocked_since_) >= options_.goals.patience_s) {
+    return false;
+  }
+  if (!explorer_
+           .choose(at.stamp, driver_.drivable_unblocked(task), at.T_map_body, task.T_map_keyframes)
+           .goal) {
+    return false;
+  }
+  if (!blocked_since_) {
+    blocked_since_ = at.stamp;
+    goal_.reset();
+    const std::optional<Vec2> room =
+        place_to_make_room(options_.driver.search, driver_.drivable(task), at.T_map_body.position(),
+                           driver_.blocked_places_map());
+    makes_room_ = room.has_value();
+    if (room) {
+      goal_ = DriveGoal{{room->x(), room->y(), 0}, false};
+    }
+  } else if (!makes_room_) {
+    goal_.reset();
+  }
+  looks_in_vain_ = 1;  // and the next look is not at once
+  why_no_goal_ = kWaits;
+  return true;
 }
 
 bool Navigator::way_to_goal(const DriveTask& task, const DrivableGrid& grid) const {
@@ -196,7 +237,7 @@ void Navigator::look_towards_goal(const DriveTask& task, const SlamStep& at,
     if (to_seconds(at.stamp - *blocked_since_) < options_.goals.patience_s) {
       looks_in_vain_ = 1;  // and the next look is not at once
       goal_.reset();
-      why_no_goal_ = "waits for what blocks the way to go";
+      why_no_goal_ = kWaits;
       return;
     }
     stand(looks_in_vain_, "the way there that the map shows is blocked");
@@ -384,7 +425,7 @@ void Navigator::drive(const Observation& seen, const SlamStep& at, PilotStep& st
   if (driven.goal_reached || driven.goal_given_up) {
     if (to_goal_) {
       end_at_goal(driven, task);
-    } else if (revisit_.empty()) {
+    } else if (revisit_.empty() && !makes_room_) {
       if (driven.goal_reached) {
         explorer_.reached();
       } else {
@@ -393,9 +434,11 @@ void Navigator::drive(const Observation& seen, const SlamStep& at, PilotStep& st
     }
     revisit_.clear();
     goal_.reset();
+    makes_room_ = false;
   } else if (driven.way_blocked) {
     revisit_.clear();
     goal_.reset();
+    makes_room_ = false;
   }
 }
 

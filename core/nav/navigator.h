@@ -83,6 +83,7 @@ class Navigator {
   ExploreChoice choose_view(const DriveTask& task, const SlamStep& at,
                             const std::optional<ExploreTarget>& target);
   void explore(const DriveTask& task, const SlamStep& at);
+  bool waits_for_way(const DriveTask& task, const SlamStep& at);
   void pursue(const DriveTask& task, const SlamStep& at);
   void look_towards_goal(const DriveTask& task, const SlamStep& at, const ExploreTarget& target);
   bool way_to_goal(const DriveTask& task, const DrivableGrid& grid) const;
@@ -121,11 +122,12 @@ class Navigator {
 
   GoalList goals_;
   GivenUp goals_given_up_;
-  bool to_goal_ = false;   // goal_ is the present one of goals_, else a place to look from
-  bool arrived_ = false;   // and comes to rest there
-  int looks_against_ = 0;  // choices in a row by which nothing leads to it
-  std::string refusal_;    // why it is refused as soon as the robot is at rest
-  std::optional<Time> blocked_since_;  // the way to it that the map knows
+  bool to_goal_ = false;     // goal_ is the present one of goals_, else a place to look from
+  bool arrived_ = false;     // and comes to rest there
+  int looks_against_ = 0;    // choices in a row by which nothing leads to it
+  std::string refusal_;      // why it is refused as soon as the robot is at rest
+  bool makes_room_ = false;  // goal_ is a place to wait at
+  std::optional<Time> blocked_since_;  // the way that the map knows, to it or to what is unknown
   double nearest_m_ = 0;               // it came to it
 };
 

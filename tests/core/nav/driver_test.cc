@@ -318,6 +318,26 @@ TEST(Driver, BacksOffAlongItsTrackWhenTouchedAndDoesNotTouchAgain) {
   EXPECT_GT(nearest, r.body.radius_m);
 }
 
+TEST(Driver, BacksOffNoFartherThanToWhoHasComeBehind) {
+  Ride r = ride();
+  const DriveGoal goal{{5, 2, 0}, false};
+  r.drive(goal, 10, [&](const DriveStep&) { return r.T_map_body.x_m > 2.5; });
+  const double touched_at = r.T_map_body.x_m;
+  const double behind_m = touched_at - r.body.radius_m - 0.2;
+  test::fill(r.local, behind_m - 0.2, 1.8, behind_m, 2.2, Cell::kOccupied);
+  r.bumper = true;
+  r.twist = {};
+  r.step(goal);
+  r.bumper = false;
+  double least_x_m = touched_at;
+  r.drive(goal, 20, [&](const DriveStep& s) {
+    least_x_m = std::min(least_x_m, r.T_map_body.x_m);
+    return finished(s);
+  });
+  EXPECT_LT(least_x_m, touched_at - 0.05);
+  EXPECT_GT(least_x_m, behind_m + r.body.radius_m);
+}
+
 TEST(Driver, RecoversInOrderAndGivesUpWhenHeld) {
   Ride r = ride();
   const DriveGoal goal{{5, 2, 0}, false};
