@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kPlace_m = 0.05;
 constexpr double kFar_m = 2;          // from the camera's foot: farther away there is time
-constexpr double kEdge_m = 0.15;      // nearer to what is known to stand it may be that
+constexpr double kEdge_m = 0.10;      // nearer to what is known to stand it may be that
 constexpr double kLeast_m2 = 0.0006;  // of a place must show it
 constexpr int kClearly = 4;           // eighths of a nat
 constexpr int kPictures = 3;          // of the last
@@ -26,7 +26,7 @@ bool near_known(const OccupancyMap& map, int column, int row) {
   static constexpr int kColumns[kDirections] = {1, 1, 0, -1, -1, -1, 0, 1};
   static constexpr int kRows[kDirections] = {0, 1, 1, 1, 0, -1, -1, -1};
   const int reach = static_cast<int>(std::lround(kEdge_m / map.cell_m));
-  for (const int step : {reach / 3, 2 * reach / 3, reach}) {
+  for (const int step : {reach / 2, reach}) {
     for (int k = 0; k < kDirections; ++k) {
       if (map.at(column + step * kColumns[k], row + step * kRows[k]) == Cell::kOccupied) {
         return true;

@@ -18,8 +18,8 @@ namespace panoptes {
 /// once, by this. Who comes is wider than his feet, which are what is seen of him.
 class Newcomers {
  public:
-  /// `reading`: of a floor camera that was at `T_odom_body` then. `known_odom`: the local map of
-  /// the pictures before.
+  /// `reading`: of a floor camera that was at `T_odom_body` then. `known_odom`: the local map as it
+  /// was a second or two before.
   void add(const FloorReading& reading, const Pose2& T_odom_body, const OccupancyMap& known_odom,
            Time stamp);
 

@@ -154,9 +154,9 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
     } else if (reading.sees_floor || i == 0) {
       open_.add(reading, located.T_last_body * T_now_then, static_cast<int>(i));
     }
-    if (reading.sees_floor && !reading.learned_new_floor) {
-      floor_cameras_[i].newcomers.add(reading, located.T_odom_body * T_now_then, known_odom_,
-                                      seen.stamp);
+    if (reading.sees_floor && !reading.learned_new_floor && !known_.empty()) {
+      floor_cameras_[i].newcomers.add(reading, located.T_odom_body * T_now_then,
+                                      known_.front().local_odom, seen.stamp);
     }
     if (i == 0) {
       out.reading = std::move(reading);
@@ -166,11 +166,23 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
   out.local_odom =
       local_.map(open_, keyframes[static_cast<std::size_t>(open_keyframe_)].T_odom_body,
                  located.T_odom_body.position());
-  known_odom_ = out.local_odom;
+  remember_known(out.local_odom, seen.stamp);
   for (const FloorCamera& camera : floor_cameras_) {
     camera.newcomers.occupy(out.local_odom);
   }
   return out;
+}
+
+// What was known before somebody came, and was not seen wrongly from afar just now.
+void Mapper::remember_known(const OccupancyMap& local_odom, Time stamp) {
+  constexpr double kBefore_s = 1.5;
+  constexpr double kStep_s = 0.25;
+  if (known_.empty() || to_seconds(stamp - known_.back().at) >= kStep_s) {
+    known_.push_back({stamp, local_odom});
+  }
+  while (known_.size() > 1 && to_seconds(stamp - known_[1].at) >= kBefore_s) {
+    known_.pop_front();
+  }
 }
 
 GridCrop Mapper::open_crop() const {

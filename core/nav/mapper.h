@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -84,6 +85,7 @@ class Mapper {
   void check_camera(std::size_t camera, const cv::Mat& bgr, const FloorReading& reading,
                     const Pose2& T_odom_body, const Twist2& twist_body);
   GridCrop open_crop() const;
+  void remember_known(const OccupancyMap& local_odom, Time stamp);
   void forget_obstacles();
   std::size_t first_of_late() const;
   void replace(std::size_t keyframe, std::shared_ptr<const GridCrop> grid);
@@ -105,7 +107,11 @@ class Mapper {
   KeyframeGrid open_;
   int open_keyframe_ = 0;
   LocalMap local_;
-  OccupancyMap known_odom_;  // the local map of the step before, without newcomers
+  struct Known {
+    Time at;
+    OccupancyMap local_odom;  // without newcomers
+  };
+  std::deque<Known> known_;  // local maps of late, the oldest first
   GlobalMap global_;
   std::vector<std::shared_ptr<const GridCrop>> closed_;
   bool bumped_ = false;

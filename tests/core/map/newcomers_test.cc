@@ -111,16 +111,17 @@ TEST(Newcomers, OutOfViewTheyAreKeptForAWhile) {
   Watch watch;
   watch.look(Vec2(1.2, 0.1), 3);
   const Pose2 turned{0, 0, 3};
-  watch.look(std::nullopt, 60, turned);
+  watch.frame_s = 0.5;
+  watch.look(std::nullopt, 18, turned);
   EXPECT_LT(watch.nearest_m(Vec2(1.2, 0.1)), 0.05);
-  watch.look(std::nullopt, 30, turned);
+  watch.look(std::nullopt, 5, turned);
   EXPECT_TRUE(watch.newcomers.places_odom().empty());
 }
 
 TEST(Newcomers, WhatStaysIsNoNewcomer) {
   Watch watch;
   watch.frame_s = 0.5;
-  watch.look(Vec2(1.2, 0.1), 2 * 19);
+  watch.look(Vec2(1.2, 0.1), 2 * 59);
   EXPECT_FALSE(watch.newcomers.places_odom().empty());
   std::fill(watch.known.cells.begin(), watch.known.cells.end(), Cell::kOccupied);
   watch.look(Vec2(1.2, 0.1), 2 * 3);

@@ -113,6 +113,8 @@ class Ride {
     return mapper.step(seen, located, keyframes, T_map_keyframes);
   }
 
+  void put(const SceneBox& box) { scene_.boxes.push_back(box); }
+
   void knock(const std::string& name, const MountingOffset& by) {
     RigCamera& camera = rig_.cameras.at(name);
     camera.T_body_camera = displaced(camera.T_body_camera, by);
@@ -318,6 +320,26 @@ double leaked_m2(bool upright) {
     }
   }
   return free * kCell_m * kCell_m;
+}
+
+TEST(Mapper, WhoComesToStandOnKnownFloorIsInTheLocalMapInThreePictures) {
+  Ride ride;
+  ride.keyframe(ride.look({}));
+  double x = 0;
+  Mapped mapped;
+  for (; x < 0.6; x += 0.015) {  // two seconds
+    mapped = ride.step(ride.look({x, 0, 0}));
+  }
+  const SceneBox feet{{x + 1, -0.1}, {x + 1.1, 0.1}, 1.7, {Vec3(40, 40, 60), 0.3, 8}};
+  ASSERT_EQ(mapped.local_odom.at(Vec2(feet.low.x(), 0)), Cell::kFree);
+  ride.put(feet);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_EQ(mapped.local_odom.at(Vec2(feet.low.x(), 0)), Cell::kFree);
+    mapped = ride.step(ride.look({x, 0, 0}));
+  }
+  EXPECT_EQ(mapped.local_odom.at(Vec2(feet.low.x(), 0)), Cell::kOccupied);
+  EXPECT_EQ(mapped.local_odom.at(Vec2(feet.low.x() - 0.1, 0)), Cell::kOccupied) << "he is wider";
+  EXPECT_EQ(mapped.local_odom.at(Vec2(feet.low.x() - 0.3, 0)), Cell::kFree);
 }
 
 TEST(Mapper, AThingOfTheFloorsColourIsNoFloorOnceTheRobotHasComeNear) {
