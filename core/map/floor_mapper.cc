@@ -525,11 +525,11 @@ void FloorMapper::scan() {
         ++end;
       }
       const bool left_picture = end == stop || p.pixel[end * rays + ray] < 0;
-      const bool marked = !left_picture && is_mark(ray, end);
-      if (!left_picture && (end - row < wanted || marked || is_line(ray, row, end))) {
+      const bool line = end - row >= wanted;
+      const bool marked = line && !left_picture && is_mark(ray, end);
+      if (!left_picture && (!line || marked || is_line(ray, row, end))) {
         // floor goes on behind a stain as clearly as before it; what merely resembles floor there
         // is an object of nearly its colour that stands on its own shadow
-        const bool line = end - row >= wanted;
         int beyond = 0;
         int samples = 0;
         int clear = 0;
@@ -544,7 +544,7 @@ void FloorMapper::scan() {
         if (line ? 2 * clear >= static_cast<int>(wanted) : beyond >= kClearly * samples) {
           for (; row < end; ++row) {
             evidence_[row * rays + ray] = weighed(row * rays + ray, kStain);
-            if (marked && line && p.pixel[row * rays + ray] >= 0) {
+            if (marked && p.pixel[row * rays + ray] >= 0) {
               painted_.push_back(static_cast<std::int32_t>(row * rays + ray));
             }
           }

@@ -122,18 +122,8 @@ std::vector<Vec2> Newcomers::places_odom() const {
 }
 
 void Newcomers::occupy(OccupancyMap& local_odom) const {
-  const int reach = static_cast<int>(std::ceil(kRadius_m / local_odom.cell_m));
   for (const Vec2& p : places_odom()) {
-    const int column = local_odom.column(p);
-    const int row = local_odom.row(p);
-    for (int dy = -reach; dy <= reach; ++dy) {
-      for (int dx = -reach; dx <= reach; ++dx) {
-        if (local_odom.contains(column + dx, row + dy) &&
-            std::hypot(dx, dy) * local_odom.cell_m <= kRadius_m) {
-          local_odom(column + dx, row + dy) = Cell::kOccupied;
-        }
-      }
-    }
+    occupy_disc(local_odom, p, kRadius_m);
   }
 }
 

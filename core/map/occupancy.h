@@ -31,6 +31,21 @@ Cell resampled(int parts_a_side, const Part& part) {
   return 2 * free >= parts_a_side * parts_a_side ? Cell::kFree : Cell::kUnknown;
 }
 
+/// Makes the cells occupied whose centres are within `radius_m` of `p`.
+inline void occupy_disc(OccupancyMap& map, const Vec2& p, double radius_m) {
+  const Vec2 low = p - Vec2::Constant(radius_m);
+  const int first_column = map.column(low);
+  const int first_row = map.row(low);
+  const int count = static_cast<int>(std::ceil(2 * radius_m / map.cell_m)) + 1;
+  for (int row = first_row; row < first_row + count; ++row) {
+    for (int column = first_column; column < first_column + count; ++column) {
+      if (map.contains(column, row) && (map.centre(column, row) - p).norm() <= radius_m) {
+        map(column, row) = Cell::kOccupied;
+      }
+    }
+  }
+}
+
 /// How many parts a side of their own size a cell of `cell_m` has; at least one.
 inline int parts_a_side(double cell_m, double part_m) {
   return std::max(1, static_cast<int>(std::lround(cell_m / part_m)));

@@ -15,20 +15,6 @@ namespace {
 constexpr double kTrackStep_m = 0.02;
 constexpr double kTrackLength_m = 2.0;
 
-void stamp(OccupancyMap& map, const Vec2& p, double radius_m) {
-  const Vec2 low = p - Vec2::Constant(radius_m);
-  const int first_column = map.column(low);
-  const int first_row = map.row(low);
-  const int count = static_cast<int>(std::ceil(2 * radius_m / map.cell_m)) + 1;
-  for (int row = first_row; row < first_row + count; ++row) {
-    for (int column = first_column; column < first_column + count; ++column) {
-      if (map.contains(column, row) && (map.centre(column, row) - p).norm() <= radius_m) {
-        map(column, row) = Cell::kOccupied;
-      }
-    }
-  }
-}
-
 /// What is known of a point, by the local map first.
 Cell known(const DriveTask& task, const Vec2& p_map) {
   const Cell near = task.local_odom->at(task.T_map_odom.inverse() * p_map);
@@ -132,7 +118,7 @@ OccupancyMap window_map(double cell_m, double side_m, const DriveTask& task,
     }
   }
   for (const Vec2& p : touched_odom) {
-    stamp(window, p, touched_m);
+    occupy_disc(window, p, touched_m);
   }
   return window;
 }
@@ -179,7 +165,7 @@ OccupancyMap Driver::coarse_map(const DriveTask& task, const std::vector<Vec2>& 
     coarse = unknown_around(here_map, options_.overlay_m, coarse.cell_m);
   }
   for (const Vec2& p : blocked_map) {
-    stamp(coarse, p, options_.touched_m);
+    occupy_disc(coarse, p, options_.touched_m);
   }
   return coarse;
 }

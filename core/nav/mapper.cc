@@ -216,27 +216,34 @@ void Mapper::replace(std::size_t keyframe, std::shared_ptr<const GridCrop> grid)
 }
 
 // Something that stands hides the floor behind it from earlier keyframes, too, from which it was
-// not told from the floor yet.
+// not told from the floor yet; and what is painted was an obstacle to them.
 void Mapper::close_keyframe(const std::vector<Keyframe>& keyframes,
                             const std::vector<Pose2>& T_map_keyframes) {
   constexpr double kNear_m = 4;  // to the camera that may have looked past it
   const auto open = static_cast<std::size_t>(open_keyframe_);
   GridCrop crop = open_crop();
-  for (std::size_t k = first_of_late();
-       k < closed_.size() && !(crop.standing.empty() && crop.painted.empty()); ++k) {
+  for (std::size_t k = first_of_late(); k < closed_.size(); ++k) {
     const Pose2 T_k_open = T_map_keyframes[k].inverse() * T_map_keyframes[open];
+    const auto looked_at = [&](const Vec2& p) {
+      return std::any_of(
+          closed_[k]->cameras.begin(), closed_[k]->cameras.end(),
+          [&](const CameraPlace& camera) { return (camera.foot - p).norm() < kNear_m; });
+    };
     std::vector<StandingPoint> standing;
     for (const StandingPoint& point : crop.standing) {
       const StandingPoint at_k{T_k_open * point.p, point.height_m};
-      if (std::any_of(
-              closed_[k]->cameras.begin(), closed_[k]->cameras.end(),
-              [&](const CameraPlace& camera) { return (camera.foot - at_k.p).norm() < kNear_m; })) {
+      if (looked_at(at_k.p)) {
         standing.push_back(at_k);
       }
     }
     std::vector<Vec2> painted;
     for (const Vec2& p : crop.painted) {
-      painted.push_back(T_k_open * p);
+      if (looked_at(T_k_open * p)) {
+        painted.push_back(T_k_open * p);
+      }
+    }
+    if (standing.empty() && painted.empty()) {
+      continue;
     }
     auto changed = std::make_shared<GridCrop>(*closed_[k]);
     const bool hidden = hide_behind(*changed, standing);

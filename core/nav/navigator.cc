@@ -115,18 +115,19 @@ ExploreChoice Navigator::choose_view(const DriveTask& task, const SlamStep& at,
 
 void Navigator::explore(const DriveTask& task, const SlamStep& at) {
   ExploreChoice choice = choose_view(task, at, std::nullopt);
+  frontier_reachable_ = choice.frontier_reachable;
   if (choice.goal) {
     blocked_since_.reset();
-  } else if (revisit_.empty()) {
+  } else if (revisit_.empty() && !driver_.blocked_places_map().empty()) {
     if (waits_for_way(task, at)) {
       return;
     }
     // where nothing got on may be the only way on: it is tried once more
     if (driver_.try_blocked_again()) {
       choice = choose_view(task, at, std::nullopt);
+      frontier_reachable_ = choice.frontier_reachable;
     }
   }
-  frontier_reachable_ = choice.frontier_reachable;
   exploring_ = choice.goal.has_value();
   why_no_goal_ = choice.reason;
   makes_room_ = false;
