@@ -79,6 +79,13 @@ void GivenUp::update(Time now, const Known& known, std::span<const Pose2> T_map_
   }
 }
 
+void GivenUp::reopen_changed(const Known& known) {
+  for (Place& place : places_) {
+    place.left_alone =
+        place.left_alone && !has_changed(place.around, sampled(place.at.T_map_place(), known));
+  }
+}
+
 bool GivenUp::try_again() {
   bool some = false;
   for (Place& place : places_) {

@@ -32,6 +32,9 @@ class GivenUp {
 
   bool contains(const Vec2& p_map) const;
 
+  /// Those come back about which the map has changed, however lately they were given up.
+  void reopen_changed(const Known& known);
+
   /// Those that have been given up only once come back, changed or not. False where there are none.
   bool try_again();
 

@@ -32,9 +32,10 @@ constexpr double kTrackStep_m = 0.02;
 constexpr double kCameraStep_m = 0.1;
 constexpr double kCameraStep_rad = 0.2;
 
-// Paint is noted by places so far apart, and none so near to what stands.
-constexpr double kPaintStep_m = 0.02;
-constexpr double kPaintApart_m = 0.1;
+// What proved to be floor is noted by places so far apart, and counts nowhere so near to what
+// stands.
+constexpr double kProvedStep_m = 0.02;
+constexpr double kProvedApart_m = 0.1;
 
 // A line of sight that meets the floor farther away says nothing.
 constexpr double kFarthest = 20;  // times as far as what it passes over
@@ -146,12 +147,12 @@ bool forget_obstacles(GridCrop& crop) {
   return any;
 }
 
-bool forget_painted(GridCrop& crop, std::span<const Vec2> painted) {
+bool forget_obstacles_on(GridCrop& crop, std::span<const Vec2> proved_floor) {
   bool any = false;
-  const int reach = ceil_of(kPaintStep_m / crop.cell_m);
-  for (const Vec2& p : painted) {
+  const int reach = ceil_of(kProvedStep_m / crop.cell_m);
+  for (const Vec2& p : proved_floor) {
     if (std::any_of(crop.standing.begin(), crop.standing.end(), [&](const StandingPoint& point) {
-          return (point.p - p).norm() < kPaintApart_m;
+          return (point.p - p).norm() < kProvedApart_m;
         })) {
       continue;
     }
@@ -312,9 +313,9 @@ void KeyframeGrid::add_occupied_disc(const Vec2& p_keyframe, double radius_m) {
   add_disc(p_keyframe, radius_m, -kTouched);
 }
 
-void KeyframeGrid::add_painted(const Vec2& p_keyframe) {
-  painted_.emplace(
-      std::pair(floor_of(p_keyframe.x() / kPaintStep_m), floor_of(p_keyframe.y() / kPaintStep_m)),
+void KeyframeGrid::add_proved_floor(const Vec2& p_keyframe) {
+  proved_floor_.emplace(
+      std::pair(floor_of(p_keyframe.x() / kProvedStep_m), floor_of(p_keyframe.y() / kProvedStep_m)),
       p_keyframe);
 }
 
@@ -325,8 +326,8 @@ GridCrop KeyframeGrid::crop() const {
   out.body_radius_m = body_radius_m_;
   out.cameras = cameras_;
   out.standing = standing_;
-  for (const auto& [cell, p] : painted_) {
-    out.painted.push_back(p);
+  for (const auto& [cell, p] : proved_floor_) {
+    out.proved_floor.push_back(p);
   }
   const CellBox& box = cells_.box();
   const auto set = [](std::int8_t v) { return v != 0; };

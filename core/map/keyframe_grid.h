@@ -47,7 +47,7 @@ struct GridCrop {
 
   std::vector<CameraPlace> cameras;     ///< that saw all this, a few along the way
   std::vector<StandingPoint> standing;  ///< found on it
-  std::vector<Vec2> painted;            ///< places that proved to be paint on the floor
+  std::vector<Vec2> proved_floor;       ///< places that proved to be floor: painted, or left again
 
   std::int8_t at(int column, int row) const;  ///< 0 outside
 };
@@ -64,9 +64,9 @@ bool hide_behind(GridCrop& crop, std::span<const StandingPoint> standing,
 /// seen. Returns whether there was anything.
 bool forget_obstacles(GridCrop& crop);
 
-/// Takes back what was called an obstacle about places that proved to be `painted` on the floor, in
-/// the crop's frame, where nothing stands near by. Returns whether there was anything.
-bool forget_painted(GridCrop& crop, std::span<const Vec2> painted);
+/// Takes back what was called an obstacle about places that proved to be floor, in the crop's
+/// frame, where nothing stands near by. Returns whether there was anything.
+bool forget_obstacles_on(GridCrop& crop, std::span<const Vec2> proved_floor);
 
 /// The log-odds grid of the keyframe that is open: every reading of the floor is added to it. What
 /// is seen again from nearly the same place is no new evidence: it can contradict, but not make
@@ -83,7 +83,7 @@ class KeyframeGrid {
 
   void add_standing(const StandingPoint& point) { standing_.push_back(point); }
 
-  void add_painted(const Vec2& p_keyframe);
+  void add_proved_floor(const Vec2& p_keyframe);
 
   /// The disc about `p_keyframe` is free: the body stands there, or it is assumed at the start.
   void add_free_disc(const Vec2& p_keyframe, double radius_m);
@@ -105,7 +105,7 @@ class KeyframeGrid {
   double body_radius_m_ = 0;
   std::vector<CameraPlace> cameras_;
   std::vector<StandingPoint> standing_;
-  std::map<std::pair<int, int>, Vec2> painted_;  // one a cell of kPaintStep_m
+  std::map<std::pair<int, int>, Vec2> proved_floor_;  // one a cell of kProvedStep_m
   // Where the last independent reading was taken.
   std::map<int, Pose2> T_keyframe_last_;
 };

@@ -101,6 +101,15 @@ void Newcomers::add(const FloorReading& reading, const Pose2& T_odom_body,
       ++place.seen_free;
     }
   }
+  left_odom_.clear();
+  for (const auto& [at, place] : places_) {
+    if (place.seen_free >= kFree) {
+      for (const Vec2& part :
+           {Vec2(0.25, 0.25), Vec2(0.25, 0.75), Vec2(0.75, 0.25), Vec2(0.75, 0.75)}) {
+        left_odom_.push_back(kPlace_m * (Vec2(at.first, at.second) + part));
+      }
+    }
+  }
   std::erase_if(places_, [&](const auto& entry) {
     const Place& place = entry.second;
     return place.seen_free >= kFree || to_seconds(stamp - place.last) > kKept_s ||

@@ -23,6 +23,9 @@ class Newcomers {
   void add(const FloorReading& reading, const Pose2& T_odom_body, const OccupancyMap& known_odom,
            Time stamp);
 
+  /// Where they stood that the last picture showed to have gone, in `odom`: it is floor again.
+  const std::vector<Vec2>& left_odom() const { return left_odom_; }
+
   /// Where they stand, in `odom`.
   std::vector<Vec2> places_odom() const;
 
@@ -42,6 +45,7 @@ class Newcomers {
   };
 
   std::map<Key, Place> places_;
+  std::vector<Vec2> left_odom_;
   std::deque<std::vector<Key>> late_;  // what stood in the last pictures, the latest last
 };
 

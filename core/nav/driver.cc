@@ -152,6 +152,11 @@ DrivableGrid Driver::drivable_unblocked(const DriveTask& task) const {
   return grid_by_map(task, {});
 }
 
+void Driver::reopen_changed(const DriveTask& task) {
+  grid_at_.reset();
+  blocked_.reopen_changed([&](const Vec2& p_map) { return known(task, p_map); });
+}
+
 bool Driver::try_blocked_again() {
   grid_at_.reset();
   return blocked_.try_again();

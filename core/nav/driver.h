@@ -132,6 +132,9 @@ class Driver {
   /// Where nothing got on.
   std::vector<Vec2> blocked_places_map() const { return blocked_.places_map(); }
 
+  /// Opens those about which the map has changed, for who waits for just that.
+  void reopen_changed(const DriveTask& task);
+
   /// Opens the places where nothing got on once. False where there are none.
   bool try_blocked_again();
 

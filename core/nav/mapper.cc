@@ -25,6 +25,13 @@ constexpr double kSweep_m = 0.05;
 // Narrower than this share of the body, floor that is seen through a passage may be no floor.
 constexpr double kPassageShare = 0.4;
 
+// Whether a camera of a keyframe was so near to a point of its frame that it may have seen it.
+bool has_looked_near(const GridCrop& grid, const Vec2& p) {
+  constexpr double kNear_m = 4;
+  return std::any_of(grid.cameras.begin(), grid.cameras.end(),
+                     [&](const CameraPlace& camera) { return (camera.foot - p).norm() < kNear_m; });
+}
+
 // The camera that sees most of the floor that a floor camera maps, from another height.
 std::string second_camera(const Rig& rig, const std::string& floor_camera,
                           const FloorProjection& projection) {
@@ -147,7 +154,7 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
            point.height_m});
     }
     for (const Vec2& p_odom : reading.painted_odom) {
-      open_.add_painted(located.T_last_body * (seen.odometry.T_odom_body.inverse() * p_odom));
+      open_.add_proved_floor(located.T_last_body * (seen.odometry.T_odom_body.inverse() * p_odom));
     }
     if (reading.learned_new_floor) {
       forget_obstacles();  // this reading does not know the new floor yet
@@ -157,6 +164,12 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
     if (reading.sees_floor && !reading.learned_new_floor && !known_.empty()) {
       floor_cameras_[i].newcomers.add(reading, located.T_odom_body * T_now_then,
                                       known_.front().local_odom, seen.stamp);
+      std::vector<Vec2> left;
+      for (const Vec2& p_odom : floor_cameras_[i].newcomers.left_odom()) {
+        left.push_back(located.T_last_body * (located.T_odom_body.inverse() * p_odom));
+        open_.add_proved_floor(left.back());
+      }
+      take_back(left, T_map_keyframes);
     }
     if (i == 0) {
       out.reading = std::move(reading);
@@ -188,7 +201,7 @@ void Mapper::remember_known(const OccupancyMap& local_odom, Time stamp) {
 GridCrop Mapper::open_crop() const {
   GridCrop crop = open_.crop();
   hide_behind(crop, crop.standing);
-  panoptes::forget_painted(crop, crop.painted);
+  panoptes::forget_obstacles_on(crop, crop.proved_floor);
   return crop;
 }
 
@@ -215,42 +228,49 @@ void Mapper::replace(std::size_t keyframe, std::shared_ptr<const GridCrop> grid)
   closed_[keyframe] = std::move(grid);
 }
 
-// Something that stands hides the floor behind it from earlier keyframes, too, from which it was
-// not told from the floor yet; and what is painted was an obstacle to them.
-void Mapper::close_keyframe(const std::vector<Keyframe>& keyframes,
-                            const std::vector<Pose2>& T_map_keyframes) {
-  constexpr double kNear_m = 4;  // to the camera that may have looked past it
+// What has proved to be floor was an obstacle to earlier keyframes.
+void Mapper::take_back(const std::vector<Vec2>& proved_floor_open,
+                       const std::vector<Pose2>& T_map_keyframes) {
   const auto open = static_cast<std::size_t>(open_keyframe_);
-  GridCrop crop = open_crop();
-  for (std::size_t k = first_of_late(); k < closed_.size(); ++k) {
+  for (std::size_t k = first_of_late(); k < closed_.size() && !proved_floor_open.empty(); ++k) {
     const Pose2 T_k_open = T_map_keyframes[k].inverse() * T_map_keyframes[open];
-    const auto looked_at = [&](const Vec2& p) {
-      return std::any_of(
-          closed_[k]->cameras.begin(), closed_[k]->cameras.end(),
-          [&](const CameraPlace& camera) { return (camera.foot - p).norm() < kNear_m; });
-    };
-    std::vector<StandingPoint> standing;
-    for (const StandingPoint& point : crop.standing) {
-      const StandingPoint at_k{T_k_open * point.p, point.height_m};
-      if (looked_at(at_k.p)) {
-        standing.push_back(at_k);
+    std::vector<Vec2> proved_floor;
+    for (const Vec2& p : proved_floor_open) {
+      if (has_looked_near(*closed_[k], T_k_open * p)) {
+        proved_floor.push_back(T_k_open * p);
       }
     }
-    std::vector<Vec2> painted;
-    for (const Vec2& p : crop.painted) {
-      if (looked_at(T_k_open * p)) {
-        painted.push_back(T_k_open * p);
-      }
-    }
-    if (standing.empty() && painted.empty()) {
-      continue;
-    }
-    auto changed = std::make_shared<GridCrop>(*closed_[k]);
-    const bool hidden = hide_behind(*changed, standing);
-    if (forget_painted(*changed, painted) || hidden) {
+    auto changed = proved_floor.empty() ? nullptr : std::make_shared<GridCrop>(*closed_[k]);
+    if (changed && forget_obstacles_on(*changed, proved_floor)) {
       replace(k, std::move(changed));
     }
   }
+}
+
+// Something that stands hides the floor behind it from earlier keyframes, too, from which it was
+// not told from the floor yet.
+void Mapper::close_keyframe(const std::vector<Keyframe>& keyframes,
+                            const std::vector<Pose2>& T_map_keyframes) {
+  const auto open = static_cast<std::size_t>(open_keyframe_);
+  GridCrop crop = open_crop();
+  for (std::size_t k = first_of_late(); k < closed_.size() && !crop.standing.empty(); ++k) {
+    const Pose2 T_k_open = T_map_keyframes[k].inverse() * T_map_keyframes[open];
+    std::vector<StandingPoint> standing;
+    for (const StandingPoint& point : crop.standing) {
+      const StandingPoint at_k{T_k_open * point.p, point.height_m};
+      if (has_looked_near(*closed_[k], at_k.p)) {
+        standing.push_back(at_k);
+      }
+    }
+    if (standing.empty()) {
+      continue;
+    }
+    auto hidden = std::make_shared<GridCrop>(*closed_[k]);
+    if (hide_behind(*hidden, standing)) {
+      replace(k, std::move(hidden));
+    }
+  }
+  take_back(crop.proved_floor, T_map_keyframes);
   closed_.push_back(std::make_shared<const GridCrop>(std::move(crop)));
   global_.add(closed_.back(), T_map_keyframes[open]);
   local_.close(closed_.back(), keyframes[open].T_odom_body);

@@ -88,6 +88,8 @@ class Mapper {
   void remember_known(const OccupancyMap& local_odom, Time stamp);
   void forget_obstacles();
   std::size_t first_of_late() const;
+  void take_back(const std::vector<Vec2>& proved_floor_open,
+                 const std::vector<Pose2>& T_map_keyframes);
   void replace(std::size_t keyframe, std::shared_ptr<const GridCrop> grid);
   void close_keyframe(const std::vector<Keyframe>& keyframes,
                       const std::vector<Pose2>& T_map_keyframes);

@@ -114,6 +114,9 @@ ExploreChoice Navigator::choose_view(const DriveTask& task, const SlamStep& at,
 }
 
 void Navigator::explore(const DriveTask& task, const SlamStep& at) {
+  if (blocked_since_ && !goal_) {
+    driver_.reopen_changed(task);
+  }
   ExploreChoice choice = choose_view(task, at, std::nullopt);
   frontier_reachable_ = choice.frontier_reachable;
   if (choice.goal) {

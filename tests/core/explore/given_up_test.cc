@@ -60,6 +60,15 @@ TEST(GivenUp, IsLeftAloneTwiceAsLongEachTime) {
   }
 }
 
+TEST(GivenUp, IsReopenedBeforeItsTimeWhereTheMapHasChanged) {
+  GivenUp given_up(0.3, kFor_s);
+  given_up.add(time_at(0), kPlace, known(room_with_box(3.2)), {});
+  given_up.reopen_changed(known(room_with_box(3.2)));
+  EXPECT_TRUE(given_up.contains(kPlace.position()));
+  given_up.reopen_changed(known(room_with_box(5)));
+  EXPECT_FALSE(given_up.contains(kPlace.position()));
+}
+
 TEST(GivenUp, IsTriedOnceMoreAsThingsAre) {
   GivenUp given_up(0.3, kFor_s);
   EXPECT_FALSE(given_up.try_again());

@@ -225,19 +225,19 @@ TEST(KeyframeGrid, PaintIsNoObstacleButWhatStandsNearByIs) {
   grid.add_occupied_disc(Vec2(1.6, 0), 0.05);
   grid.add_standing({Vec2(1.6, 0.08), 0.3});
   for (const double x : {1.2, 1.201, 1.6}) {
-    grid.add_painted(Vec2(x, 0));
+    grid.add_proved_floor(Vec2(x, 0));
   }
   GridCrop crop = grid.crop();
-  EXPECT_EQ(crop.painted.size(), 2U) << "one a place";
-  EXPECT_TRUE(forget_painted(crop, crop.painted));
+  EXPECT_EQ(crop.proved_floor.size(), 2U) << "one a place";
+  EXPECT_TRUE(forget_obstacles_on(crop, crop.proved_floor));
   EXPECT_EQ(crop.at(120, 0), 0);
   EXPECT_EQ(crop.at(122, 2), 0);
   EXPECT_LT(crop.at(124, 0), 0);
   EXPECT_LT(crop.at(160, 0), 0);
   EXPECT_GT(crop.at(100, 0), 0);
-  EXPECT_FALSE(forget_painted(crop, crop.painted));
+  EXPECT_FALSE(forget_obstacles_on(crop, crop.proved_floor));
   const std::vector<Vec2> outside = {Vec2(100, 100)};
-  EXPECT_FALSE(forget_painted(crop, outside));
+  EXPECT_FALSE(forget_obstacles_on(crop, outside));
 }
 
 TEST(KeyframeGrid, AnEmptyGridCropsToNothing) {

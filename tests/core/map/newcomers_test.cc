@@ -66,8 +66,15 @@ TEST(Newcomers, WhoStandsOnKnownFloorIsThereAfterThreePicturesAndGoneAfterTwo) {
   EXPECT_LT(watch.nearest_m(Vec2(1.2, 0.1)), 0.05);
   watch.look(std::nullopt, 1);
   EXPECT_LT(watch.nearest_m(Vec2(1.2, 0.1)), 0.05);
+  EXPECT_TRUE(watch.newcomers.left_odom().empty());
   watch.look(std::nullopt, 1);
   EXPECT_TRUE(watch.newcomers.places_odom().empty());
+  EXPECT_FALSE(watch.newcomers.left_odom().empty());
+  for (const Vec2& p : watch.newcomers.left_odom()) {
+    EXPECT_LT((p - Vec2(1.2, 0.1)).norm(), 0.15);
+  }
+  watch.look(std::nullopt, 1);
+  EXPECT_TRUE(watch.newcomers.left_odom().empty());
 }
 
 TEST(Newcomers, WhoWalksIsFollowed) {
