@@ -90,6 +90,7 @@ void Newcomers::add(const FloorReading& reading, const Pose2& T_odom_body,
       });
     });
     if (pictures >= kPictures - 1) {
+      ever_ = true;
       Place& place = places_.try_emplace(at, Place{stamp, stamp, 0}).first->second;
       place.last = stamp;
       place.seen_free = 0;

@@ -26,6 +26,9 @@ class Newcomers {
   /// Where they stood that the last picture showed to have gone, in `odom`: it is floor again.
   const std::vector<Vec2>& left_odom() const { return left_odom_; }
 
+  /// Whether there was any so far.
+  bool ever() const { return ever_; }
+
   /// Where they stand, in `odom`.
   std::vector<Vec2> places_odom() const;
 
@@ -44,6 +47,7 @@ class Newcomers {
     int floor = 0;
   };
 
+  bool ever_ = false;
   std::map<Key, Place> places_;
   std::vector<Vec2> left_odom_;
   std::deque<std::vector<Key>> late_;  // what stood in the last pictures, the latest last

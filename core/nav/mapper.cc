@@ -186,6 +186,11 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
   return out;
 }
 
+bool Mapper::something_came() const {
+  return std::any_of(floor_cameras_.begin(), floor_cameras_.end(),
+                     [](const FloorCamera& camera) { return camera.newcomers.ever(); });
+}
+
 // What was known before somebody came, and was not seen wrongly from afar just now.
 void Mapper::remember_known(const OccupancyMap& local_odom, Time stamp) {
   constexpr double kBefore_s = 1.5;

@@ -68,6 +68,10 @@ class Mapper {
   /// no camera looks for it.
   std::optional<std::vector<Vec2>> standing(const std::vector<Pose2>& T_map_keyframes) const;
 
+  /// Whether anything has come since the start where floor was known: a world that does not move
+  /// gives nothing to wait for.
+  bool something_came() const;
+
   /// Where free floor ends around a keyframe, in its frame (thesis 6.3.3).
   std::vector<Vec2> contour(int keyframe, const std::vector<Pose2>& T_map_keyframes) const;
 

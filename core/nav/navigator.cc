@@ -143,9 +143,12 @@ void Navigator::explore(const DriveTask& task, const SlamStep& at) {
   }
 }
 
-// Whether it gives what blocks the way to more unknown floor a while longer to go. Somebody who
-// stands there may wait for the robot: it makes room first.
+// Whether it gives what blocks the way to more unknown floor a while longer to go, where things
+// come and go. Somebody who stands there may wait for the robot: it makes room first.
 bool Navigator::waits_for_way(const DriveTask& task, const SlamStep& at) {
+  if (!slam_.something_came()) {
+    return false;
+  }
   if (blocked_since_ && to_seconds(at.stamp - *blocked_since_) >= options_.goals.patience_s) {
     return false;
   }

@@ -17,6 +17,8 @@ OccupancyMap Slam::map(double cell_m) const {
   return mapper_.finished_map(cell_m, localiser_.graph().T_map_node);
 }
 
+bool Slam::something_came() const { return mapper_.something_came(); }
+
 std::optional<std::vector<Vec2>> Slam::standing() const {
   return mapper_.standing(graph().T_map_node);
 }

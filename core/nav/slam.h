@@ -63,6 +63,7 @@ class Slam {
   /// The map as it is known now, on planning cells: cheap.
   OccupancyMap planning_map();
   std::optional<std::vector<Vec2>> standing() const;  ///< see Mapper
+  bool something_came() const;                        ///< see Mapper
   /// Free floor of the planning map that was made last.
   double mapped_free_m2() const { return mapped_free_m2_; }
 
