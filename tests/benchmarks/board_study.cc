@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How well boards tell a lens: board_study [--corners] [--sets N] [--first SEED] [--pictures N]
+//                                          [--view DEGREES] [--noise PX]
+// For each set a lens drawn about a view of so many degrees (a fisheye from 120 on) is seen with N
+// boards: in drawn pictures with the light of a real camera, or, with --corners, by corners alone
+// with so much noise. A line a set and the summary: errors of f and of the centre, of the field
+// (a fisheye's within half its view off the axis) after the turn that explains most, and the
+// normalised error squared a dimension.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+#include "core/calib/lens_fit.h"
+#include "core/camera/lens_parameters.h"
+#include "tests/support/board_pictures.h"
+
+namespace panoptes {
+namespace {
+
+struct Arguments {
+  bool corners = false;
+  int sets = 20;
+  int first = 1;
+  int pictures = 40;
+  double view_deg = 80;
+  double noise_px = 0.1;
+};
+
+Arguments arguments(int argc, char** argv) {
+  Arguments args;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view flag = argv[i];
+    const auto number = [&] { return i + 1 < argc ? std::atof(argv[++i]) : 0.0; };
+    if (flag == "--corners") {
+      args.corners = true;
+    } else if (flag == "--sets") {
+      args.sets = static_cast<int>(number());
+    } else if (flag == "--first") {
+      args.first = static_cast<int>(number());
+    } else if (flag == "--pictures") {
+      args.pictures = static_cast<int>(number());
+    } else if (flag == "--view") {
+      args.view_deg = number();
+    } else if (flag == "--noise") {
+      args.noise_px = number();
+    } else {
+      std::fprintf(stderr, "board_study: no such flag: %s\n", argv[i]);
+      std::exit(2);
+    }
+  }
+  return args;
+}
+
+Intrinsics drawn_lens(double view_deg, Rng& rng) {
+  const double view_rad = deg_to_rad(view_deg * rng.uniform(0.98, 1.02));
+  const double k = rng.uniform(0.7, 1.3);
+  const Distortion distortion =
+      view_deg < 120 ? Distortion(BrownConrady{-0.25 * k, 0.07 * k, rng.uniform(-1e-3, 1e-3),
+                                               rng.uniform(-1e-3, 1e-3), rng.uniform(-0.01, 0.01)})
+                     : Distortion(Equidistant{-0.012 * k, 0.003 * k, -0.0006 * k, 0.0001 * k});
+  Intrinsics lens = lens_of_view(640, 480, view_rad, distortion);
+  lens.fy_px *= rng.uniform(0.997, 1.003);
+  lens.cx_px += rng.uniform(-10, 10);
+  lens.cy_px += rng.uniform(-10, 10);
+  return lens;
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values.empty() ? 0 : values[values.size() / 2];
+}
+
+int run(const Arguments& args) {
+  const Board board;
+  std::vector<double> focal_percent;
+  std::vector<double> centre_px;
+  std::vector<double> field_px;
+  std::vector<double> field_most_px;
+  double normalised = 0;
+  int told = 0;
+  for (int set = 0; set < args.sets; ++set) {
+    Rng rng(args.first + set);
+    const Intrinsics truth = drawn_lens(args.view_deg, rng);
+    const auto poses = board_poses(board, truth, {}, args.pictures, rng);
+    const std::clock_t start = std::clock();
+    std::vector<BoardCorners> views;
+    if (args.corners) {
+      views = seen_corners(board, truth, poses, args.noise_px, rng);
+    } else {
+      const BoardPainter painter(board, truth);
+      for (const Pose3& T_camera_board : poses) {
+        if (const auto corners = find_board(painter.draw(T_camera_board, {}, rng), board)) {
+          views.push_back(*corners);
+        }
+      }
+    }
+    const std::clock_t seen = std::clock();
+    const LensFit fit = fit_best_lens({}, board, views, truth.width_px, truth.height_px);
+    const auto seconds = [](std::clock_t ticks) {
+      return static_cast<double>(ticks) / CLOCKS_PER_SEC;
+    };
+    std::printf("%4d %-6s boards %2d of %2d  noise %.3f px  use %.2f", args.first + set,
+                std::string(name(fit.verdict)).c_str(), fit.used(), args.pictures, fit.noise_px,
+                fit.picture_use);
+    if (fit.verdict == Verdict::kFailed ||
+        fit.lens.distortion.index() != truth.distortion.index()) {
+      std::printf("  %s\n", fit.reasons.empty() ? "another model" : fit.reasons.front().c_str());
+      continue;
+    }
+    const Eigen::VectorXd off = lens_parameters(fit.lens) - lens_parameters(truth);
+    const double squared =
+        off.dot(fit.covariance.ldlt().solve(off)) / static_cast<double>(off.size());
+    const FieldDifference field = field_difference(
+        truth, fit.lens, args.view_deg < 120 ? deg_to_rad(180) : deg_to_rad(args.view_deg / 2));
+    ++told;
+    normalised += squared;
+    focal_percent.push_back(
+        100 * std::max(std::abs(off[0] / truth.fx_px), std::abs(off[1] / truth.fy_px)));
+    centre_px.push_back(std::max(std::abs(off[2]), std::abs(off[3])));
+    field_px.push_back(field.rms_px);
+    field_most_px.push_back(field.most_px);
+    std::printf(
+        "  f %.3f %%  centre %.3f px  field %.3f, most %.3f px (sigma %.3f, %.3f)  "
+        "normalised %.2f  CPU s %.1f + %.1f%s%s\n",
+        focal_percent.back(), centre_px.back(), field.rms_px, field.most_px, fit.field_sigma_rms_px,
+        fit.field_sigma_most_px, squared, seconds(seen - start), seconds(std::clock() - seen),
+        fit.reasons.empty() ? "" : "  ", fit.reasons.empty() ? "" : fit.reasons.front().c_str());
+    std::fflush(stdout);
+  }
+  const auto most = [](const std::vector<double>& values) {
+    return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
+  };
+  std::printf(
+      "%d of %d sets told a lens; median, most: f %.3f, %.3f %%; centre %.3f, %.3f px; "
+      "field rms %.3f, %.3f px; its worst place %.3f, %.3f px; normalised %.2f\n",
+      told, args.sets, median(focal_percent), most(focal_percent), median(centre_px),
+      most(centre_px), median(field_px), most(field_px), median(field_most_px), most(field_most_px),
+      told > 0 ? normalised / told : 0);
+  return 0;
+}
+
+}  // namespace
+}  // namespace panoptes
+
+int main(int argc, char** argv) { return panoptes::run(panoptes::arguments(argc, argv)); }

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/calib/lens_fit.h"
+
+#include <cmath>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/camera/lens_parameters.h"
+#include "tests/support/board_pictures.h"
+
+namespace panoptes {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+constexpr double kRoundoff_px = 1e-6;
+constexpr double kNoise_px = 0.1;
+constexpr int kPictures = 30;
+
+const Board kBoard;
+
+Intrinsics wide() {
+  Intrinsics lens =
+      lens_of_view(640, 480, deg_to_rad(80), BrownConrady{-0.28, 0.08, 0.0008, -0.0006, 0.01});
+  lens.fy_px *= 1.003;
+  lens.cx_px += 6;
+  lens.cy_px -= 9;
+  return lens;
+}
+
+Intrinsics fisheye() {
+  Intrinsics lens =
+      lens_of_view(640, 480, deg_to_rad(185), Equidistant{-0.012, 0.003, -0.0006, 0.0001});
+  lens.cx_px += 4;
+  lens.cy_px -= 5;
+  return lens;
+}
+
+LensFit fit(const Intrinsics& lens, const std::vector<BoardCorners>& views) {
+  return fit_best_lens({}, kBoard, views, lens.width_px, lens.height_px);
+}
+
+TEST(LensFit, ExactCornersGiveTheLens) {
+  for (const Intrinsics& lens : {wide(), fisheye()}) {
+    Rng rng(1);
+    const auto views =
+        seen_corners(kBoard, lens, board_poses(kBoard, lens, {}, kPictures, rng), 0, rng);
+    const LensFit found = fit(lens, views);
+    EXPECT_EQ(found.verdict, Verdict::kGood) << testing::PrintToString(found.reasons);
+    EXPECT_EQ(found.used(), kPictures);
+    EXPECT_EQ(found.lens.distortion.index(), lens.distortion.index());
+    EXPECT_LT(found.reprojection_rms_px, kRoundoff_px);
+    EXPECT_LT(field_difference(lens, found.lens).most_px, 1e-3);
+    EXPECT_NEAR(found.lens.fx_px, lens.fx_px, 1e-4 * lens.fx_px);
+  }
+}
+
+TEST(LensFit, NoisyCornersGiveItAndHowWellItIsKnown) {
+  for (const Intrinsics& lens : {wide(), fisheye()}) {
+    double normalised = 0;
+    constexpr int kSets = 12;
+    for (int set = 0; set < kSets; ++set) {
+      Rng rng(10 + set);
+      const auto views =
+          seen_corners(kBoard, lens, board_poses(kBoard, lens, {}, kPictures, rng), kNoise_px, rng);
+      const LensFit found = fit(lens, views);
+      ASSERT_NE(found.verdict, Verdict::kFailed) << testing::PrintToString(found.reasons);
+      EXPECT_NEAR(found.noise_px, kNoise_px, 0.1 * kNoise_px);
+      ASSERT_EQ(found.lens.distortion.index(), lens.distortion.index());
+      const Eigen::VectorXd off = lens_parameters(found.lens) - lens_parameters(lens);
+      normalised += off.dot(found.covariance.ldlt().solve(off)) / static_cast<double>(off.size());
+      // three standard deviations each way, in two directions
+      EXPECT_LT(field_difference(lens, found.lens).most_px, 5 * found.field_sigma_most_px);
+    }
+    // chi-squared of 12 times 8 or 9 numbers: three sigma either way
+    EXPECT_GT(normalised / kSets, 1 - 3 * std::sqrt(2.0 / (8 * kSets)));
+    EXPECT_LT(normalised / kSets, 1 + 3 * std::sqrt(2.0 / (8 * kSets)));
+  }
+}
+
+TEST(LensFit, AnotherBoardsPictureIsLeftOut) {
+  const Intrinsics lens = wide();
+  Rng rng(2);
+  auto views =
+      seen_corners(kBoard, lens, board_poses(kBoard, lens, {}, kPictures, rng), kNoise_px, rng);
+  for (Vec2& px : views[7]) {
+    px.x() += 30 * std::sin(0.02 * px.y());
+  }
+  const LensFit found = fit(lens, views);
+  EXPECT_FALSE(found.views[7].used);
+  EXPECT_EQ(found.used(), kPictures - 1);
+  EXPECT_NEAR(found.noise_px, kNoise_px, 0.1 * kNoise_px);
+}
+
+TEST(LensFit, TooFewBoardsAreRefused) {
+  const Intrinsics lens = wide();
+  Rng rng(3);
+  const auto views =
+      seen_corners(kBoard, lens, board_poses(kBoard, lens, {}, 4, rng), kNoise_px, rng);
+  const LensFit found = fit(lens, views);
+  EXPECT_EQ(found.verdict, Verdict::kFailed);
+  EXPECT_THAT(found.reasons, Contains(HasSubstr("4 pictures show a whole board: at least 5")));
+  EXPECT_EQ(fit(lens, {}).verdict, Verdict::kFailed);
+}
+
+TEST(LensFit, BoardsThatAllFaceTheCameraAlikeAreRefused) {
+  const Intrinsics lens = wide();
+  Rng rng(4);
+  std::vector<Pose3> poses;
+  for (int i = 0; i < kPictures; ++i) {
+    poses.push_back({Eigen::Quaterniond::Identity(),
+                     Vec3(rng.uniform(-0.3, 0.1), rng.uniform(-0.2, 0.05), 0.5)});
+  }
+  const LensFit found = fit(lens, seen_corners(kBoard, lens, poses, kNoise_px, rng));
+  EXPECT_EQ(found.verdict, Verdict::kFailed);
+  EXPECT_THAT(found.reasons, Contains(HasSubstr("slant")));
+}
+
+TEST(LensFit, BoardsInOnePartOfThePictureAreRefused) {
+  const Intrinsics lens = wide();
+  Rng rng(5);
+  BoardPoses left;
+  left.most_width = 0.4;
+  left.to = Vec2(0.3, 1);
+  const LensFit found = fit(
+      lens,
+      seen_corners(kBoard, lens, board_poses(kBoard, lens, left, kPictures, rng), kNoise_px, rng));
+  EXPECT_EQ(found.verdict, Verdict::kFailed);
+  EXPECT_THAT(found.reasons, Contains(HasSubstr("right half of the picture")));
+}
+
+TEST(LensFit, CornersOfNoBoardAreRefused) {
+  Rng rng(6);
+  std::vector<BoardCorners> views(kPictures);
+  for (BoardCorners& corners : views) {
+    for (int i = 0; i < kBoard.corners(); ++i) {
+      corners.emplace_back(rng.uniform(0, 640), rng.uniform(0, 480));
+    }
+  }
+  EXPECT_EQ(fit_best_lens({}, kBoard, views, 640, 480).verdict, Verdict::kFailed);
+}
+
+TEST(LensFit, WhereALensDrawsNothingNoCornersAreMissed) {
+  const std::vector<BoardCorners> views{{Vec2(10, 10), Vec2(300, 200)}};
+  EXPECT_DOUBLE_EQ(picture_use(views, 640, 480, {}), 2.0 / 48);
+  std::vector<bool> lit(48, false);
+  lit[0] = true;
+  EXPECT_DOUBLE_EQ(picture_use(views, 640, 480, lit), 1);
+}
+
+TEST(LensFit, ATurnIsNoDifferenceOfLenses) {
+  const Intrinsics lens = wide();
+  Intrinsics other = lens;
+  EXPECT_LT(field_difference(lens, other).most_px, kRoundoff_px);
+  other.cx_px += 1;  // nearly a turn
+  EXPECT_LT(field_difference(lens, other).rms_px, 0.5);
+  other = lens;
+  other.fx_px *= 1.01;
+  other.fy_px *= 1.01;
+  EXPECT_GT(field_difference(lens, other).most_px, 2);
+}
+
+}  // namespace
+}  // namespace panoptes
