@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <array>
-#include <cctype>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <numeric>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -49,15 +46,6 @@ struct LoopsArguments {
   bool quiet = false;
 };
 
-bool is_picture(const fs::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  constexpr std::array<std::string_view, 7> kEndings{".jpg", ".jpeg", ".png", ".bmp",
-                                                     ".pgm", ".ppm",  ".pnm"};
-  return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
-}
-
 // In the order in which they were taken, as far as their names tell.
 std::vector<std::string> listed(const std::vector<std::string>& given) {
   std::vector<std::string> files;
@@ -69,13 +57,9 @@ std::vector<std::string> listed(const std::vector<std::string>& given) {
       files.push_back(name);
       continue;
     }
-    const std::size_t before = files.size();
-    for (const auto& entry : fs::directory_iterator(name)) {
-      if (entry.is_regular_file() && is_picture(entry.path())) {
-        files.push_back(entry.path().string());
-      }
-    }
-    if (files.size() == before) {
+    const std::vector<std::string> of_folder = pictures_in(name);
+    files.insert(files.end(), of_folder.begin(), of_folder.end());
+    if (of_folder.empty()) {
       throw ConfigError(name + ": holds no pictures; name a folder of PNG or JPEG files");
     }
   }

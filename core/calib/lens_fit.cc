@@ -21,9 +21,7 @@
 namespace panoptes {
 namespace {
 
-constexpr int kFewestBoards = 5;  // with fewer the corners' scatter tells nothing of the lens
-constexpr int kPartsAcross = 8;   // of the picture
-constexpr int kPartsDown = 6;
+constexpr int kFewestBoards = 5;     // with fewer the corners' scatter tells nothing of the lens
 constexpr double kHopeless = 10;     // times what is asked: no number is told
 constexpr double kLeastHalf = 0.35;  // use of each half of the picture: a lens is not told by one
 

@@ -52,7 +52,11 @@ struct LensFit {
   int used() const;
 };
 
-/// The share of the picture's parts, 8 x 6 of them, that hold a corner; `lit` tells of each part,
+/// The parts of a picture that its use is counted in.
+inline constexpr int kPartsAcross = 8;
+inline constexpr int kPartsDown = 6;
+
+/// The share of the picture's parts that hold a corner; `lit` tells of each part,
 /// row by row, whether the lens draws anything there at all (all of them where it is empty).
 double picture_use(const std::vector<BoardCorners>& views, int width_px, int height_px,
                    const std::vector<bool>& lit);

@@ -137,6 +137,8 @@ struct Rig {
 void bind(Fields& f, NoDistortion& o);
 void bind(Fields& f, BrownConrady& o);
 void bind(Fields& f, Equidistant& o);
+/// {distortion, size_px, and one of fov_deg, lens, intrinsics_px}
+void bind(Fields& f, Intrinsics& o);
 void bind(Fields& f, FloorMark& o);
 void bind(Fields& f, FloorView& o);
 /// {rotation_deg, position_m (one number or three), focal_percent, centre_px, clock_s}

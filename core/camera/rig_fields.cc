@@ -111,30 +111,6 @@ void bind_view(Fields& f, Intrinsics& o) {
   }
 }
 
-void bind_intrinsics(Fields& f, Intrinsics& o) {
-  f.choice("distortion", o.distortion);
-  bind_view(f, o);
-  if (o.fx_px > 0 && o.fy_px > 0) {
-    const auto sensible = [](double focal_px, int size_px) {
-      return focal_px >= kShortestFocal * size_px && focal_px <= kLongestFocal * size_px;
-    };
-    f.require(sensible(o.fx_px, o.width_px) && sensible(o.fy_px, o.height_px),
-              f.present("lens") ? "lens" : "intrinsics_px",
-              "must have focal lengths of 0.05 to 100 times the picture's size (widths for fx, "
-              "heights for fy); correct their unit");
-    f.require(std::abs(o.cx_px - o.width_px / 2.0) <= o.width_px &&
-                  std::abs(o.cy_px - o.height_px / 2.0) <= o.height_px,
-              "intrinsics_px",
-              "must have cx and cy no farther from the middle of the picture than its own size");
-    const bool axis_inside =
-        o.cx_px > 0 && o.cy_px > 0 && o.cx_px < o.width_px - 1 && o.cy_px < o.height_px - 1;
-    f.require(o.is_pinhole() || axis_inside, "intrinsics_px",
-              "must have cx and cy inside the picture where there is a distortion");
-    const std::string fault = axis_inside ? lens_fault(o) : "";
-    f.require(fault.empty(), "distortion", fault);
-  }
-}
-
 // at_m, yaw_deg and tilt_deg, or T_body_camera.
 void bind_mounting(Fields& f, Pose3& T_body_camera) {
   const auto require_on_robot = [&f](const char* key, const Vec3& eye_body) {
@@ -180,6 +156,30 @@ void bind(Fields& f, Equidistant& o) {
   f("k2", o.k2);
   f("k3", o.k3);
   f("k4", o.k4);
+}
+
+void bind(Fields& f, Intrinsics& o) {
+  f.choice("distortion", o.distortion);
+  bind_view(f, o);
+  if (o.fx_px > 0 && o.fy_px > 0) {
+    const auto sensible = [](double focal_px, int size_px) {
+      return focal_px >= kShortestFocal * size_px && focal_px <= kLongestFocal * size_px;
+    };
+    f.require(sensible(o.fx_px, o.width_px) && sensible(o.fy_px, o.height_px),
+              f.present("lens") ? "lens" : "intrinsics_px",
+              "must have focal lengths of 0.05 to 100 times the picture's size (widths for fx, "
+              "heights for fy); correct their unit");
+    f.require(std::abs(o.cx_px - o.width_px / 2.0) <= o.width_px &&
+                  std::abs(o.cy_px - o.height_px / 2.0) <= o.height_px,
+              "intrinsics_px",
+              "must have cx and cy no farther from the middle of the picture than its own size");
+    const bool axis_inside =
+        o.cx_px > 0 && o.cy_px > 0 && o.cx_px < o.width_px - 1 && o.cy_px < o.height_px - 1;
+    f.require(o.is_pinhole() || axis_inside, "intrinsics_px",
+              "must have cx and cy inside the picture where there is a distortion");
+    const std::string fault = axis_inside ? lens_fault(o) : "";
+    f.require(fault.empty(), "distortion", fault);
+  }
 }
 
 void bind(Fields& f, FloorMark& o) {
@@ -229,7 +229,7 @@ void bind(Fields& f, RigCamera& o) {
               "must be > 0 of a camera with the role " + role +
                   ", whose pictures the navigator waits for");
   }
-  bind_intrinsics(f, o.intrinsics);
+  bind(f, o.intrinsics);
   bind_mounting(f, o.T_body_camera);
   f("floor", o.floor);
   f.require(!o.has_role("floor") || o.floor.has_value(), "floor",

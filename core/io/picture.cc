@@ -8,11 +8,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <system_error>
 
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/io/crc32.h"
 
 namespace panoptes {
@@ -211,7 +213,28 @@ std::string bare_png(std::string_view bytes) {
   throw ConfigError(std::string(kDamaged));
 }
 
+bool is_picture(const std::filesystem::path& file) {
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  constexpr std::array<std::string_view, 7> kEndings{".jpg", ".jpeg", ".png", ".bmp",
+                                                     ".pgm", ".ppm",  ".pnm"};
+  return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
+}
+
 }  // namespace
+
+std::vector<std::string> pictures_in(const std::filesystem::path& folder) {
+  std::vector<std::string> files;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    if (entry.is_regular_file(ignored) && is_picture(entry.path())) {
+      files.push_back(entry.path().string());
+    }
+  }
+  std::sort(files.begin(), files.end(), natural_less);
+  return files;
+}
 
 std::optional<PictureSize> picture_size(std::string_view bytes) {
   if (const std::optional<Anymap> map = anymap_header(bytes)) {

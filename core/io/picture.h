@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <filesystem>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include <opencv2/core/mat.hpp>
 
@@ -16,6 +19,9 @@ struct PictureSize {
 /// The size of a PNG, JPEG, BMP or PNM (PGM, PPM) file, from its header alone; empty for anything
 /// else.
 std::optional<PictureSize> picture_size(std::string_view bytes);
+
+/// The pictures in a folder, by the endings of their names and in the order of these, 10 after 9.
+std::vector<std::string> pictures_in(const std::filesystem::path& folder);
 
 /// Of pictures that somebody hands in: as much as a camera may have, and decoded 0.2 GB.
 inline constexpr int kMostPictureSide_px = 8192;

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Lenses by boards, as a user calls for them.
+#include <filesystem>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/config/fields.h"
+#include "core/io/file.h"
+#include "tests/support/board_pictures.h"
+#include "tests/system/program.h"
+
+namespace panoptes {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+class Calibrate : public SystemTest {
+ protected:
+  // `count` pictures of a board in folder_/pictures/name, and one without.
+  void photograph(const std::string& name, const Intrinsics& lens, int count) {
+    const std::filesystem::path folder = folder_ / "work/pictures" / name;
+    std::filesystem::create_directories(folder);
+    const Board board;
+    const BoardPainter painter(board, lens);
+    Rng rng(8);
+    int i = 0;
+    for (const Pose3& T_camera_board : board_poses(board, lens, {}, count, rng)) {
+      cv::imwrite(folder / (std::to_string(i++) + ".png"), painter.draw(T_camera_board, {}, rng));
+    }
+    cv::imwrite(folder / "wall.png", cv::Mat(lens.height_px, lens.width_px, CV_8U, cv::Scalar(90)));
+  }
+
+  Said calibrate(const std::vector<std::string>& more) {
+    std::vector<std::string> words{"calibrate", "--quiet"};
+    words.insert(words.end(), more.begin(), more.end());
+    return panoptes(words);
+  }
+};
+
+const Intrinsics kFront =
+    lens_of_view(640, 480, deg_to_rad(80), BrownConrady{-0.26, 0.07, 0.0005, -0.0004, 0});
+const Intrinsics kUp = lens_of_view(640, 480, deg_to_rad(185), Equidistant{-0.01, 0.002, 0, 0});
+
+TEST_F(Calibrate, EachCamerasLensIsTold) {
+  photograph("front", kFront, 24);
+  photograph("up", kUp, 24);
+  const Said said = calibrate({"pictures", "--board", "9x6x0.025", "--out", "run"});
+  EXPECT_EQ(said.status, 0) << said.err;
+  EXPECT_THAT(said.out, HasSubstr("front: "));
+  EXPECT_THAT(said.out, HasSubstr("the board in 24 of 25 pictures"));
+  const auto m = metrics("run");
+  EXPECT_EQ(m["outcome"], "completed");
+  for (const auto& [name, lens] :
+       std::map<std::string, Intrinsics>{{"front", kFront}, {"up", kUp}}) {
+    const auto& told = m["cameras"][name];
+    EXPECT_NE(told["verdict"], "failed");
+    constexpr double kThousandth = 0.001;
+    EXPECT_NEAR(told["intrinsics"]["fx_px"], lens.fx_px, kThousandth * lens.fx_px);
+    EXPECT_NEAR(told["intrinsics"]["cx_px"], lens.cx_px, 0.5);
+    EXPECT_LT(told["corner_noise_px"], 0.06);
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "work/run" / ("boards_" + name + ".png")));
+  }
+  EXPECT_EQ(m["cameras"]["up"]["intrinsics"]["model"], "equidistant");
+  EXPECT_THAT(read_file(folder_ / "work/run/lenses.yaml"), HasSubstr("intrinsics_px: ["));
+  EXPECT_THAT(read_file(folder_ / "work/run/boards.csv"), HasSubstr("front,wall.png,not seen,"));
+
+  // the same for any number of threads
+  calibrate({"pictures", "--board", "9x6x0.025", "--out", "again", "--threads", "1"});
+  EXPECT_EQ(comparable(folder_ / "work/run"), comparable(folder_ / "work/again"));
+}
+
+TEST_F(Calibrate, ARigGetsTheLens) {
+  photograph("front", kFront, 24);
+  write("rig.yaml",
+        "cameras:\n  front: {roles: [loop_front], size_px: [640, 480], fov_deg: 75, at_m: [0.2, 0, "
+        "0.3]}\n");
+  const Said said =
+      calibrate({"pictures/front", "--board", "9x6x0.025", "--rig", "rig.yaml", "--out", "run"});
+  EXPECT_EQ(said.status, 0) << said.err;
+  const Rig rig = read_settings<Rig>(folder_ / "work/run/rig_calibrated.yaml");
+  constexpr double kThousandth = 0.001;
+  EXPECT_NEAR(rig.cameras.at("front").intrinsics.fx_px, kFront.fx_px, kThousandth * kFront.fx_px);
+  EXPECT_LT(rig.cameras.at("front").sigma.focal_ratio, kThousandth);
+  EXPECT_EQ(rig.cameras.at("front").T_body_camera.translation.x(), 0.2);
+
+  write("other.yaml",
+        "cameras:\n  left: {size_px: [640, 480], fov_deg: 75, at_m: [0.2, 0, 0.3]}\n");
+  const Said other = calibrate(
+      {"pictures/front", "--board", "9x6x0.025", "--rig", "other.yaml", "--out", "other"});
+  EXPECT_EQ(other.status, 2);
+  EXPECT_THAT(other.err, HasSubstr("has no camera front"));
+}
+
+TEST_F(Calibrate, TooFewBoardsAreAVerdictAndNoNumber) {
+  photograph("front", kFront, 3);
+  const Said said = calibrate({"pictures/front", "--board", "9x6x0.025", "--out", "run"});
+  EXPECT_EQ(said.status, 1);
+  EXPECT_THAT(said.out, StartsWith("front: failed; the board in 3 of 4 pictures"));
+  const auto m = metrics("run");
+  EXPECT_EQ(m["outcome"], "failed");
+  EXPECT_EQ(m["verdict"], "failed");
+  EXPECT_FALSE(m["cameras"]["front"].contains("intrinsics"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "work/run/lenses.yaml"));
+}
+
+TEST_F(Calibrate, WhatIsNoBoardOrNoPictureIsRefused) {
+  photograph("front", kFront, 1);
+  EXPECT_EQ(calibrate({"pictures/front", "--board", "9x6x25", "--out", "run"}).status, 2);
+  EXPECT_EQ(calibrate({"nothing", "--board", "9x6x0.025", "--out", "run"}).status, 2);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "work/run"));
+  write("pictures/front/torn.png", "\x89PNG\r\n");
+  const Said torn = calibrate({"pictures/front", "--board", "9x6x0.025", "--out", "run"});
+  EXPECT_EQ(torn.status, 2);
+  EXPECT_THAT(torn.err, HasSubstr("torn.png: "));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "work/run"));
+  std::filesystem::remove(folder_ / "work/pictures/front/torn.png");
+  cv::imwrite(folder_ / "work/pictures/front/small.png", cv::Mat(60, 80, CV_8U, cv::Scalar(9)));
+  EXPECT_THAT(calibrate({"pictures/front", "--board", "9x6x0.025", "--out", "run"}).err,
+              HasSubstr("give pictures of one camera and one size"));
+}
+
+}  // namespace
+}  // namespace panoptes
