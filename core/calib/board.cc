@@ -10,6 +10,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/check.h"
+#include "core/calib/saddle.h"
 
 namespace panoptes {
 namespace {
@@ -33,26 +34,36 @@ cv::Point2f step_to_next(const std::vector<cv::Point2f>& corners, int i, int at,
   return last * static_cast<float>(std::min(1.0, shrinks));
 }
 
-/// How close the nearest edges that do not meet at a corner pass it.
-double other_edges_px(const std::vector<cv::Point2f>& corners, const Board& board, int i) {
-  double least = std::numeric_limits<double>::max();
+/// What is known of the surroundings of a corner.
+struct Surroundings {
+  Vec2 along_row_px = Vec2::Zero();
+  Vec2 along_column_px = Vec2::Zero();
+  double other_edges_px =
+      std::numeric_limits<double>::max();  ///< the nearest that do not meet here
+};
+
+Surroundings surroundings(const std::vector<cv::Point2f>& corners, const Board& board, int i) {
+  Surroundings here;
   for (const int along : {-1, 1}) {
     for (const int down : {-1, 1}) {
       const cv::Point2f a = step_to_next(corners, i, i % board.columns, board.columns, along);
       const cv::Point2f b =
           step_to_next(corners, i, i / board.columns, board.rows, down * board.columns);
-      least = std::min(least, std::abs(a.cross(b)) / std::max(cv::norm(a), cv::norm(b)));
+      here.other_edges_px =
+          std::min(here.other_edges_px, std::abs(a.cross(b)) / std::max(cv::norm(a), cv::norm(b)));
+      here.along_row_px += along * Vec2(a.x, a.y);
+      here.along_column_px += down * Vec2(b.x, b.y);
     }
   }
-  return least;
+  return here;
 }
 
-/// Where the edges about a corner meet. A window that holds no other corner's edges: a small one is
-/// noisier, but where the lens bends most a large one is led away.
-Vec2 refined(const cv::Mat& grey, const cv::Point2f& corner, double other_edges_px) {
-  const double farthest_px = std::max(1.0, 0.25 * other_edges_px);
+/// By gradients: a window that holds no other corner's edges. A small one is noisier, but where the
+/// lens bends most a large one is led away.
+Vec2 by_gradients(const cv::Mat& grey, const cv::Point2f& corner, const Surroundings& here) {
+  const double farthest_px = std::max(1.0, 0.25 * here.other_edges_px);
   for (const double share : {0.5, 0.35, 0.25}) {
-    const int half_px = static_cast<int>(std::clamp(share * other_edges_px, 2.0, 10.0));
+    const int half_px = static_cast<int>(std::clamp(share * here.other_edges_px, 2.0, 10.0));
     std::vector<cv::Point2f> at{corner};
     cv::cornerSubPix(grey, at, cv::Size(half_px, half_px), cv::Size(-1, -1),
                      cv::TermCriteria(cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 40, 1e-3));
@@ -61,6 +72,15 @@ Vec2 refined(const cv::Mat& grey, const cv::Point2f& corner, double other_edges_
     }
   }
   return {corner.x, corner.y};
+}
+
+Vec2 refined(const cv::Mat& grey, const cv::Point2f& corner, const Surroundings& here) {
+  constexpr double kFarthest_px = 1;
+  constexpr double kMostRadius_px = 12;  // farther off edges curve otherwise than a parabola
+  const Vec2 near_px = by_gradients(grey, corner, here);
+  const double radius_px = std::min(kMostRadius_px, 0.85 * here.other_edges_px - 1);
+  return fit_saddle(grey, near_px, here.along_row_px, here.along_column_px, radius_px, kFarthest_px)
+      .value_or(near_px);
 }
 
 }  // namespace
@@ -94,7 +114,7 @@ std::optional<std::vector<Vec2>> find_board(const cv::Mat& grey, const Board& bo
   std::vector<Vec2> found;
   found.reserve(corners.size());
   for (int i = 0; i < board.corners(); ++i) {
-    found.push_back(refined(grey, corners[i], other_edges_px(corners, board, i)));
+    found.push_back(refined(grey, corners[i], surroundings(corners, board, i)));
   }
   return found;
 }

@@ -46,7 +46,7 @@ std::vector<double> off_px(const std::vector<Vec2>& found, std::vector<Vec2> tru
   return forth[0] < back[0] ? forth : back;
 }
 
-TEST(Board, CornersAreFoundToATwentiethOfAPixel) {
+TEST(Board, CornersAreFoundToAFiftiethOfAPixel) {
   const Board board;
   for (const Intrinsics& lens :
        {lens_of_view(640, 480, deg_to_rad(80), BrownConrady{-0.28, 0.08, 0.0008, -0.0006, 0}),
@@ -72,8 +72,8 @@ TEST(Board, CornersAreFoundToATwentiethOfAPixel) {
     for (const double px : all_px) {
       squared += px * px;
     }
-    constexpr double kTwentieth_px = 0.05;  // each way
-    EXPECT_LT(std::sqrt(squared / (2.0 * static_cast<double>(all_px.size()))), kTwentieth_px);
+    constexpr double kFiftieth_px = 0.02;  // each way
+    EXPECT_LT(std::sqrt(squared / (2.0 * static_cast<double>(all_px.size()))), kFiftieth_px);
     constexpr double kFifth_px = 0.2;
     EXPECT_LT(all_px.back(), kFifth_px);
   }
