@@ -28,6 +28,7 @@
 #include "core/camera/lens_parameters.h"
 #include "core/io/csv.h"
 #include "core/io/file.h"
+#include "core/io/picture.h"
 
 namespace panoptes {
 namespace {
@@ -70,20 +71,44 @@ CalibratedLens calibrated(const LensFit& fit) {
           std::max(sigma[2], sigma[3])};
 }
 
-// Refused before anything is looked at: a rig that has not these cameras.
+// What keeps a rig's camera from taking the lens that its pictures tell; empty where nothing does.
+std::string rig_fault(const Rig& rig, const CameraPictures& pictures) {
+  const auto found = rig.cameras.find(pictures.camera);
+  if (found == rig.cameras.end()) {
+    return fmt::format(
+        "has no camera {}, of which there are pictures; name the folder of the pictures as the rig "
+        "file names the camera",
+        pictures.camera);
+  }
+  const RigCamera& camera = found->second;
+  const auto size = picture_size(read_file(pictures.files.front()));
+  if (size && (size->width_px != camera.intrinsics.width_px ||
+               size->height_px != camera.intrinsics.height_px)) {
+    return fmt::format("says that {} has pictures of {} x {} pixels, and {} has {} x {}",
+                       pictures.camera, camera.intrinsics.width_px, camera.intrinsics.height_px,
+                       pictures.files.front(), size->width_px, size->height_px);
+  }
+  if (camera.floor && camera.floor->H_body_px) {
+    return fmt::format(
+        "has a floor homography for {}, which goes with the lens as it was; give marks in its "
+        "place",
+        pictures.camera);
+  }
+  return {};
+}
+
+// Refused before anything is looked at: a rig that cannot take the lenses.
 std::optional<Rig> rig_of(const CalibrateArguments& args,
                           const std::vector<CameraPictures>& cameras) {
-  if (args.rig.empty()) {
-    return rig_beside(args.pictures);
-  }
-  Rig rig = read_settings<Rig>(args.rig);
+  const std::optional<Rig> rig =
+      args.rig.empty() ? rig_beside(args.pictures) : read_settings<Rig>(args.rig);
+  const std::string file =
+      args.rig.empty() ? (fs::path(args.pictures) / "rig.yaml").string() : args.rig;
   std::vector<std::string> faults;
   for (const CameraPictures& camera : cameras) {
-    if (!rig.cameras.contains(camera.camera)) {
-      faults.push_back(fmt::format(
-          "--rig {}: has no camera {}, of which there are pictures; name the folder of the "
-          "pictures as the rig file names the camera",
-          args.rig, camera.camera));
+    const std::string fault = rig ? rig_fault(*rig, camera) : "";
+    if (!fault.empty()) {
+      faults.push_back(file + ": " + fault);
     }
   }
   if (!faults.empty()) {
@@ -180,7 +205,7 @@ fs::path write_lenses(const fs::path& folder, std::optional<Rig> rig,
     }
     const CalibratedLens lens = calibrated(told.fit);
     lenses.cameras[told.camera] = lens;
-    if (rig && rig->cameras.contains(told.camera)) {
+    if (rig) {
       RigCamera& camera = rig->cameras.at(told.camera);
       camera.intrinsics = lens.intrinsics;
       camera.sigma.focal_ratio = lens.focal_ratio;

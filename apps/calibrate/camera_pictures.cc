@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/io/dataset.h"
 #include "core/io/picture.h"
 
 namespace panoptes {
@@ -27,11 +28,6 @@ std::vector<fs::path> folders_in(const fs::path& folder) {
   return folders;
 }
 
-// What the truth of a recording shows is no camera's picture.
-bool is_truth(const std::string& name) {
-  return name.ends_with("_depth") || name.ends_with("_labels") || name.ends_with("_floor");
-}
-
 std::string name_of(const fs::path& folder) {
   const fs::path whole = fs::weakly_canonical(folder);
   const std::string name = whole.filename().empty() ? whole.parent_path().filename().string()
@@ -49,10 +45,10 @@ std::vector<CameraPictures> camera_pictures(const fs::path& folder) {
   }
   std::vector<CameraPictures> cameras;
   if (fs::is_directory(folder / "mav0", ignored)) {
-    for (const fs::path& camera : folders_in(folder / "mav0")) {
-      std::vector<std::string> files = pictures_in(camera / "data");
-      if (!files.empty() && !is_truth(camera.filename().string())) {
-        cameras.push_back({camera.filename().string(), std::move(files)});
+    for (const std::string& camera : camera_folders(folder / "mav0")) {
+      std::vector<std::string> files = pictures_in(folder / "mav0" / camera / "data");
+      if (!files.empty()) {
+        cameras.push_back({camera, std::move(files)});
       }
     }
   } else if (std::vector<std::string> files = pictures_in(folder); !files.empty()) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <exception>
 #include <mutex>
 #include <thread>
 
@@ -87,11 +88,18 @@ LensByBoards lens_by_boards(const LensByBoardsOptions& options, const CameraPict
   std::atomic<std::size_t> next{0};
   std::size_t done = 0;
   std::mutex telling;
+  std::exception_ptr thrown;
   const auto look = [&] {
-    for (std::size_t i = next++; i < all.size(); i = next++) {
-      all[i] = look_at(told.looked_at[i], options.board);
+    try {
+      for (std::size_t i = next++; i < all.size(); i = next++) {
+        all[i] = look_at(told.looked_at[i], options.board);
+        const std::scoped_lock lock(telling);
+        progress(static_cast<double>(++done) / static_cast<double>(all.size()));
+      }
+    } catch (...) {
+      next = all.size();  // the others stop, too
       const std::scoped_lock lock(telling);
-      progress(static_cast<double>(++done) / static_cast<double>(all.size()));
+      thrown = std::current_exception();
     }
   };
   {
@@ -100,6 +108,9 @@ LensByBoards lens_by_boards(const LensByBoardsOptions& options, const CameraPict
       helpers.emplace_back(look);
     }
     look();
+  }
+  if (thrown) {
+    std::rethrow_exception(thrown);
   }
   std::vector<std::string> faults;
   for (std::size_t i = 0; i < all.size(); ++i) {

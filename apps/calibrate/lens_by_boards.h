@@ -32,7 +32,8 @@ struct LensByBoardsOptions {
 };
 
 /// Looks for the board in every picture and fits a lens. `progress` is told the share that is done.
-/// Throws ConfigError for pictures that cannot be read, or that differ in size.
+/// Throws ConfigError for what is no picture and for pictures that differ in size, IoError for
+/// files that the machine cannot read.
 LensByBoards lens_by_boards(const LensByBoardsOptions& options, const CameraPictures& pictures,
                             const std::function<void(double)>& progress);
 

@@ -604,11 +604,11 @@ LensFit fit_lens(const LensFitOptions& options, const Board& board,
       corners += seen[i].counted();
     }
   }
+  fit.lens = at.lens;
   const auto used = static_cast<std::size_t>(fit.used());
   if (used < kFewestBoards) {
     return too_few(used, "pictures agree with each other");
   }
-  fit.lens = at.lens;
   fit.reprojection_rms_px = std::sqrt(squared / corners);
   const double unknowns =
       static_cast<double>(lens_parameters(at.lens).size()) + 6 * static_cast<double>(used);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "core/base/check.h"
+#include "core/camera/brown_conrady.h"
 #include "core/camera/rig.h"
 
 namespace panoptes {
@@ -122,29 +123,6 @@ std::optional<double> solved(const Radial& radial, double wanted) {
     (radial.at(middle) < wanted ? low : high) = middle;
   }
   return (low + high) / 2;
-}
-
-Vec2 bent(const BrownConrady& o, const Vec2& p) {
-  const double x = p.x();
-  const double y = p.y();
-  const double r2 = x * x + y * y;
-  const double c = 1 + r2 * (o.k1 + r2 * (o.k2 + r2 * o.k3));
-  return {x * c + 2 * o.p1 * x * y + o.p2 * (r2 + 2 * x * x),
-          y * c + o.p1 * (r2 + 2 * y * y) + 2 * o.p2 * x * y};
-}
-
-Eigen::Matrix2d bent_jacobian(const BrownConrady& o, const Vec2& p) {
-  const double x = p.x();
-  const double y = p.y();
-  const double r2 = x * x + y * y;
-  const double c = 1 + r2 * (o.k1 + r2 * (o.k2 + r2 * o.k3));
-  const double dc = o.k1 + r2 * (2 * o.k2 + r2 * 3 * o.k3);
-  Eigen::Matrix2d J;
-  J(0, 0) = c + 2 * x * x * dc + 2 * o.p1 * y + 6 * o.p2 * x;
-  J(0, 1) = 2 * x * y * dc + 2 * o.p1 * x + 2 * o.p2 * y;
-  J(1, 0) = J(0, 1);
-  J(1, 1) = c + 2 * y * y * dc + 6 * o.p1 * y + 2 * o.p2 * x;
-  return J;
 }
 
 // From normalised picture coordinates, where a pinhole draws x / z and y / z.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/check.h"
+#include "core/camera/brown_conrady.h"
 
 namespace panoptes {
 namespace {
@@ -43,16 +44,9 @@ Drawn drawn(const BrownConrady& o, const Vec3& p) {
   const double x = straight.at.x();
   const double y = straight.at.y();
   const double r2 = x * x + y * y;
-  const double c = 1 + r2 * (o.k1 + r2 * (o.k2 + r2 * o.k3));
-  const double dc = o.k1 + r2 * (2 * o.k2 + r2 * 3 * o.k3);  // by r2
   Drawn d;
-  d.at = {x * c + 2 * o.p1 * x * y + o.p2 * (r2 + 2 * x * x),
-          y * c + o.p1 * (r2 + 2 * y * y) + 2 * o.p2 * x * y};
-  Eigen::Matrix2d by_straight;
-  const double across = 2 * x * y * dc + 2 * o.p1 * x + 2 * o.p2 * y;
-  by_straight << c + 2 * x * x * dc + 2 * o.p1 * y + 6 * o.p2 * x, across, across,
-      c + 2 * y * y * dc + 6 * o.p1 * y + 2 * o.p2 * x;
-  d.by_point = by_straight * straight.by_point;
+  d.at = bent(o, straight.at);
+  d.by_point = bent_jacobian(o, straight.at) * straight.by_point;
   d.by_coefficients.resize(2, 5);
   d.by_coefficients << x * r2, x * r2 * r2, 2 * x * y, r2 + 2 * x * x, x * r2 * r2 * r2,  //
       y * r2, y * r2 * r2, r2 + 2 * y * y, 2 * x * y, y * r2 * r2 * r2;

@@ -358,7 +358,8 @@ DatasetText text_of(const fs::path& folder) {
   return [folder](const std::string& file) { return read_part(folder / file); };
 }
 
-// The folders of mav0 that hold a camera's pictures: not the truth's, nor other sensors'.
+}  // namespace
+
 std::vector<std::string> camera_folders(const fs::path& mav) {
   std::vector<std::string> names;
   std::error_code error;
@@ -379,6 +380,8 @@ std::vector<std::string> camera_folders(const fs::path& mav) {
   }
   return cameras;
 }
+
+namespace {
 
 ConfigError picture_fault(const Dataset& dataset, const RecordedPicture& picture,
                           const std::string& what) {

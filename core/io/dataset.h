@@ -110,6 +110,10 @@ Dataset parse_dataset(const std::string& folder, const std::vector<std::string>&
 /// The same from a folder. Throws IoError for files that the machine cannot read.
 Dataset read_dataset(const std::filesystem::path& folder, const Rig& rig = {});
 
+/// The folders of a dataset's mav0 that hold a camera's pictures: not the truth's, nor other
+/// sensors'. In the order of their names.
+std::vector<std::string> camera_folders(const std::filesystem::path& mav);
+
 /// Its settings alone. Throws ConfigError for what is no dataset of a robot with wheels.
 RecordedBeliefs read_beliefs(const std::filesystem::path& folder);
 

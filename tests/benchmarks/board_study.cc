@@ -18,6 +18,7 @@
 
 #include "core/calib/lens_fit.h"
 #include "core/camera/lens_parameters.h"
+#include "core/eval/statistics.h"
 #include "tests/support/board_pictures.h"
 
 namespace panoptes {
@@ -71,9 +72,8 @@ Intrinsics drawn_lens(double view_deg, Rng& rng) {
   return lens;
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0 : values[values.size() / 2];
+double median(const std::vector<double>& values) {
+  return values.empty() ? 0 : quantile(values, 0.5);
 }
 
 int run(const Arguments& args) {

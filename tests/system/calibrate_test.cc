@@ -91,7 +91,13 @@ TEST_F(Calibrate, ARigGetsTheLens) {
   const Said other = calibrate(
       {"pictures/front", "--board", "9x6x0.025", "--rig", "other.yaml", "--out", "other"});
   EXPECT_EQ(other.status, 2);
-  EXPECT_THAT(other.err, HasSubstr("has no camera front"));
+  EXPECT_THAT(other.err, HasSubstr("other.yaml: has no camera front"));
+  write("small.yaml",
+        "cameras:\n  front: {size_px: [320, 240], fov_deg: 75, at_m: [0.2, 0, 0.3]}\n");
+  const Said small = calibrate(
+      {"pictures/front", "--board", "9x6x0.025", "--rig", "small.yaml", "--out", "small"});
+  EXPECT_EQ(small.status, 2);
+  EXPECT_THAT(small.err, HasSubstr("small.yaml: says that front has pictures of 320 x 240 pixels"));
 }
 
 TEST_F(Calibrate, TooFewBoardsAreAVerdictAndNoNumber) {

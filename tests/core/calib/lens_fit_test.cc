@@ -139,7 +139,9 @@ TEST(LensFit, CornersOfNoBoardAreRefused) {
       corners.emplace_back(rng.uniform(0, 640), rng.uniform(0, 480));
     }
   }
-  EXPECT_EQ(fit_best_lens({}, kBoard, views, 640, 480).verdict, Verdict::kFailed);
+  const LensFit found = fit_best_lens({}, kBoard, views, 640, 480);
+  EXPECT_EQ(found.verdict, Verdict::kFailed);
+  EXPECT_TRUE(found.used() == 0 || found.lens.fx_px > 0) << "what is drawn has a lens";
 }
 
 TEST(LensFit, WhereALensDrawsNothingNoCornersAreMissed) {

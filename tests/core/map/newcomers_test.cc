@@ -62,6 +62,7 @@ TEST(Newcomers, WhoStandsOnKnownFloorIsThereAfterThreePicturesAndGoneAfterTwo) {
   Watch watch;
   watch.look(Vec2(1.2, 0.1), 2);
   EXPECT_TRUE(watch.newcomers.places_odom().empty());
+  EXPECT_FALSE(watch.newcomers.ever());
   watch.look(Vec2(1.2, 0.1), 1);
   EXPECT_LT(watch.nearest_m(Vec2(1.2, 0.1)), 0.05);
   watch.look(std::nullopt, 1);
@@ -130,6 +131,7 @@ TEST(Newcomers, WhatStaysIsNoNewcomer) {
   watch.frame_s = 0.5;
   watch.look(Vec2(1.2, 0.1), 2 * 59);
   EXPECT_FALSE(watch.newcomers.places_odom().empty());
+  EXPECT_TRUE(watch.newcomers.ever());
   std::fill(watch.known.cells.begin(), watch.known.cells.end(), Cell::kOccupied);
   watch.look(Vec2(1.2, 0.1), 2 * 3);
   EXPECT_TRUE(watch.newcomers.places_odom().empty());
