@@ -4,17 +4,13 @@
 #include <ceres/manifold.h>
 #include <ceres/problem.h>
 
+#include "core/camera/mounting.h"
+
 namespace panoptes {
 namespace {
 
 constexpr int kNumbers = 7;
 constexpr int kMoves = 6;
-
-Eigen::Quaterniond turned_by(const Vec3& turn_rad) {
-  const double angle_rad = turn_rad.norm();
-  return angle_rad > 0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, turn_rad / angle_rad))
-                       : Eigen::Quaterniond::Identity();
-}
 
 /// Cost functions give derivatives by the six moves themselves: the six are the block's first
 /// numbers as far as the solver's chain rule goes.

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include <Eigen/LU>
+
 #include "core/base/check.h"
 #include "core/camera/brown_conrady.h"
 
@@ -130,6 +132,18 @@ Projection project_with_jacobian(const Intrinsics& lens, const Vec3& p_camera) {
   out.px_by_lens(1, 3) = 1;
   out.px_by_lens.rightCols(d.by_coefficients.cols()) = f_px.asDiagonal() * d.by_coefficients;
   return out;
+}
+
+std::optional<Eigen::Matrix<double, 3, 2>> direction_by_px(const Intrinsics& lens,
+                                                           const Vec3& direction) {
+  const Vec3 across = direction.unitOrthogonal();
+  Eigen::Matrix<double, 3, 2> basis;
+  basis << across, direction.cross(across);
+  const Mat2 px_by_basis = project_with_jacobian(lens, direction).px_by_point * basis;
+  if (std::abs(px_by_basis.determinant()) < 1e-6) {
+    return std::nullopt;
+  }
+  return basis * px_by_basis.inverse();
 }
 
 }  // namespace panoptes

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,5 +31,10 @@ struct Projection {
 /// As Intrinsics::project, with the same demands on the point; on the axis of Equidistant the limit
 /// is taken, behind it there is none.
 Projection project_with_jacobian(const Intrinsics& lens, const Vec3& p_camera);
+
+/// How a direction (unit) changes with the pixel that it is drawn at; empty where pixels have no
+/// direction of their own.
+std::optional<Eigen::Matrix<double, 3, 2>> direction_by_px(const Intrinsics& lens,
+                                                           const Vec3& direction);
 
 }  // namespace panoptes

@@ -383,9 +383,20 @@ std::vector<std::string> camera_folders(const fs::path& mav) {
 
 namespace {
 
-ConfigError picture_fault(const Dataset& dataset, const RecordedPicture& picture,
+ConfigError picture_fault(const std::string& folder, const RecordedPicture& picture,
                           const std::string& what) {
-  return ConfigError(picture.mention + ": " + in_folder(dataset.folder, picture.file) + " " + what);
+  return ConfigError(picture.mention + ": " + in_folder(folder, picture.file) + " " + what);
+}
+
+cv::Mat decoded(const std::string& folder, const RecordedPicture& picture, PictureColours colours) {
+  const std::string bytes = read_file(in_folder(folder, picture.file));
+  try {
+    return decode_picture(bytes, kMostPictureSide_px, colours);
+  } catch (const ConfigError& error) {
+    throw picture_fault(folder, picture, error.what());
+  } catch (const cv::Exception&) {
+    throw picture_fault(folder, picture, "cannot be decoded: it is no whole picture");
+  }
 }
 
 /// An open file that closes itself.
@@ -416,16 +427,16 @@ PictureEnds ends_of(const Dataset& dataset, const RecordedPicture& picture) {
   constexpr off_t kTail = 4096;  // some cameras pad their files
   const OpenFile file(in_folder(dataset.folder, picture.file));
   if (file.fd() < 0) {
-    throw picture_fault(dataset, picture, errno == ENOENT ? "is not there" : "cannot be read");
+    throw picture_fault(dataset.folder, picture, errno == ENOENT ? "is not there" : "cannot be read");
   }
   struct stat status {};
   if (::fstat(file.fd(), &status) != 0 || !S_ISREG(status.st_mode)) {
-    throw picture_fault(dataset, picture, "is not a file");
+    throw picture_fault(dataset.folder, picture, "is not a file");
   }
   const auto read = [&](off_t from, off_t bytes) {
     std::string part(static_cast<std::size_t>(bytes), '\0');
     if (::pread(file.fd(), part.data(), part.size(), from) != bytes) {
-      throw picture_fault(dataset, picture, "cannot be read");
+      throw picture_fault(dataset.folder, picture, "cannot be read");
     }
     return part;
   };
@@ -530,6 +541,18 @@ Dataset read_dataset(const fs::path& folder, const Rig& rig) {
   return parse_dataset(folder.string(), camera_folders(folder / "mav0"), text, rig);
 }
 
+std::vector<RecordedPicture> recorded_pictures(const fs::path& folder, const std::string& camera) {
+  const std::optional<std::string> text = read_part(folder / data_csv(camera));
+  if (!text) {
+    throw no_pictures(folder.string(), camera);
+  }
+  std::error_code error;
+  const TableBy by =
+      fs::exists(folder / "recording.yaml", error) ? TableBy::kPanoptes : TableBy::kOthers;
+  return picture_rows(
+      DatasetTable(in_folder(folder.string(), data_csv(camera)), *text, 2, by), camera);
+}
+
 RecordedBeliefs read_beliefs(const fs::path& folder) {
   const DatasetText text = text_of(folder);
   std::error_code error;
@@ -544,13 +567,13 @@ void check_pictures(const Dataset& dataset, const Rig& rig) {
     for (const auto& [name, picture] : seen.pictures) {
       const PictureEnds ends = ends_of(dataset, picture);
       if (const std::string fault = fault_of(ends); !fault.empty()) {
-        throw picture_fault(dataset, picture, fault);
+        throw picture_fault(dataset.folder, picture, fault);
       }
       const auto camera = rig.cameras.find(name);
       const PictureSize size = picture_size(ends.head).value();
       if (camera != rig.cameras.end() && (size.width_px != camera->second.intrinsics.width_px ||
                                           size.height_px != camera->second.intrinsics.height_px)) {
-        throw picture_fault(dataset, picture,
+        throw picture_fault(dataset.folder, picture,
                             "has " + std::to_string(size.width_px) + " x " +
                                 std::to_string(size.height_px) + " pixels, the rig's " + name +
                                 " has " + std::to_string(camera->second.intrinsics.width_px) +
@@ -561,14 +584,11 @@ void check_pictures(const Dataset& dataset, const Rig& rig) {
 }
 
 cv::Mat read_picture(const Dataset& dataset, const RecordedPicture& picture) {
-  const std::string bytes = read_file(in_folder(dataset.folder, picture.file));
-  try {
-    return decode_picture(bytes, kMostPictureSide_px, PictureColours::kBgr);
-  } catch (const ConfigError& error) {
-    throw picture_fault(dataset, picture, error.what());
-  } catch (const cv::Exception&) {
-    throw picture_fault(dataset, picture, "cannot be decoded: it is no whole picture");
-  }
+  return decoded(dataset.folder, picture, PictureColours::kBgr);
+}
+
+cv::Mat read_grey_picture(const fs::path& folder, const RecordedPicture& picture) {
+  return decoded(folder.string(), picture, PictureColours::kGrey);
 }
 
 }  // namespace panoptes

@@ -114,6 +114,11 @@ Dataset read_dataset(const std::filesystem::path& folder, const Rig& rig = {});
 /// sensors'. In the order of their names.
 std::vector<std::string> camera_folders(const std::filesystem::path& mav);
 
+/// One camera's pictures in the order of time, on the clock of the files, whatever else the dataset
+/// has. Throws ConfigError with the file and line for what is wrong.
+std::vector<RecordedPicture> recorded_pictures(const std::filesystem::path& folder,
+                                               const std::string& camera);
+
 /// Its settings alone. Throws ConfigError for what is no dataset of a robot with wheels.
 RecordedBeliefs read_beliefs(const std::filesystem::path& folder);
 
@@ -127,5 +132,8 @@ void check_pictures(const Dataset& dataset, const Rig& rig);
 
 /// One picture, 8-bit BGR. Throws ConfigError with the place for one that cannot be read.
 cv::Mat read_picture(const Dataset& dataset, const RecordedPicture& picture);
+
+/// The same in greys, of a dataset that is not read as a whole.
+cv::Mat read_grey_picture(const std::filesystem::path& folder, const RecordedPicture& picture);
 
 }  // namespace panoptes

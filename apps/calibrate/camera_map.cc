@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/calibrate/camera_map.h"
+
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "core/base/error.h"
+#include "core/io/dataset.h"
+
+namespace panoptes {
+
+CameraMap map_camera(const std::filesystem::path& dataset, const std::string& camera,
+                     const Intrinsics& lens, const MonoSlamOptions& options,
+                     const std::function<void(double)>& progress) {
+  const std::vector<RecordedPicture> pictures = recorded_pictures(dataset, camera);
+  CameraMap told{camera, lens, {}, 0};
+  MonoSlam slam(options, lens);
+  MonoMapBuilder builder;
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const cv::Mat grey = read_grey_picture(dataset, pictures[i]);
+    if (grey.cols != lens.width_px || grey.rows != lens.height_px) {
+      throw ConfigError(fmt::format("{}: is {} x {} pixels, and the lens of {} is for {} x {}",
+                                    pictures[i].mention, grey.cols, grey.rows, camera,
+                                    lens.width_px, lens.height_px));
+    }
+    const std::clock_t before = std::clock();
+    const MonoSlamStep step = slam.step(grey, pictures[i].stamp);
+    builder.add(pictures[i].stamp, step);
+    if (std::getenv("DBG")) {
+      int found = 0, in = 0;
+      for (const auto& s : step.sought) { found += s.found_px.has_value(); in += s.inlier; }
+      std::printf("DBG %s %zu %.3f sought %zu found %d in %d added %zu nis %.2f s %.3f pts %zu lost %d\n", camera.c_str(), i, to_seconds(pictures[i].stamp), step.sought.size(), found, in, step.added.size(), step.dof ? step.squared_sigmas / step.dof : 0, step.match_sigma_px, slam.points().size(), step.lost);
+    }
+    told.cpu_s += static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+    progress(static_cast<double>(i + 1) / static_cast<double>(pictures.size()));
+  }
+  told.map = builder.map(slam);
+  return told;
+}
+
+}  // namespace panoptes

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "core/calib/filtered_point.h"
+#include "core/camera/rig.h"
+#include "core/geometry/pose3.h"
+
+namespace panoptes {
+
+struct MonoFilterOptions {
+  // Between pictures the camera goes on as it did, but for impulses (Davison 2003, thesis 2.17):
+  double acceleration_mps2 = 1;         ///< one sigma, each way
+  double turn_acceleration_radps2 = 3;  ///< one sigma, about each axis
+  double start_speed_mps = 0.3;         ///< one sigma of what it may move at when it starts,
+  double start_turn_radps = 0.3;        ///< and turn at
+  double inverse_depth_per_m = 0.5;     ///< of a point just seen, where the map tells nothing yet
+  double inverse_depth_sigma = 0.25;    ///< reaches from half a metre to the horizon
+  double linearity = 0.1;               ///< below it a point is held by x, y, z (Civera 2008, 29)
+  double gate_chi2 = 9.21;              ///< of two numbers, 99 %: what a match must meet
+};
+
+/// A point of the map, found in the picture.
+struct PointMatch {
+  int point = 0;  ///< its number
+  Vec2 px = Vec2::Zero();
+  double sigma_px = 0.5;  ///< each way
+};
+
+/// Where a point is expected, before it is looked for.
+struct PointExpected {
+  Vec2 px = Vec2::Zero();
+  Mat2 covariance_px2 = Mat2::Zero();  ///< without a measurement's noise
+};
+
+struct FilterUpdate {
+  std::vector<bool> inlier;    ///< of the matches
+  double squared_sigmas = 0;   ///< of the inliers' innovation, by what it was expected to be;
+  int dof = 0;                 ///< its expectation
+};
+
+/// What a single moving camera knows: where it is, how fast, and points it sees, in one Gaussian
+/// (MonoSLAM: Davison 2003; thesis 2.2.1 and 4.3.2). `map` is the camera where it starts. Without
+/// odometry its metre is what `inverse_depth_per_m` made it.
+class MonoFilter {
+ public:
+  MonoFilter(const MonoFilterOptions& options, const Intrinsics& lens);
+
+  /// So much later, by its own velocity.
+  void predict(double dt_s);
+  /// So much later, by what else tells of the motion: covariance of the shift (in the camera's
+  /// frame then) and the turn (about its axes now).
+  void predict(double dt_s, const Pose3& T_before_now,
+               const Eigen::Matrix<double, 6, 6>& covariance);
+
+  /// Empty for one that is not on the picture, or behind it.
+  std::optional<PointExpected> expected(int point) const;
+
+  /// Which of the matches agree is found by the hypotheses that each alone makes (1-point RANSAC of
+  /// Civera, Grasa, Davison and Montiel 2010, all hypotheses tried), then by what all the others tell
+  /// of each; what agrees is taken in.
+  FilterUpdate update(const std::vector<PointMatch>& matches);
+
+  /// A new point at a pixel that has a direction. Its depth is as those on the picture have it,
+  /// where some are known. Returns its number, never used before.
+  int add(const Vec2& px, double sigma_px);
+
+  void remove(int point);
+
+  /// Points held by rays whose depth is known well enough are held by x, y, z from now on.
+  void convert();
+
+  const Pose3& T_map_camera() const { return T_map_camera_; }
+  Eigen::Matrix<double, 6, 6> pose_covariance() const;  ///< shift in map, turn about its own axes
+  const Vec3& velocity_map() const { return velocity_map_; }
+  const Vec3& turn_rate_radps() const { return turn_rate_radps_; }  ///< about its own axes
+  std::vector<int> points() const;  ///< their numbers, from the oldest on
+  bool has(int point) const;
+  const FilteredPoint& point(int number) const;
+  Mat3 point_covariance(int number) const;  ///< of x, y, z
+
+  /// The camera is somewhere else: what it knew of where it is says nothing any more.
+  void place(const Pose3& T_map_camera, const Eigen::Matrix<double, 6, 6>& covariance);
+
+  /// For tests: symmetric, its eigenvalues not below 0.
+  const Eigen::MatrixXd& covariance() const { return P_; }
+
+ private:
+  struct Held {
+    int number = 0;
+    Eigen::Index at = 0;  // in the covariance
+    FilteredPoint point;
+  };
+  struct Observed {
+    Vec2 px = Vec2::Zero();
+    Eigen::Matrix<double, 2, 6> by_camera;
+    Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 6> by_state;
+  };
+  const Held* find(int number) const;
+  const Held& held(int number) const;
+  std::optional<Observed> observe(const Pose3& T_map_camera, const FilteredPoint& point) const;
+  Eigen::Matrix<double, Eigen::Dynamic, 2> covariance_with(const Held& of, const Observed& o) const;
+  Mat2 covariance_of(const Held& of, const Observed& o) const;
+  void move(const Eigen::VectorXd& by);
+  /// What matches tell of all that is held, about one place.
+  struct Linearised {
+    Eigen::VectorXd innovation;
+    Eigen::MatrixXd PHt;
+    Eigen::MatrixXd S;  // of the innovation
+  };
+  Linearised linearised(const std::vector<PointMatch>& matches, std::vector<std::size_t>& which,
+                        const Eigen::VectorXd& moved) const;
+  std::optional<std::size_t> farthest_off(const Linearised& told) const;
+  std::vector<std::size_t> take_in(const std::vector<PointMatch>& matches,
+                                   std::vector<std::size_t> which, double& squared_sigmas);
+  double expected_inverse_depth(double& sigma) const;
+  void shrink(std::size_t which, const Eigen::Matrix<double, Eigen::Dynamic, 6>& by);
+  void transform_camera(const Eigen::Matrix<double, 12, 12>& F,
+                        const Eigen::Matrix<double, 12, 12>& Q);
+
+  MonoFilterOptions options_;
+  Intrinsics lens_;
+  Pose3 T_map_camera_;
+  Vec3 velocity_map_ = Vec3::Zero();
+  Vec3 turn_rate_radps_ = Vec3::Zero();
+  std::vector<Held> points_;
+  int next_number_ = 0;
+  Eigen::MatrixXd P_;  // shift, turn, velocity, turn rate, then the points
+};
+
+}  // namespace panoptes

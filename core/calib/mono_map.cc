@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/calib/mono_map.h"
+
+namespace panoptes {
+
+void MonoMapBuilder::add(Time stamp, const MonoSlamStep& step) {
+  const int frame = static_cast<int>(frames_.size());
+  for (const PointSought& sought : step.sought) {
+    if (sought.inlier) {
+      seen_[sought.point].push_back({frame, *sought.found_px});
+    }
+  }
+  for (const PointMatch& added : step.added) {
+    seen_[added.point].push_back({frame, added.px});
+  }
+  if (step.closes && !closed_) {
+    closed_ = frames_.size();
+  }
+  squared_sigmas_ += step.squared_sigmas;
+  dof_ += step.dof;
+  frames_.push_back({stamp, step.T_map_camera, step.lost});
+}
+
+MonoMap MonoMapBuilder::map(const MonoSlam& slam) const {
+  MonoMap map;
+  map.frames = frames_;
+  map.closed = closed_;
+  map.normalised_innovation = dof_ > 0 ? squared_sigmas_ / static_cast<double>(dof_) : 0;
+  for (std::size_t i = 1; i < frames_.size(); ++i) {
+    if (frames_[i].lost) {
+      map.lost_s += to_seconds(frames_[i].stamp - frames_[i - 1].stamp);
+    }
+  }
+  const MonoFilter& filter = slam.filter();
+  for (const auto& [number, point] : slam.points()) {
+    const Vec3 p_map = filter.point(number).p_map();
+    if (!filter.point(number).is_inverse_depth() && p_map.allFinite()) {
+      map.points.push_back({number, p_map, filter.point_covariance(number), point.feature,
+                            point.descriptor, seen_.at(number)});
+    }
+  }
+  return map;
+}
+
+}  // namespace panoptes

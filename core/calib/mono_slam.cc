@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/calib/mono_slam.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <Eigen/LU>
+
+#include "core/base/check.h"
+#include "core/calib/patch.h"
+#include "core/camera/lens_parameters.h"
+
+namespace panoptes {
+namespace {
+
+// A cell in which nothing was found is looked at again after so many pictures.
+constexpr int kCellRests = 8;
+// A point looks too different from where it is seen so much larger or smaller, or from so far aside.
+constexpr double kMostScale = 2;
+constexpr double kLeastCosine = 0.6;
+// Farther than this it is not looked for: whatever is found there is chance.
+constexpr double kFarthest_px = 80;
+// Of a point that is found less often than every second time of at least so many.
+constexpr int kFewestSought = 10;
+// Fewer than so many points hold no camera.
+constexpr int kFewestFound = 4;
+// How well places are found is learned from the innovations of some dozens of pictures (Mehra 1970),
+// within what patches can do.
+constexpr double kLearns = 0.1;
+constexpr int kFewestLearnt = 8;
+constexpr double kMostOff = 3;
+constexpr double kLeastSigma_px = 0.05;
+constexpr double kMostSigma_px = 2;
+
+/// The noise of a picture, grey levels, by the median of second differences, which edges do not
+/// move: of every fourth row.
+double noise_of(const cv::Mat& grey) {
+  std::vector<int> differences;
+  differences.reserve(static_cast<std::size_t>(grey.rows / 4 * grey.cols / 2));
+  for (int y = 1; y + 1 < grey.rows; y += 4) {
+    const std::uint8_t* above = grey.ptr<std::uint8_t>(y - 1);
+    const std::uint8_t* here = grey.ptr<std::uint8_t>(y);
+    const std::uint8_t* below = grey.ptr<std::uint8_t>(y + 1);
+    for (int x = 1; x + 1 < grey.cols; x += 2) {
+      // Immerkaer 1996
+      differences.push_back(std::abs(above[x - 1] - 2 * above[x] + above[x + 1] - 2 * here[x - 1] +
+                                     4 * here[x] - 2 * here[x + 1] + below[x - 1] - 2 * below[x] +
+                                     below[x + 1]));
+    }
+  }
+  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
+  std::nth_element(differences.begin(), middle, differences.end());
+  constexpr double kMedianOfNormal = 0.6745;
+  constexpr double kGain = 6;
+  constexpr double kRounding = 0.29;
+  return std::max(kRounding, *middle / (kMedianOfNormal * kGain));
+}
+
+bool is_inside(const Intrinsics& lens, const Vec2& px, double border_px) {
+  return px.x() >= border_px && px.y() >= border_px && px.x() <= lens.width_px - 1 - border_px &&
+         px.y() <= lens.height_px - 1 - border_px;
+}
+
+}  // namespace
+
+MonoSlam::MonoSlam(const MonoSlamOptions& options, const Intrinsics& lens)
+    : options_(options),
+      lens_(lens),
+      filter_(options.filter, lens),
+      try_cell_from_(static_cast<std::size_t>(options.columns * options.rows), 0),
+      match_sigma_px_(options.match_sigma_px) {}
+
+// How the place in the first picture moves with one in this picture: the point lies on a little
+// plane that faces where it was first seen from. Empty where it looks too different.
+std::optional<Mat2> MonoSlam::source_by_px(const Tracked& tracked, int number) const {
+  const Pose3& T_map_camera = filter_.T_map_camera();
+  const FilteredPoint& point = filter_.point(number);
+  const Vec3 p_map = point.p_map();
+  const bool is_far = !p_map.allFinite();
+  const Vec3 from_first =
+      is_far ? ray_of_angles(point.state[3], point.state[4])
+             : Vec3(p_map - tracked.T_map_first.translation);
+  const Vec3 from_now = is_far ? from_first : Vec3(p_map - T_map_camera.translation);
+  if (from_first.dot(from_now) < kLeastCosine * from_first.norm() * from_now.norm()) {
+    return std::nullopt;
+  }
+  const Mat3 R_now_first =
+      (T_map_camera.rotation.conjugate() * tracked.T_map_first.rotation).toRotationMatrix();
+  const Vec3 p_camera = T_map_camera.rotation.conjugate() * from_now;
+  const Mat2 px_by_source = project_with_jacobian(lens_, p_camera).px_by_point * R_now_first *
+                            (from_first.norm() * tracked.direction_by_px);
+  const double larger = std::sqrt(std::abs(px_by_source.determinant()));
+  if (!(larger < kMostScale && larger > 1 / kMostScale)) {
+    return std::nullopt;
+  }
+  return px_by_source.inverse();
+}
+
+PointSought MonoSlam::seek(const cv::Mat& grey, int number) {
+  PointSought sought;
+  sought.point = number;
+  const std::optional<PointExpected> expected = filter_.expected(number);
+  if (!expected || !is_inside(lens_, expected->px, Patch::kHalf_px + 1)) {
+    sought.point = -1;
+    return sought;
+  }
+  sought.expected = *expected;
+  const Tracked& tracked = tracked_.at(number);
+  const std::optional<Mat2> by_px = source_by_px(tracked, number);
+  const Mat2 S = expected->covariance_px2 +
+                 match_sigma_px_ * match_sigma_px_ * Mat2::Identity();
+  const double reach_px = options_.search_sigmas * std::sqrt(S.diagonal().maxCoeff());
+  const std::optional<Patch> patch =
+      by_px && reach_px < kFarthest_px ? Patch::seen(tracked.source, tracked.offset_px, *by_px)
+                                       : std::nullopt;
+  if (!patch) {
+    sought.point = -1;
+    return sought;
+  }
+  const std::optional<Patch::Found> found = patch->find(
+      grey, expected->px, S, options_.search_sigmas, options_.least_correlation);
+  if (found) {
+    sought.found_px = found->px;
+  }
+  return sought;
+}
+
+MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
+                            const std::optional<MotionTold>& told) {
+  PANOPTES_CHECK(grey.type() == CV_8U && grey.cols == lens_.width_px &&
+                     grey.rows == lens_.height_px,
+                 "a picture is grey and of the lens's size");
+  const Pose3 T_map_before = filter_.T_map_camera();
+  if (before_) {
+    const double dt_s = to_seconds(stamp - *before_);
+    if (told) {
+      filter_.predict(dt_s, told->T_before_now, told->covariance);
+    } else {
+      filter_.predict(dt_s);
+    }
+  }
+  before_ = stamp;
+  MonoSlamStep step;
+  noise_grey_ = noise_of(grey);
+  std::vector<PointMatch> matches;
+  for (const int number : filter_.points()) {
+    PointSought sought = seek(grey, number);
+    if (sought.point < 0) {
+      continue;
+    }
+    if (sought.found_px) {
+      matches.push_back({number, *sought.found_px, match_sigma_px_});
+    }
+    step.sought.push_back(std::move(sought));
+  }
+  const FilterUpdate update = filter_.update(matches);
+  step.squared_sigmas = update.squared_sigmas;
+  step.dof = update.dof;
+  step.lost = before_ && !step.sought.empty() && update.dof / 2 < kFewestFound;
+  const Eigen::AngleAxisd turn(filter_.T_map_camera().rotation *
+                               T_map_before.rotation.conjugate());
+  turned_rad_ += turn.angle() * turn.axis();
+  std::size_t next = 0;
+  for (PointSought& sought : step.sought) {
+    sought.inlier = sought.found_px && update.inlier[next++];
+    MappedPoint& point = points_.at(sought.point);
+    if (!step.lost) {
+      ++point.sought;
+    }
+    if (sought.inlier) {
+      ++point.found;
+      Vec3& turned_then = tracked_.at(sought.point).turned_rad;
+      step.closes |= (turned_rad_ - turned_then).norm() > std::numbers::pi;
+      turned_then = turned_rad_;
+    }
+  }
+  if (step.dof / 2 >= kFewestLearnt) {
+    const double ratio = std::min(kMostOff, step.squared_sigmas / step.dof);
+    match_sigma_px_ = std::clamp(match_sigma_px_ * std::sqrt(1 + kLearns * (ratio - 1)),
+                                 kLeastSigma_px, kMostSigma_px);
+  }
+  step.match_sigma_px = match_sigma_px_;
+  filter_.convert();
+  if (!step.lost) {
+    forget_the_bad();
+    grow(grey, step);
+  }
+  ++pictures_;
+  step.T_map_camera = filter_.T_map_camera();
+  return step;
+}
+
+void MonoSlam::forget_the_bad() {
+  std::vector<int> bad;
+  for (const auto& [number, point] : points_) {
+    const FilteredPoint& held = filter_.point(number);
+    if ((point.sought >= kFewestSought && 2 * point.found < point.sought) ||
+        (held.is_inverse_depth() && held.state[5] < -options_.filter.inverse_depth_sigma)) {
+      bad.push_back(number);
+    }
+  }
+  for (const int number : bad) {
+    filter_.remove(number);
+    points_.erase(number);
+    tracked_.erase(number);
+  }
+}
+
+void MonoSlam::grow(const cv::Mat& grey, MonoSlamStep& step) {
+  std::vector<Vec2> held;
+  std::vector<bool> is_full(try_cell_from_.size(), false);
+  for (const int number : filter_.points()) {
+    if (const std::optional<PointExpected> expected = filter_.expected(number)) {
+      held.push_back(expected->px);
+      const int column = static_cast<int>(expected->px.x() * options_.columns / lens_.width_px);
+      const int row = static_cast<int>(expected->px.y() * options_.rows / lens_.height_px);
+      if (column >= 0 && row >= 0 && column < options_.columns && row < options_.rows) {
+        is_full[static_cast<std::size_t>(row * options_.columns + column)] = true;
+      }
+    }
+  }
+  // The cell that has waited longest; all of them where nothing is known yet.
+  std::vector<std::size_t> cells;
+  for (std::size_t i = 0; i < is_full.size(); ++i) {
+    if (!is_full[i] && try_cell_from_[i] <= pictures_) {
+      cells.push_back(i);
+    }
+  }
+  std::stable_sort(cells.begin(), cells.end(), [this](std::size_t a, std::size_t b) {
+    return try_cell_from_[a] < try_cell_from_[b];
+  });
+  const std::size_t most = held.empty() ? cells.size() : 1;
+  const cv::Rect usable(Patch::kSourceHalf_px + 1, Patch::kSourceHalf_px + 1,
+                        grey.cols - 2 * Patch::kSourceHalf_px - 2,
+                        grey.rows - 2 * Patch::kSourceHalf_px - 2);
+  for (std::size_t i = 0; i < std::min(most, cells.size()); ++i) {
+    const std::size_t cell = cells[i];
+    const int column = static_cast<int>(cell) % options_.columns;
+    const int row = static_cast<int>(cell) / options_.columns;
+    const int x0 = column * grey.cols / options_.columns;
+    const int y0 = row * grey.rows / options_.rows;
+    const cv::Rect area = usable & cv::Rect(x0, y0, (column + 1) * grey.cols / options_.columns - x0,
+                                            (row + 1) * grey.rows / options_.rows - y0);
+    try_cell_from_[cell] = pictures_ + kCellRests;
+    for (const SalientFeature& feature : salient_features(options_.features, grey, area)) {
+      const bool is_apart = std::all_of(held.begin(), held.end(), [&feature](const Vec2& px) {
+        return (px - feature.px).norm() >= Patch::kSide_px;
+      });
+      if (is_apart && add(grey, feature, step)) {
+        held.push_back(feature.px);
+        break;
+      }
+    }
+  }
+}
+
+bool MonoSlam::add(const cv::Mat& grey, const SalientFeature& feature, MonoSlamStep& step) {
+  const Vec2 pixel(std::round(feature.px.x()), std::round(feature.px.y()));
+  const cv::Rect around(static_cast<int>(pixel.x()) - Patch::kSourceHalf_px,
+                        static_cast<int>(pixel.y()) - Patch::kSourceHalf_px,
+                        2 * Patch::kSourceHalf_px + 1, 2 * Patch::kSourceHalf_px + 1);
+  Tracked tracked;
+  tracked.source = grey(around).clone();
+  tracked.offset_px = feature.px - pixel;
+  const std::optional<Patch> patch =
+      Patch::seen(tracked.source, tracked.offset_px, Mat2::Identity());
+  const std::optional<Vec3> direction = lens_.direction(feature.px);
+  if (!patch || patch->place_sigma_px(noise_grey_) > options_.place_sigma_px || !direction) {
+    return false;
+  }
+  const auto by_px = direction_by_px(lens_, *direction);
+  cv::Mat descriptor = describe(options_.features, grey, feature);
+  if (!by_px || descriptor.empty()) {
+    return false;
+  }
+  tracked.T_map_first = filter_.T_map_camera();
+  tracked.direction_first = *direction;
+  tracked.direction_by_px = *by_px;
+  tracked.turned_rad = turned_rad_;
+  const int number = filter_.add(feature.px, match_sigma_px_);
+  tracked_[number] = std::move(tracked);
+  points_[number] = {feature, std::move(descriptor), 0, 0};
+  step.added.push_back({number, feature.px, match_sigma_px_});
+  return true;
+}
+
+}  // namespace panoptes

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include "core/base/time.h"
+#include "core/calib/mono_filter.h"
+#include "core/calib/salient_features.h"
+#include "core/camera/rig.h"
+#include "core/geometry/pose3.h"
+
+namespace panoptes {
+
+struct MonoSlamOptions {
+  MonoFilterOptions filter;
+  FeatureMethod features = FeatureMethod::kSift;
+  int columns = 6;  ///< of the grid: a cell without a point of the map gets one
+  int rows = 4;
+  double search_sigmas = 3;        ///< how far a point is sought
+  double least_correlation = 0.8;  ///< of what is taken for it
+  double match_sigma_px = 0.15;    ///< of where it is found, each way, until the run has shown it
+  double place_sigma_px = 0.1;     ///< what the noise of pictures may leave of a new point's place
+};
+
+/// What else tells of the camera's motion since the picture before: odometry.
+struct MotionTold {
+  Pose3 T_before_now;
+  Eigen::Matrix<double, 6, 6> covariance;  ///< as MonoFilter::predict has it
+};
+
+/// A point that was looked for in a picture.
+struct PointSought {
+  int point = 0;
+  PointExpected expected;
+  std::optional<Vec2> found_px;
+  bool inlier = false;
+};
+
+struct MonoSlamStep {
+  Pose3 T_map_camera;
+  std::vector<PointSought> sought;
+  std::vector<PointMatch> added;  ///< where they are first seen
+  double squared_sigmas = 0;  ///< see FilterUpdate
+  int dof = 0;
+  double match_sigma_px = 0;  ///< of where points are found, as learned so far
+  bool lost = false;    ///< too little of what was expected is there
+  bool closes = false;  ///< a point was found again after more than half a turn
+};
+
+/// A point of the map as pictures show it.
+struct MappedPoint {
+  SalientFeature feature;  ///< where it was first seen
+  cv::Mat descriptor;
+  int found = 0;
+  int sought = 0;
+};
+
+/// MonoSLAM (Davison 2003; thesis 4.3.2) on one camera's pictures, as its lens draws them: points
+/// are sought as patches in the ellipses that the filter expects them in, and found anew as the
+/// most salient feature of each cell of a grid that holds none.
+class MonoSlam {
+ public:
+  MonoSlam(const MonoSlamOptions& options, const Intrinsics& lens);
+
+  /// The next picture (grey, of the lens's size), not before the one before it.
+  MonoSlamStep step(const cv::Mat& grey, Time stamp,
+                    const std::optional<MotionTold>& told = std::nullopt);
+
+  const MonoFilter& filter() const { return filter_; }
+  /// By the points' numbers.
+  const std::map<int, MappedPoint>& points() const { return points_; }
+
+ private:
+  struct Tracked {
+    cv::Mat source;  // the picture around it where it was first seen
+    Vec2 offset_px = Vec2::Zero();
+    Pose3 T_map_first;
+    Vec3 direction_first = Vec3::Zero();  // unit
+    Eigen::Matrix<double, 3, 2> direction_by_px;
+    Vec3 turned_rad = Vec3::Zero();  // by the camera, when it was last found
+  };
+  std::optional<Mat2> source_by_px(const Tracked& tracked, int number) const;
+  PointSought seek(const cv::Mat& grey, int number);
+  void grow(const cv::Mat& grey, MonoSlamStep& step);
+  bool add(const cv::Mat& grey, const SalientFeature& feature, MonoSlamStep& step);
+  void forget_the_bad();
+
+  MonoSlamOptions options_;
+  Intrinsics lens_;
+  MonoFilter filter_;
+  std::map<int, MappedPoint> points_;
+  std::map<int, Tracked> tracked_;
+  std::optional<Time> before_;
+  int pictures_ = 0;
+  std::vector<int> try_cell_from_;    // the number of the picture
+  Vec3 turned_rad_ = Vec3::Zero();    // since the start, in map: its turns added up
+  double noise_grey_ = 0;
+  double match_sigma_px_;
+};
+
+}  // namespace panoptes
