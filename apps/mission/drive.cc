@@ -3,8 +3,6 @@
 
 #include <vector>
 
-#include <fmt/format.h>
-
 #include "core/base/text.h"
 
 namespace panoptes {
@@ -29,16 +27,14 @@ void bind(Fields& f, Drive<"route">& o) {
 
 template <>
 void bind(Fields& f, Drive<"program">& o) {
-  f.require(f.writing() || f.present("motion"), "motion",
+  f.require(f.writing() || f.present("program"), "program",
             "missing; it must be one of legs_and_turns, sawtooth, rose");
-  f.choice("motion", o.motion);
+  f.choice("program", o.motion);
 }
 
 std::string room_told(const Drive<"program">& drive, const Body& body) {
-  const std::string_view name =
-      std::visit([](const auto& chosen) { return chosen.kName; }, drive.motion);
-  return fmt::format("the program {}, which needs clear floor for {}", name,
-                     told(floor_needed(poses_of(drive.motion), body.radius_m + kProgramMargin_m)));
+  return "clear floor for " +
+         told(floor_needed(poses_of(drive.motion), body.radius_m + kProgramMargin_m));
 }
 
 std::string_view name_of(const DriveOptions& drive) {

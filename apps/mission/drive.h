@@ -82,7 +82,7 @@ void bind(Fields& f, Drive<"route">& o);
 
 template <>
 struct Drive<"program"> : DriveTraits<"program"> {
-  static constexpr std::string_view kShort = "motion";
+  static constexpr std::string_view kShort = "program";
   MotionProgramOptions motion;
 };
 template <>
@@ -91,7 +91,7 @@ void bind(Fields& f, Drive<"program">& o);
 /// Kept clear about the outline of a body that a program drives.
 constexpr double kProgramMargin_m = 0.1;
 
-/// "the program rose, which takes 0.85 m ahead of where the robot starts, ..."
+/// "clear floor for 0.85 m ahead of where the robot starts, ..."
 std::string room_told(const Drive<"program">& drive, const Body& body);
 
 template <class /*before the first comma*/, class... Drives>

@@ -23,7 +23,8 @@ sim::SimulatedOptions with_room(sim::SimulatedOptions options, const DriveOption
   if (const auto* program = std::get_if<Drive<"program">>(&drive)) {
     options.start_room.T_start_body = poses_of(program->motion);
     options.start_room.margin_m = kProgramMargin_m;
-    options.start_room.needs = room_told(*program, body);
+    options.start_room.needs =
+        "what drive: program is to do, which needs " + room_told(*program, body);
   }
   return options;
 }

@@ -57,8 +57,8 @@ class ProgramPilot : public OtherPilot {
     if (!is_real_) {
       return {};
     }
-    return {"drive: " + room_told(drive_, body_) +
-            ", does not look where it drives; see that this floor is clear"};
+    return {"drive: the program does not look where it goes; see that it has " +
+            room_told(drive_, body_)};
   }
 
   Duration length() const override { return from_seconds(expected_s(drive_.motion, body_)); }
@@ -76,7 +76,8 @@ class ProgramPilot : public OtherPilot {
     const MotionSegment& segment = program_.segments()[program_.at()];
     const double gone = std::abs(program_.gone());
     return fmt::format(
-        "touched something in {}, {} from where that began; {}: clear that and try again",
+        "touched something in {}, {} from where that began; see that the program has {}, and "
+        "try again",
         program_.doing(),
         segment.kind == MotionSegment::Kind::kLeg ? fmt::format("{:.2f} m", gone)
                                                   : fmt::format("{:.0f} degrees", rad_to_deg(gone)),

@@ -273,21 +273,21 @@ TEST(Mission, NamesAProgramToDrive) {
   EXPECT_EQ(rose.petal_m, 0.4);
   EXPECT_EQ(rose.step_rad, deg_to_rad(30));
   EXPECT_EQ(rose.pace.turn_radps, 0.8);
-  EXPECT_EQ(std::get<Rose>(motion("{program: rose}", "drive.motion.petal_m=0.3")).petal_m, 0.3);
+  EXPECT_EQ(std::get<Rose>(motion("{program: rose}", "drive.program.petal_m=0.3")).petal_m, 0.3);
 }
 
 TEST(Mission, RefusesProgramsThatCannotBeDriven) {
   EXPECT_THAT(faults({"drive=program"}),
-              testing::ElementsAre("--set drive: drive.motion: missing; it must be one of "
+              testing::ElementsAre("--set drive: drive.program: missing; it must be one of "
                                    "legs_and_turns, sawtooth, rose"));
   EXPECT_THAT(faults({"drive={program: ros}"}),
-              testing::ElementsAre("--set drive: drive.motion: must be one of legs_and_turns, "
+              testing::ElementsAre("--set drive: drive.program: must be one of legs_and_turns, "
                                    "sawtooth, rose, got ros; did you mean rose?"));
   EXPECT_THAT(
       faults({"drive={program: {kind: rose, petal_m: 0, step_deg: 200, over_deg: -1}}"}),
-      testing::ElementsAre("--set drive: drive.motion.petal_m: must be from 0.05 to 10, got 0",
-                           testing::HasSubstr("drive.motion.step_deg: must be from"),
-                           testing::HasSubstr("drive.motion.over_deg: must be from 0")));
+      testing::ElementsAre("--set drive: drive.program.petal_m: must be from 0.05 to 10, got 0",
+                           testing::HasSubstr("drive.program.step_deg: must be from"),
+                           testing::HasSubstr("drive.program.over_deg: must be from 0")));
   EXPECT_THAT(faults({"drive={program: {kind: sawtooth, left_deg: 45}}"}),
               testing::ElementsAre(testing::HasSubstr(
                   "must be at least a degree less than left_deg, or it would never come round")));
@@ -306,10 +306,11 @@ TEST(Mission, ChecksThatAProgramHasRoom) {
     }
     return std::string("ok");
   };
-  EXPECT_THAT(told("{x_m: 4.95, y_m: 4.0, theta_deg: 45}"),
-              testing::AllOf(testing::HasSubstr("has no room for the program legs_and_turns, which "
-                                                "needs clear floor for 3.35 m ahead of where"),
-                             testing::HasSubstr("from its way; move the start")));
+  EXPECT_THAT(
+      told("{x_m: 4.95, y_m: 4.0, theta_deg: 45}"),
+      testing::AllOf(testing::HasSubstr("has no room for what drive: program is to do, "
+                                        "which needs clear floor for 3.35 m ahead of where"),
+                     testing::HasSubstr("from its way; move the start")));
   EXPECT_EQ(told("null"), "ok");  // then it is drawn
 }
 
