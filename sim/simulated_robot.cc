@@ -33,6 +33,29 @@ constexpr int kStartDraws = 100'000;   // finds a place that is one part in ten 
 constexpr int kStartFloors = 2;
 constexpr int kClearStarts = 200;  // of which one will do, but in a world of patchwork floors
 
+/// What is first in the way of a robot that drives from this start as it is told to; empty when
+/// nothing is.
+std::string in_the_way(const StartRoom& room, const Pose2& start, const Obstacles& obstacles,
+                       const FloorSurfaces& floor, const Body& body) {
+  const double clear_m = body.radius_m + room.margin_m;
+  const WorldBox box = world_box(obstacles, floor);
+  for (const Pose2& T_start_body : room.T_start_body) {
+    const Vec2 at = (start * T_start_body).position();
+    const std::string outside = box.outside_fault(at);
+    if (!outside.empty()) {
+      return fmt::format("({:.2f}, {:.2f}) {}", at.x(), at.y(), outside);
+    }
+    if (const std::optional<Nearest> near = obstacles.nearest(at, clear_m)) {
+      return fmt::format(
+          "{} is at ({:.2f}, {:.2f}), {:.2f} m from the start and {:.2f} m from its "
+          "way",
+          near->outline->object, near->p_scene.x(), near->p_scene.y(),
+          (near->p_scene - start.position()).norm(), near->distance_m);
+    }
+  }
+  return {};
+}
+
 void refuse_bad_start(const Pose2& start, const std::string& mention, const Obstacles& obstacles,
                       const FloorSurfaces& floor, const Body& body, bool maps_floor) {
   const Vec2 at = start.position();
@@ -61,11 +84,20 @@ void refuse_bad_start(const Pose2& start, const std::string& mention, const Obst
                           what_to_do));
 }
 
+/// What a drawn start has around it.
+struct StartSearch {
+  const Obstacles& obstacles;
+  const FloorSurfaces& floor;
+  const Body& body;
+  const StartRoom& room;
+  std::string first_in_the_way = {};  ///< of the way from the first place that would do without it
+};
+
 /// A place in a box with room all around; empty where none is found.
-std::optional<Pose2> drawn_within(const WorldBox& box, const Obstacles& obstacles,
-                                  const FloorSurfaces& floor, const Body& body, Rng& rng) {
-  const FreeRegion region(obstacles, body.radius_m, box.low_scene, box.high_scene);
-  const double clear_m = std::max(kStartClear_m, body.radius_m + kTouching_m);
+std::optional<Pose2> drawn_within(const WorldBox& box, StartSearch& search, Rng& rng) {
+  const Obstacles& obstacles = search.obstacles;
+  const FreeRegion region(obstacles, search.body.radius_m, box.low_scene, box.high_scene);
+  const double clear_m = std::max(kStartClear_m, search.body.radius_m + kTouching_m);
   std::optional<Pose2> first_clear;
   int clear = 0;
   for (int i = 0; i < kStartDraws && clear < kClearStarts; ++i) {
@@ -76,7 +108,16 @@ std::optional<Pose2> drawn_within(const WorldBox& box, const Obstacles& obstacle
       continue;
     }
     const Pose2 start{x, y, theta};
-    if (floor.looks_within(clear_m, start.position()) <= kStartFloors) {
+    std::string thing = in_the_way(search.room, start, obstacles, search.floor, search.body);
+    if (!thing.empty()) {
+      if (search.first_in_the_way.empty()) {
+        search.first_in_the_way =
+            fmt::format("from ({:.2f}, {:.2f}) at {:.0f} degrees ", x, y, rad_to_deg(theta)) +
+            thing;
+      }
+      continue;
+    }
+    if (search.floor.looks_within(clear_m, start.position()) <= kStartFloors) {
       return start;
     }
     first_clear = first_clear.value_or(start);
@@ -87,23 +128,41 @@ std::optional<Pose2> drawn_within(const WorldBox& box, const Obstacles& obstacle
 
 /// Among what stands, and where that leaves no room anywhere on the floor: floor that goes on
 /// outside of a room's walls is no place to begin.
-Pose2 drawn_start(const Obstacles& obstacles, const FloorSurfaces& floor, const Body& body,
-                  Rng rng) {
+Pose2 drawn_start(StartSearch search, Rng rng) {
   std::optional<Pose2> start;
-  if (!obstacles.outlines().empty()) {
+  if (!search.obstacles.outlines().empty()) {
     start =
-        drawn_within({obstacles.low_scene(), obstacles.high_scene()}, obstacles, floor, body, rng);
+        drawn_within({search.obstacles.low_scene(), search.obstacles.high_scene()}, search, rng);
   }
   if (!start) {
-    start = drawn_within(world_box(obstacles, floor), obstacles, floor, body, rng);
+    start = drawn_within(world_box(search.obstacles, search.floor), search, rng);
+  }
+  if (!start && !search.first_in_the_way.empty()) {
+    throw ConfigError(fmt::format(
+        "platform.start: no place in the world has room for {}: {}; shorten its ways, or take a "
+        "larger world or another seed",
+        search.room.needs, search.first_in_the_way));
   }
   if (!start) {
     throw ConfigError(
         fmt::format("platform.start: no place in the world has {:.2f} m clear all around "
                     "where the robot could start; give a start",
-                    std::max(kStartClear_m, body.radius_m + kTouching_m)));
+                    std::max(kStartClear_m, search.body.radius_m + kTouching_m)));
   }
   return *start;
+}
+
+// A start that is good enough for a robot that does not move.
+void refuse_cramped_start(const SimulatedOptions& options, const Obstacles& obstacles,
+                          const FloorSurfaces& floor, const Body& body) {
+  const std::string thing = in_the_way(options.start_room, *options.start, obstacles, floor, body);
+  if (!thing.empty()) {
+    throw ConfigError(
+        fmt::format("{}{}platform.start: x_m: {:.3f}, y_m: {:.3f} has no room for {}: {}; move the "
+                    "start, or leave it out to have one drawn from the seed",
+                    options.start_mention, options.start_mention.empty() ? "" : ": ",
+                    options.start->x_m, options.start->y_m, options.start_room.needs, thing));
+  }
 }
 
 Pose2 start_pose(const SimulatedOptions& options, std::vector<Outline> all,
@@ -112,11 +171,13 @@ Pose2 start_pose(const SimulatedOptions& options, std::vector<Outline> all,
     all.push_back(std::move(outline));
   }
   const Obstacles at_start(std::move(all));
+  const FloorSurfaces& floor = around.floor_surfaces;
   if (!options.start) {
-    return drawn_start(at_start, around.floor_surfaces, body, rng.fork("start"));
+    return drawn_start({at_start, floor, body, options.start_room}, rng.fork("start"));
   }
-  refuse_bad_start(*options.start, options.start_mention, at_start, around.floor_surfaces, body,
+  refuse_bad_start(*options.start, options.start_mention, at_start, floor, body,
                    !rig.with_role("floor").empty());
+  refuse_cramped_start(options, at_start, floor, body);
   return *options.start;
 }
 

@@ -43,6 +43,13 @@ struct TruthOptions {
 };
 void bind(Fields& f, TruthOptions& o);
 
+/// Floor that must be clear where the robot starts, besides what every start has.
+struct StartRoom {
+  std::vector<Pose2> T_start_body;  ///< it is going to pass there, a few centimetres apart
+  double margin_m = 0;              ///< kept from its outline on the way
+  std::string needs;                ///< who needs it and how much that is, in words
+};
+
 struct SimulatedOptions {
   static constexpr std::string_view kName = "simulated";
 
@@ -50,6 +57,7 @@ struct SimulatedOptions {
   std::string world_file;      ///< where it came from; empty when written inline
   std::optional<Pose2> start;  ///< in scene; drawn from the seed when absent
   std::string start_mention;   ///< file:line:column of what the user wrote
+  StartRoom start_room;        ///< of who drives: no setting of the platform
   /// What the true rig hangs on, whatever the robot believes; the believed rig when absent.
   std::optional<Rig> nominal_rig;
   MountingError mounting_error;

@@ -27,7 +27,8 @@ std::unique_ptr<StepListener> make_shown_progress(const ListenedRun& run) {
   if (run.pilot.shows_progress()) {
     return nullptr;
   }
-  const Duration length = std::min(from_seconds(run.mission.until.duration_s), run.open.length);
+  const Duration length =
+      std::min({from_seconds(run.mission.until.duration_s), run.open.length, run.pilot.length()});
   return std::make_unique<ShownProgress>(length, run.quiet, run.slam);
 }
 

@@ -25,6 +25,18 @@ void bind(Fields& f, Drive<"route">& o) {
   f.file_or_inline("file", o.route);
 }
 
+template <>
+void bind(Fields& f, Drive<"program">& o) {
+  f.require(f.writing() || f.present("program"), "program",
+            "missing; it must be one of legs_and_turns, sawtooth, rose");
+  f.choice("program", o.motion);
+}
+
+std::string room_told(const Drive<"program">& drive, const Body& body) {
+  return "clear floor for " +
+         told(floor_needed(poses_of(drive.motion), body.radius_m + kProgramMargin_m));
+}
+
 std::string_view name_of(const DriveOptions& drive) {
   return std::visit([](const auto& chosen) { return chosen.kName; }, drive);
 }

@@ -9,6 +9,8 @@
 
 #include "core/config/fields.h"
 #include "core/config/word.h"
+#include "core/geometry/body.h"
+#include "core/plan/motion_program.h"
 #include "sim/route.h"
 
 namespace panoptes {
@@ -77,6 +79,20 @@ struct Drive<"route"> : DriveTraits<"route"> {
 };
 template <>
 void bind(Fields& f, Drive<"route">& o);
+
+template <>
+struct Drive<"program"> : DriveTraits<"program"> {
+  static constexpr std::string_view kShort = "program";
+  MotionProgramOptions motion;
+};
+template <>
+void bind(Fields& f, Drive<"program">& o);
+
+/// Kept clear about the outline of a body that a program drives.
+constexpr double kProgramMargin_m = 0.1;
+
+/// "clear floor for 0.85 m ahead of where the robot starts, ..."
+std::string room_told(const Drive<"program">& drive, const Body& body);
 
 template <class /*before the first comma*/, class... Drives>
 using DriveVariant = std::variant<Drives...>;

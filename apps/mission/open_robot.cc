@@ -17,10 +17,22 @@
 namespace panoptes {
 namespace {
 
+// What is driven by the wheels alone is driven blindly: the floor that it takes must be clear.
+sim::SimulatedOptions with_room(sim::SimulatedOptions options, const DriveOptions& drive,
+                                const Body& body) {
+  if (const auto* program = std::get_if<Drive<"program">>(&drive)) {
+    options.start_room.T_start_body = poses_of(program->motion);
+    options.start_room.margin_m = kProgramMargin_m;
+    options.start_room.needs =
+        "what drive: program is to do, which needs " + room_told(*program, body);
+  }
+  return options;
+}
+
 OpenRobot open(const sim::SimulatedOptions& options, const ExploreMission& mission, const Rng& rng,
                const sim::RendererOptions& renderer) {
-  std::unique_ptr<sim::SimulatedRobot> robot =
-      sim::open_simulated(options, mission.robot, mission.rig, rng, renderer);
+  std::unique_ptr<sim::SimulatedRobot> robot = sim::open_simulated(
+      with_room(options, mission.drive, mission.robot), mission.robot, mission.rig, rng, renderer);
   OpenRobot out;
   if (options.truth.depth || options.truth.labels) {
     out.true_pictures.of_last_set = [known = robot.get()] { return known->true_pictures(); };
@@ -85,8 +97,9 @@ OpenRobot open_standin(const PioneerOptions& options, const ExploreMission& miss
                        const sim::RendererOptions& renderer) {
   const ExploreMission& served = *options.standin;
   const bool sees = options.cameras == PioneerOptions::Cameras::kStandIn;
-  auto robot = sim::open_simulated(std::get<sim::SimulatedOptions>(served.platform), served.robot,
-                                   sees ? served.rig : Rig(), rng, renderer);
+  auto robot = sim::open_simulated(
+      with_room(std::get<sim::SimulatedOptions>(served.platform), mission.drive, served.robot),
+      served.robot, sees ? served.rig : Rig(), rng, renderer);
   OpenRobot out;
   out.real_time = false;
   out.route_done = [] { return false; };
@@ -122,7 +135,7 @@ OpenRobot open(const PioneerOptions& options, const ExploreMission& mission, con
 }
 
 void check(const sim::SimulatedOptions& options, const ExploreMission& mission, const Rng& rng) {
-  sim::SimulatedRobot robot(options,
+  sim::SimulatedRobot robot(with_room(options, mission.drive, mission.robot),
                             sim::bare_surroundings(sim::make_world(options.world), mission.robot),
                             mission.robot, mission.rig, rng);
   const auto* along = std::get_if<Drive<"route">>(&mission.drive);
@@ -138,7 +151,8 @@ void check(const hw::RecordedOptions& options, const ExploreMission& mission, co
 void check(const PioneerOptions& options, const ExploreMission& mission, const Rng& rng) {
   if (options.standin != nullptr) {
     const ExploreMission& served = *options.standin;
-    check(std::get<sim::SimulatedOptions>(served.platform), served, rng);
+    check(with_room(std::get<sim::SimulatedOptions>(served.platform), mission.drive, served.robot),
+          served, rng);
     if (options.cameras == PioneerOptions::Cameras::kStandIn) {
       believed_of(mission.rig, served.rig);
     }

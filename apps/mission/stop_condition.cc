@@ -57,8 +57,8 @@ void StopCondition::hold(const Health& health) {
 }
 
 bool StopCondition::reached(Time now, std::size_t keyframes) const {
-  return interrupted() || !device_fault_.empty() || !held_by_.empty() || !rig_fault_.empty() ||
-         !end_reason(now, keyframes).empty();
+  return interrupted() || !device_fault_.empty() || !held_by_.empty() || !touched_.empty() ||
+         !rig_fault_.empty() || !end_reason(now, keyframes).empty();
 }
 
 std::string StopCondition::end_reason(Time now, std::size_t keyframes) const {

@@ -4,6 +4,7 @@
 #include <array>
 #include <csignal>
 #include <string>
+#include <utility>
 
 #include "apps/mission/mission.h"
 #include "core/base/error.h"
@@ -36,6 +37,10 @@ class StopCondition {
   const std::string& held_by() const { return held_by_; }  ///< empty: nothing
   const char* held_outcome() const { return bumped_ ? "collision" : "failed"; }
 
+  /// Who drives has touched something and has no way on: what it was, in words.
+  void collide(std::string touched) { touched_ = std::move(touched); }
+  const std::string& touched() const { return touched_; }  ///< empty: nothing
+
   /// The rig file is wrong in kind: whoever drives, no map of it would be right.
   void refuse_rig(std::string fault) { rig_fault_ = std::move(fault); }
   const std::string& rig_fault() const { return rig_fault_; }  ///< empty: nothing is
@@ -47,6 +52,7 @@ class StopCondition {
   std::array<struct sigaction, 3> before_ = {};
   std::string device_fault_;
   std::string held_by_;
+  std::string touched_;
   std::string rig_fault_;
   bool bumped_ = false;
 };

@@ -40,6 +40,9 @@ class Pilot {
   /// What the user ought to know before it drives, in words.
   virtual std::vector<std::string> warnings() const { return {}; }
 
+  /// How long it drives, about, where it knows beforehand.
+  virtual Duration length() const { return Duration::max(); }
+
   /// The longest that it waits for pictures, and that a command of its may hold.
   virtual Duration longest_wait() const { return Duration::max(); }
   virtual Duration longest_command() const { return Duration::max(); }

@@ -120,6 +120,8 @@ const std::vector<std::string>& figure_names() {
       "trajectory.ate_max_m",
       "trajectory.ate_start_aligned_m",
       "trajectory.odometry_ate_rmse_m",
+      "odometry.error_percent",
+      "odometry.heading_error_deg",
       "checkpoints.count",
       "checkpoints.error_mean_m",
       "checkpoints.error_max_m",

@@ -197,6 +197,23 @@ void put_trajectory(Json& metrics, const RunFindings& f) {
   }
 }
 
+void put_odometry(Json& metrics, const FinishedRun& run, const RunFindings& f) {
+  if (f.known == nullptr || run.frames.empty()) {
+    return;
+  }
+  std::vector<Pose2> T_odom_body;
+  std::vector<Pose2> true_T_scene_body;
+  for (const FinishedRun::Frame& frame : run.frames) {
+    T_odom_body.push_back(frame.T_odom_body);
+    true_T_scene_body.push_back(true_pose_at(f.known->truth.poses, frame.stamp));
+  }
+  const OdometryError error = odometry_error(T_odom_body, true_T_scene_body);
+  if (error.share) {
+    metrics["odometry"]["error_percent"] = 100 * *error.share;
+  }
+  metrics["odometry"]["heading_error_deg"] = rad_to_deg(error.heading_rad);
+}
+
 Json edge_errors_json(const EdgeErrors& errors) {
   Json e = {{"count", errors.count}};
   if (errors.heading_bias_rad_per_m) {
@@ -396,6 +413,7 @@ Json figures(const FinishedRun& run, const RunFindings& f,
   metrics["keyframes"] = run.result.keyframes.size();
   put_drive(metrics, run, f);
   put_trajectory(metrics, f);
+  put_odometry(metrics, run, f);
   put_platform(metrics, run, f);
   put_learned(metrics, run, f);
   metrics["loops"] = loops_json(f);
@@ -480,6 +498,15 @@ std::string position_line(const Json& metrics) {
   return line;
 }
 
+std::string odometry_line(const Json& metrics) {
+  const Json& odometry = metrics["odometry"];
+  return "wheels: " +
+         (odometry.contains("error_percent")
+              ? fixed(odometry["error_percent"].get<double>(), 2) + " % of the way off, "
+              : std::string()) +
+         "heading up to " + fixed(odometry["heading_error_deg"].get<double>(), 2) + " degrees off";
+}
+
 std::vector<std::string> summary_of(const FinishedRun& run, const RunFindings& f,
                                     const Json& metrics, const Judged& judged) {
   std::vector<std::string> s;
@@ -499,6 +526,9 @@ std::vector<std::string> summary_of(const FinishedRun& run, const RunFindings& f
   s.push_back(map_line(f));
   if (metrics.contains("trajectory")) {
     s.push_back(position_line(metrics));
+  }
+  if (metrics.contains("odometry")) {
+    s.push_back(odometry_line(metrics));
   }
   if (metrics.contains("collisions")) {
     std::string contacts = metrics["collisions"].dump() + " collisions";

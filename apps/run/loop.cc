@@ -152,6 +152,9 @@ RunEnd run_end(const StopCondition& stop_condition, const ExploreMission& missio
   if (!stop_condition.held_by().empty()) {
     return end(stop_condition.held_outcome(), "the robot is held: " + stop_condition.held_by());
   }
+  if (!stop_condition.touched().empty()) {
+    return end("collision", stop_condition.touched());
+  }
   if (!stop_condition.rig_fault().empty()) {
     return end("failed", stop_condition.rig_fault());
   }

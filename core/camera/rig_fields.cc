@@ -111,7 +111,7 @@ void bind_view(Fields& f, Intrinsics& o) {
   }
 }
 
-// at_m, yaw_deg and tilt_deg, or T_body_camera.
+// at_m, yaw_deg, tilt_deg and roll_deg, or T_body_camera.
 void bind_mounting(Fields& f, Pose3& T_body_camera) {
   const auto require_on_robot = [&f](const char* key, const Vec3& eye_body) {
     f.require(eye_body.cwiseAbs().maxCoeff() <= kFarthestMount_m, key,
@@ -126,11 +126,17 @@ void bind_mounting(Fields& f, Pose3& T_body_camera) {
   Vec3 position_body = Vec3::Zero();
   double yaw_rad = 0;
   double tilt_rad = 0;
+  double roll_rad = 0;
   f.needed("at_m", position_body);
   require_on_robot("at_m", position_body);
   f.angle("yaw", yaw_rad, between(-2 * std::numbers::pi, 2 * std::numbers::pi));
   f.angle("tilt", tilt_rad, between(-std::numbers::pi / 2, std::numbers::pi / 2));
+  f.angle("roll", roll_rad, between(-std::numbers::pi, std::numbers::pi));
   T_body_camera = mounted_camera(position_body, yaw_rad, tilt_rad);
+  if (roll_rad != 0) {
+    T_body_camera.rotation =
+        (T_body_camera.rotation * Eigen::AngleAxisd(roll_rad, Vec3::UnitZ())).normalized();
+  }
 }
 
 bool is_name(const std::string& text) {

@@ -75,6 +75,38 @@ double rotated_rmse_m(const std::vector<Pose2>& T_scene_body,
   return std::sqrt(squares / static_cast<double>(T_scene_body.size()));
 }
 
+OdometryError odometry_error(const std::vector<Pose2>& T_odom_body,
+                             const std::vector<Pose2>& true_T_scene_body) {
+  PANOPTES_CHECK(T_odom_body.size() == true_T_scene_body.size(), "a truth for every pose");
+  PANOPTES_CHECK(!T_odom_body.empty(), "the odometry has a pose");
+  OdometryError error;
+  const Pose2 T_scene_odom = true_T_scene_body[0] * T_odom_body[0].inverse();
+  double squares = 0;
+  int stretches = 0;
+  double way_m = 0;  // from `first` to here
+  std::size_t first = 0;
+  const auto step_m = [&](std::size_t i) {
+    return (true_T_scene_body[i + 1].position() - true_T_scene_body[i].position()).norm();
+  };
+  for (std::size_t i = 0; i < T_odom_body.size(); ++i) {
+    error.heading_rad =
+        std::max(error.heading_rad, std::abs(wrap_angle((T_scene_odom * T_odom_body[i]).theta_rad -
+                                                        true_T_scene_body[i].theta_rad)));
+    way_m += i > 0 ? step_m(i - 1) : 0;
+    while (way_m >= kOdometryStretch_m) {
+      const Vec2 told = T_odom_body[first].inverse() * T_odom_body[i].position();
+      const Vec2 truth = true_T_scene_body[first].inverse() * true_T_scene_body[i].position();
+      squares += (told - truth).squaredNorm() / (way_m * way_m);
+      ++stretches;
+      way_m -= step_m(first++);
+    }
+  }
+  if (stretches > 0) {
+    error.share = std::sqrt(squares / stretches);
+  }
+  return error;
+}
+
 std::optional<Checkpoints> checkpoints(const std::vector<Pose2>& T_scene_body,
                                        const std::vector<Pose2>& true_T_scene_body,
                                        const Vec2& start_scene) {

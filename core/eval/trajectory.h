@@ -29,6 +29,19 @@ PathError path_error(const std::vector<Pose2>& T_scene_body,
 double rotated_rmse_m(const std::vector<Pose2>& T_scene_body,
                       const std::vector<Pose2>& true_T_scene_body, const Vec2& start_scene);
 
+/// How far the wheels alone are from the truth.
+struct OdometryError {
+  /// Of position, relative to the way: rms over all stretches of kOdometryStretch_m, each laid on
+  /// the truth where it begins. None where the way is shorter.
+  std::optional<double> share;
+  double heading_rad = 0;  ///< the largest of the run, both laid on each other at its start
+};
+constexpr double kOdometryStretch_m = 1;
+
+/// Of poses at the same instants, at least one.
+OdometryError odometry_error(const std::vector<Pose2>& T_odom_body,
+                             const std::vector<Pose2>& true_T_scene_body);
+
 /// Keyframes far apart, at which the map's position is compared with the truth (thesis Table 6.1).
 struct Checkpoints {
   std::vector<int> keyframes;

@@ -83,10 +83,12 @@ struct BuildingPlan {
 /// door; other gaps are as wide as chance has it.
 struct RoomPlan {
   static constexpr std::string_view kName = "room";
-  std::optional<Vec2> size_m = {};  ///< else each way 4 to 6 m by the seed
+  std::optional<Vec2> size_m = {};  ///< else drawn by the seed,
+  Vec2 drawn_size_m{4, 6};          ///< each way from the first to the second of these
   /// Share of what fits of things that stand about; else 0 to 1 by the seed.
   std::optional<double> clutter = {};
-  double blank = 0.05;  ///< share of the walls that is plain paint with nothing on it
+  double blank = 0.05;         ///< share of the walls that is plain paint with nothing on it
+  double start_clear_m = 0.7;  ///< to each side of the place to start
   std::optional<std::uint64_t> seed = {};  ///< else the mission's, and 1 where there is none
 };
 

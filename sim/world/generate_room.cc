@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "core/base/check.h"
 #include "core/base/error.h"
 #include "core/base/rng.h"
 #include "sim/world/generate.h"
@@ -23,9 +24,9 @@ namespace {
 constexpr double kLeast_m = 3.5;
 constexpr double kMost_m = 12;
 constexpr double kHalf_m = kWallThickness_m / 2;
-constexpr double kPanel_m = 0.9;  // of wall that is plain or not, about
-// A start has 0.7 m clear about it.
-constexpr double kHalfStart_m = 0.78;
+constexpr double kPanel_m = 0.9;         // of wall that is plain or not, about
+constexpr double kBesideStart_m = 0.08;  // so that a start may be drawn some way off
+constexpr double kLeastStart_m = 0.7;    // clear about every start
 constexpr double kBeforeDoor_m = 1.0;
 constexpr double kDoor_m = 1.02;
 constexpr double kDoorHeight_m = 2.14;
@@ -38,6 +39,11 @@ const std::array<FloorPicture, 5> kFloors{{{"home/parquet", 1.6},
 const std::array<const char*, 6> kPapers{"home/wallpaper_leaves", "home/wallpaper_stripes",
                                          "home/wallpaper_retro",  "office/wall_b",
                                          "office/wall",           "corridors/wall_a"};
+
+bool is_range(const Vec2& drawn_size_m) {
+  return drawn_size_m.x() >= kLeast_m && drawn_size_m.x() <= drawn_size_m.y() &&
+         drawn_size_m.y() <= kMost_m;
+}
 
 bool is_sensible(const Vec2& size_m) {
   return size_m.minCoeff() >= kLeast_m && size_m.maxCoeff() <= kMost_m;
@@ -135,20 +141,28 @@ void cut_corner(WorldSettings& into, HomeRoom& room, PassabilityGrid& passabilit
 
 void bind(Fields& f, RoomPlan& o) {
   f("size_m", o.size_m, positive);
+  f("drawn_size_m", o.drawn_size_m, positive);
   f("clutter", o.clutter, between(0, 1));
   f("blank", o.blank, between(0, 1));
+  f("start_clear_m", o.start_clear_m, between(kLeastStart_m, kLeast_m / 2 - kBesideStart_m));
   f("seed", o.seed);
   f.require(!o.size_m || is_sensible(*o.size_m), "size_m", size_rule());
+  f.require(is_range(o.drawn_size_m), "drawn_size_m",
+            fmt::format("must be the least and the most that is drawn, from {:g} m to {:g} m",
+                        kLeast_m, kMost_m));
 }
 
 void generate(const RoomPlan& plan, WorldSettings& into) {
   if (plan.size_m && !is_sensible(*plan.size_m)) {
     throw ConfigError("room.size_m: " + size_rule());
   }
+  PANOPTES_CHECK(is_range(plan.drawn_size_m), "a range of sizes that a room may have");
   Rng rng = Rng(plan.seed.value_or(1)).fork("room");
   into.ambient = 0.5;
   Rng shape = rng.fork("shape");
-  const Vec2 drawn(shape.uniform(4, 6), shape.uniform(4, 6));
+  const double least_m = plan.drawn_size_m.x();
+  const double most_m = plan.drawn_size_m.y();
+  const Vec2 drawn(shape.uniform(least_m, most_m), shape.uniform(least_m, most_m));
   const double drawn_clutter = shape.uniform();
   const Vec2 size = plan.size_m.value_or(drawn);
   constexpr std::array<RoomKind, 4> kKinds{RoomKind::kLiving, RoomKind::kKitchen,
@@ -196,11 +210,12 @@ void generate(const RoomPlan& plan, WorldSettings& into) {
   }
   // Where a robot can start.
   Rng starts = rng.fork("start");
-  const Rectangle inside = room.area.grown(-kHalfStart_m);
+  const double half_start_m = plan.start_clear_m + kBesideStart_m;
+  const Rectangle inside = room.area.grown(-half_start_m);
   for (int i = 0; i < 1000; ++i) {
     const Vec2 p(starts.uniform(inside.low.x(), inside.high.x()),
                  starts.uniform(inside.low.y(), inside.high.y()));
-    const Rectangle around = Rectangle{p, p}.grown(kHalfStart_m);
+    const Rectangle around = Rectangle{p, p}.grown(half_start_m);
     if (std::none_of(room.solid.begin(), room.solid.end(),
                      [&around](const Rectangle& r) { return r.overlaps(around); })) {
       room.keep_clear.push_back(around);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -86,6 +89,31 @@ TEST(Scenes, RigsOfOneCameraAndOfFourAreOutsideOfTheBody) {
       EXPECT_GE(eye_body.z(), body.hull_height_m) << file << " " << name;
     }
     EXPECT_EQ(loop, cameras) << file;
+  }
+}
+
+TEST(Scenes, TheRigOfFourAroundSeesNothingTwiceAtOnce) {
+  const Body body = read_settings<Body>(kScenes + "robots/pioneer3dx.yaml");
+  const Rig rig = read_settings<Rig>(kScenes + "rigs/four-around.yaml");
+  ASSERT_EQ(rig.cameras.size(), 4U);
+  EXPECT_TRUE(rig.with_role("floor").empty());
+  std::vector<double> yaw_rad;
+  for (const auto& [name, camera] : rig.cameras) {
+    const Vec3 axis = camera.T_body_camera.rotation * Vec3::UnitZ();
+    yaw_rad.push_back(std::atan2(axis.y(), axis.x()));
+    EXPECT_NEAR(camera.T_body_camera.translation.head<2>().norm(), 0.15, 0.002) << name;
+    EXPECT_LE(camera.T_body_camera.translation.z(), body.height_m) << name;
+    // at the edge lines bend by much more than a pixel
+    Intrinsics pinhole = camera.intrinsics;
+    pinhole.distortion = NoDistortion();
+    const Vec2 corner(0, 0);
+    EXPECT_GT((pinhole.project(camera.intrinsics.ray(corner)) - corner).norm(), 20) << name;
+  }
+  std::sort(yaw_rad.begin(), yaw_rad.end());
+  for (std::size_t i = 0; i < yaw_rad.size(); ++i) {
+    const double next_rad =
+        i + 1 < yaw_rad.size() ? yaw_rad[i + 1] : yaw_rad[0] + 2 * std::numbers::pi;
+    EXPECT_GT(next_rad - yaw_rad[i], deg_to_rad(80));  // as wide as each sees
   }
 }
 

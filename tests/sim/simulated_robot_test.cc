@@ -547,6 +547,51 @@ TEST(SimulatedRobot, RefusesAStartInsideOrTouchingSomething) {
       "the seed");
 }
 
+/// A leg of 1 m ahead.
+StartRoom leg_ahead() {
+  StartRoom room;
+  for (int i = 0; i <= 20; ++i) {
+    room.T_start_body.push_back({0.05 * i, 0, 0});
+  }
+  room.margin_m = 0.1;
+  room.needs = "a leg of 1 m";
+  return room;
+}
+
+TEST(SimulatedRobot, RefusesAStartWithoutRoomForWhatItIsToDrive) {
+  const auto start = [](double theta_deg) {
+    SimulatedOptions options = starting_at(1.2, 2.5, deg_to_rad(theta_deg));
+    options.start_room = leg_ahead();
+    return refusal([&] { robot_with(options); });
+  };
+  EXPECT_EQ(start(90), "nothing refused");
+  EXPECT_EQ(start(0),
+            "platform.start: x_m: 1.200, y_m: 2.500 has no room for a leg of 1 m: desk is at "
+            "(2.00, 2.50), 0.80 m from the start and 0.30 m from its way; move the start, or leave "
+            "it out to have one drawn from the seed");
+  EXPECT_THAT(start(180), testing::HasSubstr(" m from its way"));
+}
+
+TEST(SimulatedRobot, DrawsAStartWithRoomForWhatItIsToDrive) {
+  const Obstacles obstacles(room().outlines);
+  SimulatedOptions options = exact_robot();
+  options.start_room = leg_ahead();
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SimulatedRobot robot = robot_with(options, seed);
+    next_set(robot);
+    const Pose2 drawn = robot.truth()->poses.front().T_scene_body;
+    for (const Pose2& pose : options.start_room.T_start_body) {
+      EXPECT_FALSE(obstacles.nearest((drawn * pose).position(), Body().radius_m + 0.1)) << seed;
+    }
+  }
+  options.start_room.T_start_body.push_back({7, 0, 0});  // through the wall
+  EXPECT_THAT(refusal([&] { robot_with(options); }),
+              testing::AllOf(testing::StartsWith("platform.start: no place in the world has room "
+                                                 "for a leg of 1 m: from ("),
+                             testing::HasSubstr("is outside of the world"),
+                             testing::HasSubstr("larger world or another seed")));
+}
+
 // Nobody takes the floor at its feet for free: whatever it touches not is far enough.
 TEST(SimulatedRobot, StartsNearAThingWhereNoCameraMapsTheFloor) {
   EXPECT_EQ(refusal([] {

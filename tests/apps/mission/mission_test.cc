@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "apps/mission/open_robot.h"
 #include "core/base/error.h"
 #include "core/io/file.h"
 
@@ -107,8 +108,8 @@ TEST(Mission, EveryPilotSaysWhatItCannotDriveWithout) {
   EXPECT_FALSE(none.slam || none.truth || none.terminal);
   constexpr DriveNeeds kTwo = all_of(DriveNeed::kTerminal, DriveNeed::kSlam);
   EXPECT_TRUE(kTwo.slam && kTwo.terminal && !kTwo.truth);
-  EXPECT_EQ(drives_on_any_robot(true), "navigator or goals or teleop or none");
-  EXPECT_EQ(drives_on_any_robot(false), "teleop or none");
+  EXPECT_EQ(drives_on_any_robot(true), "navigator or goals or program or teleop or none");
+  EXPECT_EQ(drives_on_any_robot(false), "program or teleop or none");
 }
 
 TEST(Mission, WhoDoesNotNavigateNeedsNoSuchCamera) {
@@ -240,7 +241,7 @@ TEST(Mission, RefusesWhatIsOutOfRange) {
       testing::UnorderedElementsAre(
           "--set until.duration_s: must be from 0.001 to 1e+08, got -1",
           "--set seed: must be a whole number, got 1.5",
-          "--set drive: must be one of navigator, goals, route, teleop, none, got wheel",
+          "--set drive: must be one of navigator, goals, route, program, teleop, none, got wheel",
           "--set platform.kind: platform: must be one of simulated, recorded, pioneer, got p3dx"));
 }
 
@@ -256,6 +257,61 @@ TEST(Mission, NamesGoalsToDriveTo) {
   EXPECT_THAT(faults({"drive=goals"}),
               testing::ElementsAre(testing::HasSubstr("must hold at least one place")));
   EXPECT_THAT(faults({"drive={goals: [{x_m: 1}, {x_m: .nan, y_m: 20000}]}"}), testing::SizeIs(3));
+}
+
+TEST(Mission, NamesAProgramToDrive) {
+  const auto motion = [](const std::string& drive, const std::string& more = "seed=1") {
+    const auto mission = load_mission<ExploreMission>(kOffice, {"drive=" + drive, more});
+    const auto again = read_settings_text<ExploreMission>(write_settings(mission), "mission.yaml");
+    EXPECT_EQ(write_settings(again), write_settings(mission));
+    return std::get<Drive<"program">>(mission.drive).motion;
+  };
+  EXPECT_EQ(std::get<Sawtooth>(motion("{program: sawtooth}")).left_rad, deg_to_rad(90));
+  EXPECT_EQ(std::get<LegsAndTurns>(motion("{program: legs_and_turns}")).leg_m, 1);
+  const Rose rose = std::get<Rose>(
+      motion("{program: {kind: rose, petal_m: 0.4, step_deg: 30, turn_radps: 0.8}}"));
+  EXPECT_EQ(rose.petal_m, 0.4);
+  EXPECT_EQ(rose.step_rad, deg_to_rad(30));
+  EXPECT_EQ(rose.pace.turn_radps, 0.8);
+  EXPECT_EQ(std::get<Rose>(motion("{program: rose}", "drive.program.petal_m=0.3")).petal_m, 0.3);
+}
+
+TEST(Mission, RefusesProgramsThatCannotBeDriven) {
+  EXPECT_THAT(faults({"drive=program"}),
+              testing::ElementsAre("--set drive: drive.program: missing; it must be one of "
+                                   "legs_and_turns, sawtooth, rose"));
+  EXPECT_THAT(faults({"drive={program: ros}"}),
+              testing::ElementsAre("--set drive: drive.program: must be one of legs_and_turns, "
+                                   "sawtooth, rose, got ros; did you mean rose?"));
+  EXPECT_THAT(
+      faults({"drive={program: {kind: rose, petal_m: 0, step_deg: 200, over_deg: -1}}"}),
+      testing::ElementsAre("--set drive: drive.program.petal_m: must be from 0.05 to 10, got 0",
+                           testing::HasSubstr("drive.program.step_deg: must be from"),
+                           testing::HasSubstr("drive.program.over_deg: must be from 0")));
+  EXPECT_THAT(faults({"drive={program: {kind: sawtooth, left_deg: 45}}"}),
+              testing::ElementsAre(testing::HasSubstr(
+                  "must be at least a degree less than left_deg, or it would never come round")));
+  EXPECT_THAT(faults({"drive={program: {kind: legs_and_turns, petal_m: 1, speed_mps: 0}}"}),
+              testing::SizeIs(2));
+}
+
+TEST(Mission, ChecksThatAProgramHasRoom) {
+  const auto told = [](const std::string& start) {
+    const auto mission = load_mission<ExploreMission>(
+        kOffice, {"drive={program: {kind: legs_and_turns, leg_m: 3}}", "platform.start=" + start});
+    try {
+      check_platform(mission);
+    } catch (const ConfigError& error) {
+      return std::string(error.what());
+    }
+    return std::string("ok");
+  };
+  EXPECT_THAT(
+      told("{x_m: 4.95, y_m: 4.0, theta_deg: 45}"),
+      testing::AllOf(testing::HasSubstr("has no room for what drive: program is to do, "
+                                        "which needs clear floor for 3.35 m ahead of where"),
+                     testing::HasSubstr("from its way; move the start")));
+  EXPECT_EQ(told("null"), "ok");  // then it is drawn
 }
 
 TEST(Mission, TellsWhatAPioneerLacks) {
@@ -287,11 +343,11 @@ TEST(Mission, TellsWhatAPioneerLacks) {
                    "{route: {waypoints: [{x_m: 1, y_m: 2}], speed_mps: 0.3}}"),
               testing::ElementsAre(testing::EndsWith(
                   "drive: must not be route on a pioneer: it drives by the true pose, which only a "
-                  "simulated platform knows; use teleop or none")));
+                  "simulated platform knows; use program or teleop or none")));
   EXPECT_THAT(told("{kind: pioneer, base: 'serial:/dev/ttyS0'}", "navigator"),
               testing::ElementsAre(testing::EndsWith(
                   "platform: has cameras: none, and SLAM needs pictures; drive it with drive: "
-                  "teleop or none")));
+                  "program or teleop or none")));
 }
 
 TEST(Mission, TakesRigAndRobotOfAStandIn) {

@@ -26,6 +26,14 @@ TEST(StopCondition, EndsAtItsKeyframes) {
   EXPECT_EQ(stop_condition.end_reason(time_at(1), 5), "keyframes");
 }
 
+TEST(StopCondition, EndsWhenWhoDrivesHasTouchedSomething) {
+  StopCondition stop_condition{StopOptions()};
+  EXPECT_FALSE(stop_condition.reached(time_at(1), 0));
+  stop_condition.collide("touched something");
+  EXPECT_TRUE(stop_condition.reached(time_at(1), 0));
+  EXPECT_EQ(stop_condition.touched(), "touched something");
+}
+
 TEST(StopCondition, EndsWhenTheUserAsks) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     const StopCondition stop_condition{StopOptions()};

@@ -255,6 +255,8 @@ TEST_F(RecorderTest, WritesTheFigures) {
   EXPECT_NEAR(m["trajectory"]["ate_rmse_m"].get<double>(), 0.03, kRoundoff);
   EXPECT_NEAR(m["trajectory"]["ate_max_m"].get<double>(), 0.03, kRoundoff);
   EXPECT_GT(m["trajectory"]["odometry_ate_rmse_m"].get<double>(), 0.1);
+  EXPECT_GT(m["odometry"]["error_percent"].get<double>(), 0.1);
+  EXPECT_GT(m["odometry"]["heading_error_deg"].get<double>(), 0.01);
   EXPECT_EQ(m["checkpoints"]["count"], 8);
   EXPECT_NEAR(m["checkpoints"]["error_mean_m"].get<double>(), 0.03, kRoundoff);
   EXPECT_EQ(m["loops"]["accepted"], 2);

@@ -39,6 +39,23 @@ constexpr const char* kRig = R"(cameras:
       homography: [1, 2, 3, 4, 5, 6, 7, 8, 9]
 )";
 
+// Its right side down: what is level before it rises to the right in the picture.
+TEST(RigFields, RollsACameraAboutItsAxis) {
+  const std::string text =
+      "cameras: {one: {fov_deg: 80, at_m: [0.1, 0, 0.5], yaw_deg: 30, tilt_deg: 10";
+  const auto camera = [&](const std::string& more) {
+    return read_settings_text<Rig>(text + more + "}}", "r.yaml").cameras.at("one");
+  };
+  const RigCamera level = camera("");
+  const RigCamera rolled = camera(", roll_deg: 5");
+  const Vec3 axis = level.T_body_camera.rotation * Vec3::UnitZ();
+  EXPECT_NEAR((rolled.T_body_camera.rotation * Vec3::UnitZ() - axis).norm(), 0, 1e-12);
+  const Vec3 to_the_right = rolled.T_body_camera.rotation * Vec3::UnitX();
+  EXPECT_NEAR(to_the_right.z(), -std::sin(deg_to_rad(5)) * std::cos(deg_to_rad(10)), 1e-12);
+  EXPECT_EQ(camera(", roll_deg: 0").T_body_camera.rotation.coeffs(),
+            level.T_body_camera.rotation.coeffs());
+}
+
 TEST(RigFields, ReadsMountingAndView) {
   const auto rig = read_settings_text<Rig>(kRig, "rig.yaml");
   const RigCamera& front = rig.cameras.at("front");

@@ -56,6 +56,27 @@ TEST(RotatedError, ForgivesOneRotationAboutTheStart) {
   EXPECT_EQ(rotated_rmse_m({}, {}, start), 0);
 }
 
+// Wheels that tell 2 % too much of the way, and turn by 0.01 rad in each metre.
+TEST(OdometryError, IsOfStretchesOfAMetreAndOfTheHeadingAtItsWorst) {
+  std::vector<Pose2> truth{{1, 2, deg_to_rad(30)}};
+  std::vector<Pose2> wheels{{-3, 0, deg_to_rad(-100)}};
+  for (int i = 0; i < 50; ++i) {
+    truth.push_back(truth.back() * Pose2{0.1, 0, 0});
+    wheels.push_back(wheels.back() * exp_twist({0.102, 0.001}, 1));
+  }
+  const OdometryError error = odometry_error(wheels, truth);
+  ASSERT_TRUE(error.share);
+  EXPECT_NEAR(*error.share, std::hypot(0.02, 0.0051), 1e-4);  // half of the turn, to first order
+  EXPECT_NEAR(error.heading_rad, 0.05, kRoundoff);
+}
+
+TEST(OdometryError, HasNoShareOfAWayThatIsShort) {
+  const std::vector<Pose2> truth{{0, 0, 0}, {0.5, 0, 0}, {0.5, 0, 3}};
+  const OdometryError error = odometry_error(truth, truth);
+  EXPECT_FALSE(error.share);
+  EXPECT_NEAR(error.heading_rad, 0, kRoundoff);
+}
+
 TEST(Checkpoints, BeginWithTheFarthestAndSpread) {
   // keyframes at 0, 0.5, ... 6 m from the start: 1.5 and farther are candidates
   std::vector<Pose2> truth;

@@ -173,6 +173,27 @@ TEST(GeneratedPlaces, SmallRoomsHaveAPlaceToStartAndHangTogether) {
   }
 }
 
+TEST(GeneratedPlaces, SmallRoomsAreAsLargeAsTheyAreToBeDrawnWithAPlaceToStartAsClear) {
+  constexpr double kClear_m = 0.95;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(fmt::format("seed {}", seed));
+    const World world = make_world(
+        made(RoomPlan{.drawn_size_m = Vec2(5, 6), .start_clear_m = kClear_m, .seed = seed}));
+    const Obstacles obstacles(outlines(world, kFloorLayerTop_m, kRobotHeight_m));
+    const Vec2 low = obstacles.low_scene();
+    const Vec2 high = obstacles.high_scene();
+    EXPECT_THAT((high - low).minCoeff(), Gt(5));
+    EXPECT_THAT((high - low).maxCoeff(), Lt(6.5));
+    int starts = 0;
+    for (double y = low.y(); y < high.y(); y += 0.05) {
+      for (double x = low.x(); x < high.x(); x += 0.05) {
+        starts += obstacles.nearest({x, y}, kClear_m) ? 0 : 1;
+      }
+    }
+    EXPECT_THAT(starts, Gt(0));
+  }
+}
+
 TEST(GeneratedPlaces, SmallRoomsAreAsClutteredAndAsBareAsIsSaid) {
   const auto things = [](double clutter) {
     std::size_t count = 0;
