@@ -26,10 +26,6 @@ constexpr int kFewestNeighbours = 3;
 constexpr double kKnownRatio = 0.3;
 // Of what they tell, at least; things stand before one another.
 constexpr double kLeastSpread = 0.5;
-// Where most points are of little known depth, what is seen tells of a product, depth and shift, and
-// is linearised anew where it says that they are (the iterated filter, Bell and Cathey 1993). Without
-// that a camera that starts to move sideways takes it for a turn.
-constexpr int kIterations = 3;
 
 
 Mat3 cross_matrix(const Vec3& v) {
@@ -158,26 +154,17 @@ void MonoFilter::move(const Eigen::VectorXd& by) {
   }
 }
 
-// What the matches tell, linearised where all that is held is moved by `moved`.
+// What the matches tell together.
 MonoFilter::Linearised MonoFilter::linearised(const std::vector<PointMatch>& matches,
-                                              std::vector<std::size_t>& which,
-                                              const Eigen::VectorXd& moved) const {
-  Pose3 T = T_map_camera_;
-  T.translation += moved.segment<3>(kShift);
-  T.rotation = (T.rotation * turned_by(moved.segment<3>(kTurn))).normalized();
+                                              const std::vector<std::size_t>& which) const {
   std::vector<const Held*> of;
   std::vector<Observed> observed;
-  std::erase_if(which, [&](std::size_t i) {
-    const Held& point = held(matches[i].point);
-    FilteredPoint there = point.point;
-    there.state += moved.segment(point.at, there.state.size());
-    const std::optional<Observed> o = observe(T, there);
-    if (o) {
-      of.push_back(&point);
-      observed.push_back(*o);
-    }
-    return !o;
-  });
+  for (const std::size_t i : which) {
+    of.push_back(&held(matches[i].point));
+    const std::optional<Observed> o = observe(T_map_camera_, of.back()->point);
+    PANOPTES_CHECK(o.has_value(), "a match is of a point that is expected on the picture");
+    observed.push_back(*o);
+  }
   const auto count = static_cast<Eigen::Index>(which.size());
   Linearised out;
   out.innovation.resize(2 * count);
@@ -186,10 +173,7 @@ MonoFilter::Linearised MonoFilter::linearised(const std::vector<PointMatch>& mat
   for (Eigen::Index i = 0; i < count; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const Observed& o = observed[k];
-    const Eigen::Index size = o.by_state.cols();
-    out.innovation.segment<2>(2 * i) = matches[which[k]].px - o.px +
-                                       o.by_camera * moved.head<6>() +
-                                       o.by_state * moved.segment(of[k]->at, size);
+    out.innovation.segment<2>(2 * i) = matches[which[k]].px - o.px;
     out.PHt.middleCols<2>(2 * i) = covariance_with(*of[k], o);
   }
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -226,24 +210,14 @@ std::optional<std::size_t> MonoFilter::farthest_off(const Linearised& told) cons
 std::vector<std::size_t> MonoFilter::take_in(const std::vector<PointMatch>& matches,
                                              std::vector<std::size_t> which,
                                              double& squared_sigmas) {
-  Linearised told = linearised(matches, which, Eigen::VectorXd::Zero(P_.rows()));
+  Linearised told = linearised(matches, which);
   while (which.size() > 1) {
     const std::optional<std::size_t> out = farthest_off(told);
     if (!out) {
       break;
     }
     which.erase(which.begin() + static_cast<std::ptrdiff_t>(*out));
-    told = linearised(matches, which, Eigen::VectorXd::Zero(P_.rows()));
-  }
-  const auto rays = std::count_if(which.begin(), which.end(), [&](std::size_t i) {
-    return held(matches[i].point).point.is_inverse_depth();
-  });
-  const bool young = 2 * static_cast<std::size_t>(rays) > which.size();
-  for (int i = 1; young && i < kIterations && !which.empty(); ++i) {
-    told = linearised(matches, which, told.PHt * told.S.llt().solve(told.innovation));
-  }
-  if (which.empty()) {
-    return which;
+    told = linearised(matches, which);
   }
   const Eigen::LLT<Eigen::MatrixXd> factor(told.S);
   PANOPTES_CHECK(factor.info() == Eigen::Success, "the innovations' covariance is one");

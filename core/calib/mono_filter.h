@@ -107,14 +107,14 @@ class MonoFilter {
   Eigen::Matrix<double, Eigen::Dynamic, 2> covariance_with(const Held& of, const Observed& o) const;
   Mat2 covariance_of(const Held& of, const Observed& o) const;
   void move(const Eigen::VectorXd& by);
-  /// What matches tell of all that is held, about one place.
+  /// What matches tell of all that is held.
   struct Linearised {
     Eigen::VectorXd innovation;
     Eigen::MatrixXd PHt;
     Eigen::MatrixXd S;  // of the innovation
   };
-  Linearised linearised(const std::vector<PointMatch>& matches, std::vector<std::size_t>& which,
-                        const Eigen::VectorXd& moved) const;
+  Linearised linearised(const std::vector<PointMatch>& matches,
+                        const std::vector<std::size_t>& which) const;
   std::optional<std::size_t> farthest_off(const Linearised& told) const;
   std::vector<std::size_t> take_in(const std::vector<PointMatch>& matches,
                                    std::vector<std::size_t> which, double& squared_sigmas);

@@ -4,6 +4,9 @@
 namespace panoptes {
 
 void MonoMapBuilder::add(Time stamp, const MonoSlamStep& step) {
+  if (step.begins_anew) {
+    *this = {};
+  }
   const int frame = static_cast<int>(frames_.size());
   for (const PointSought& sought : step.sought) {
     if (sought.inlier) {

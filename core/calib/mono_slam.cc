@@ -33,6 +33,9 @@ constexpr int kFewestLearnt = 8;
 constexpr double kMostOff = 3;
 constexpr double kLeastSigma_px = 0.05;
 constexpr double kMostSigma_px = 2;
+// Of what is found while it starts, over some pictures.
+constexpr double kLeastAgreeing = 0.7;
+constexpr double kForgets = 0.3;
 
 /// The noise of a picture, grey levels, by the median of second differences, which edges do not
 /// move: of every fourth row.
@@ -183,6 +186,17 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   }
   step.match_sigma_px = match_sigma_px_;
   filter_.convert();
+  if (start_fails(step)) {
+    filter_ = MonoFilter(options_.filter, lens_);
+    points_.clear();
+    tracked_.clear();
+    turned_rad_.setZero();
+    agreeing_ = 1;
+    std::fill(try_cell_from_.begin(), try_cell_from_.end(), 0);
+    step = {};
+    step.begins_anew = true;
+    step.match_sigma_px = match_sigma_px_;
+  }
   if (!step.lost) {
     forget_the_bad();
     grow(grey, step);
@@ -190,6 +204,24 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   ++pictures_;
   step.T_map_camera = filter_.T_map_camera();
   return step;
+}
+
+// Until most points are first of known depth, most of what is found must agree.
+bool MonoSlam::start_fails(const MonoSlamStep& step) {
+  int found = 0;
+  int agree = 0;
+  int known = 0;
+  for (const PointSought& sought : step.sought) {
+    found += sought.found_px ? 1 : 0;
+    agree += sought.inlier ? 1 : 0;
+    known += sought.inlier && !filter_.point(sought.point).is_inverse_depth() ? 1 : 0;
+  }
+  is_starting_ = is_starting_ && 2 * known <= agree;
+  if (!is_starting_ || found < kFewestLearnt) {
+    return false;
+  }
+  agreeing_ += kForgets * (static_cast<double>(agree) / found - agreeing_);
+  return agreeing_ < kLeastAgreeing;
 }
 
 void MonoSlam::forget_the_bad() {

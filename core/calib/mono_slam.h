@@ -47,6 +47,7 @@ struct MonoSlamStep {
   double squared_sigmas = 0;  ///< see FilterUpdate
   int dof = 0;
   double match_sigma_px = 0;  ///< of where points are found, as learned so far
+  bool begins_anew = false;   ///< the start contradicted itself: what was mapped is forgotten
   bool lost = false;    ///< too little of what was expected is there
   bool closes = false;  ///< a point was found again after more than half a turn
 };
@@ -61,7 +62,8 @@ struct MappedPoint {
 
 /// MonoSLAM (Davison 2003; thesis 4.3.2) on one camera's pictures, as its lens draws them: points
 /// are sought as patches in the ellipses that the filter expects them in, and found anew as the
-/// most salient feature of each cell of a grid that holds none.
+/// most salient feature of each cell of a grid that holds none. A camera that starts to move sideways
+/// may be taken to turn, and what is found then contradicts itself: it begins anew, at that picture.
 class MonoSlam {
  public:
   MonoSlam(const MonoSlamOptions& options, const Intrinsics& lens);
@@ -88,6 +90,7 @@ class MonoSlam {
   void grow(const cv::Mat& grey, MonoSlamStep& step);
   bool add(const cv::Mat& grey, const SalientFeature& feature, MonoSlamStep& step);
   void forget_the_bad();
+  bool start_fails(const MonoSlamStep& step);
 
   MonoSlamOptions options_;
   Intrinsics lens_;
@@ -99,6 +102,8 @@ class MonoSlam {
   std::vector<int> try_cell_from_;    // the number of the picture
   Vec3 turned_rad_ = Vec3::Zero();    // since the start, in map: its turns added up
   double noise_grey_ = 0;
+  bool is_starting_ = true;  // most points were never of known depth yet
+  double agreeing_ = 1;      // share of the matches, lately
   double match_sigma_px_;
 };
 
