@@ -8,6 +8,7 @@
 #include "apps/calibrate/lens_stage.h"
 #include "apps/calibrate/map_stage.h"
 #include "apps/command/command.h"
+#include "core/base/error.h"
 
 namespace panoptes {
 namespace {
@@ -16,14 +17,29 @@ struct CalibrateArguments {
   LensStage lens;
   MapStage maps;
   std::string stage;
+  std::string features = "sift";
 };
+
+FeatureMethod method_of(const std::string& word) {
+  for (const FeatureMethod method :
+       {FeatureMethod::kSift, FeatureMethod::kAkaze, FeatureMethod::kOrb, FeatureMethod::kSurf}) {
+    if (name(method) == word) {
+      const std::string fault = feature_method_fault(method);
+      if (!fault.empty()) {
+        throw ConfigError("--features: " + fault);
+      }
+      return method;
+    }
+  }
+  return FeatureMethod::kSift;
+}
 
 int calibrate(CalibrateArguments args) {
   if (args.stage == "maps") {
     args.maps.dataset = args.lens.pictures;
     args.maps.rig = args.lens.rig;
     args.maps.out = args.lens.out;
-    args.maps.threads = args.lens.threads;
+    args.maps.slam.features = method_of(args.features);
     args.maps.quiet = args.lens.quiet;
     return calibrate_maps(args.maps);
   }
@@ -59,22 +75,32 @@ void add_calibrate(CLI::App& app, Command& chosen) {
       ->delimiter(',')
       ->type_name("NAME,...")
       ->needs(stage);
+  sub->add_option("--features", args->features,
+                  "what points are recognised by: sift, akaze (the nearest to surf), orb, or surf "
+                  "where the OpenCV at hand has it")
+      ->check(CLI::IsMember({"sift", "akaze", "orb", "surf"}))
+      ->needs(stage);
   sub->add_option("--rig", args->lens.rig,
                   "the rig file: what the lenses are, or where they are put in; of a dataset its "
                   "own, where it has one")
       ->type_name("FILE");
   sub->add_option("--out", args->lens.out,
-                  "where rig_calibrated.yaml (lenses.yaml without a rig), boards_CAMERA.png, "
-                  "boards.csv and metrics.json go")
+                  "where the results go: with --board rig_calibrated.yaml (lenses.yaml without a "
+                  "rig), boards_CAMERA.png and boards.csv, with --stage maps map_CAMERA.png, "
+                  "search_CAMERA.png, points_CAMERA.csv and path_CAMERA.tum; metrics.json")
       ->required()
       ->type_name("DIR");
-  sub->add_option("--threads", args->lens.threads, "to work with; changes no result")
-      ->check(CLI::Range(1, 64));
+  sub->add_option("--threads", args->lens.threads, "to look for boards with; changes no result")
+      ->check(CLI::Range(1, 64))
+      ->needs(board);
   sub->add_flag("--quiet", args->lens.quiet, "no progress");
   sub->footer(
       "Hold a stiff board still in 20 to 40 places: all over the picture, near enough to fill a "
       "third of it,\nslanted by up to 45 degrees each way, and wholly in the picture.\n"
-      "Example: panoptes calibrate pictures/ --board 9x6x0.025 --out runs/lens");
+      "Example: panoptes calibrate pictures/ --board 9x6x0.025 --out runs/lens\n"
+      "A map for each camera, of a drive that turns by more than a whole turn:\n"
+      "  panoptes record scenes/missions/record-room.yaml --out runs/rose\n"
+      "  panoptes calibrate runs/rose --stage maps --out runs/maps");
   sub->callback([args, &chosen, board, stage] {
     if (board->count() + stage->count() != 1) {
       throw CLI::RequiredError("one of --board and --stage");

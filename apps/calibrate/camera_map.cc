@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/calibrate/camera_map.h"
 
-#include <cstdio>
-#include <cstdlib>
 #include <ctime>
 #include <vector>
 
@@ -17,7 +15,7 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
                      const Intrinsics& lens, const MonoSlamOptions& options,
                      const std::function<void(double)>& progress) {
   const std::vector<RecordedPicture> pictures = recorded_pictures(dataset, camera);
-  CameraMap told{camera, lens, {}, 0};
+  CameraMap told{camera, lens, {}, {}, 0};
   MonoSlam slam(options, lens);
   MonoMapBuilder builder;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
@@ -30,12 +28,10 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
     const std::clock_t before = std::clock();
     const MonoSlamStep step = slam.step(grey, pictures[i].stamp);
     builder.add(pictures[i].stamp, step);
-    if (std::getenv("DBG")) {
-      int found = 0, in = 0;
-      for (const auto& s : step.sought) { found += s.found_px.has_value(); in += s.inlier; }
-      std::printf("DBG %s %zu %.3f sought %zu found %d in %d added %zu nis %.2f s %.3f pts %zu lost %d\n", camera.c_str(), i, to_seconds(pictures[i].stamp), step.sought.size(), found, in, step.added.size(), step.dof ? step.squared_sigmas / step.dof : 0, step.match_sigma_px, slam.points().size(), step.lost);
-    }
     told.cpu_s += static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+    if (i == pictures.size() / 2) {
+      told.looked_at = {grey, step, options.columns, options.rows, options.search_sigmas};
+    }
     progress(static_cast<double>(i + 1) / static_cast<double>(pictures.size()));
   }
   told.map = builder.map(slam);

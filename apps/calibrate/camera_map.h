@@ -5,17 +5,29 @@
 #include <functional>
 #include <string>
 
+#include <opencv2/core/mat.hpp>
+
 #include "core/calib/mono_map.h"
 #include "core/camera/rig.h"
 
 namespace panoptes {
+
+/// One of the pictures, and how it was looked at.
+struct LookedAt {
+  cv::Mat grey;
+  MonoSlamStep step;
+  int columns = 0;  ///< of the grid
+  int rows = 0;
+  double search_sigmas = 0;
+};
 
 /// What one camera of a recording has made of its pictures.
 struct CameraMap {
   std::string camera;
   Intrinsics lens;
   MonoMap map;
-  double cpu_s = 0;  ///< of the filter, without reading pictures
+  LookedAt looked_at;  ///< the middle one
+  double cpu_s = 0;    ///< of the filter, without reading pictures
 };
 
 /// Maps a recording with one of its cameras, by its pictures alone. `progress` is told the share

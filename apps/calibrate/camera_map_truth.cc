@@ -39,9 +39,8 @@ CameraPathErrors camera_path_errors(const std::vector<MonoMap::Frame>& frames,
   if (frames.empty()) {
     return errors;
   }
-  const Pose3 T_map_scene = frames.front().T_map_camera *
-                            truth.T_scene_camera(frames.front().stamp).inverse();
-  std::vector<Vec3> true_map;
+  const Pose3 T_map_scene =
+      frames.front().T_map_camera * truth.T_scene_camera(frames.front().stamp).inverse();
   double both = 0;
   double own = 0;
   const Vec3 start = frames.front().T_map_camera.translation;
@@ -50,8 +49,8 @@ CameraPathErrors camera_path_errors(const std::vector<MonoMap::Frame>& frames,
     const Eigen::AngleAxisd off(T.rotation.conjugate() * frame.T_map_camera.rotation);
     const double angle_rad = wrap_angle(off.angle());
     errors.heading_error_rad.push_back(std::abs(angle_rad * off.axis().dot(truth.up_camera())));
-    errors.path_m += true_map.empty() ? 0 : (T.translation - true_map.back()).norm();
-    true_map.push_back(T.translation);
+    errors.path_m += errors.true_map.empty() ? 0 : (T.translation - errors.true_map.back()).norm();
+    errors.true_map.push_back(T.translation);
     const Vec3 moved = frame.T_map_camera.translation - start;
     both += moved.dot(T.translation - start);
     own += moved.squaredNorm();
@@ -60,7 +59,7 @@ CameraPathErrors camera_path_errors(const std::vector<MonoMap::Frame>& frames,
   double squares = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const Vec3 moved = frames[i].T_map_camera.translation - start;
-    squares += (errors.scale * moved - (true_map[i] - start)).squaredNorm();
+    squares += (errors.scale * moved - (errors.true_map[i] - start)).squaredNorm();
   }
   errors.position_rms_m = std::sqrt(squares / static_cast<double>(frames.size()));
   return errors;

@@ -31,6 +31,7 @@ class TrueCameraPath {
 /// How far a camera's path is from the truth, its first pose laid on the true one.
 struct CameraPathErrors {
   std::vector<double> heading_error_rad;  ///< of each frame, about the true vertical
+  std::vector<Vec3> true_map;             ///< where it truly was, in map, true metres
   double path_m = 0;                      ///< of the camera, truly
   double position_rms_m = 0;              ///< after the scale that fits best
   double scale = 1;                       ///< true metres in one of the map's

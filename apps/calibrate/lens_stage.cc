@@ -87,8 +87,7 @@ std::string rig_fault(const Rig& rig, const CameraPictures& pictures) {
 }
 
 // Refused before anything is looked at: a rig that cannot take the lenses.
-std::optional<Rig> rig_of(const LensStage& args,
-                          const std::vector<CameraPictures>& cameras) {
+std::optional<Rig> rig_of(const LensStage& args, const std::vector<CameraPictures>& cameras) {
   const std::optional<Rig> rig =
       args.rig.empty() ? rig_beside(args.pictures) : read_settings<Rig>(args.rig);
   const std::string file =

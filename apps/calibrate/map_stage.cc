@@ -2,13 +2,12 @@
 #include "apps/calibrate/map_stage.h"
 
 #include <algorithm>
-#include <atomic>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -17,17 +16,20 @@
 #include "apps/calibrate/camera_map.h"
 #include "apps/calibrate/camera_map_truth.h"
 #include "apps/calibrate/camera_pictures.h"
+#include "apps/calibrate/map_picture.h"
 #include "apps/command/out_dir.h"
+#include "apps/draw/pictures.h"
 #include "apps/process/fault.h"
 #include "apps/process/process.h"
 #include "apps/process/progress.h"
 #include "apps/process/stage_clock.h"
 #include "core/base/error.h"
-#include "core/base/text.h"
 #include "core/base/utf8.h"
-#include "core/eval/statistics.h"
+#include "core/calib/lens_fit.h"
+#include "core/io/csv.h"
 #include "core/io/dataset.h"
 #include "core/io/file.h"
+#include "core/io/tum.h"
 
 namespace panoptes {
 namespace {
@@ -73,12 +75,11 @@ double median_deg(std::vector<double> angles_rad) {
 Json true_figures(const MonoMap& map, const TrueCameraPath& truth) {
   const CameraPathErrors errors = camera_path_errors(map.frames, truth);
   const std::vector<double>& heading = errors.heading_error_rad;
-  if (std::getenv("DBG")) for (std::size_t i = 0; i < heading.size(); i += (i < 60 ? 2 : 15)) std::printf("HEAD %zu %.3f\n", i, rad_to_deg(heading[i]));
-  Json figures{{"heading_error_deg", rad_to_deg(heading.back())},
-               {"path_m", errors.path_m},
-               {"path_error_percent",
-                errors.path_m > 0 ? 100 * errors.position_rms_m / errors.path_m : 0},
-               {"scale", errors.scale}};
+  Json figures{
+      {"heading_error_deg", rad_to_deg(heading.back())},
+      {"path_m", errors.path_m},
+      {"path_error_percent", errors.path_m > 0 ? 100 * errors.position_rms_m / errors.path_m : 0},
+      {"scale", errors.scale}};
   if (map.closed) {
     const std::size_t at = *map.closed;
     figures["heading_error_before_closure_deg"] = rad_to_deg(heading[at > 0 ? at - 1 : 0]);
@@ -88,7 +89,7 @@ Json true_figures(const MonoMap& map, const TrueCameraPath& truth) {
   return figures;
 }
 
-Json figures_of(const CameraMap& told, const fs::path& dataset) {
+Json figures_of(const CameraMap& told, const std::optional<TrueCameraPath>& truth) {
   const MonoMap& map = told.map;
   Json figures{{"features", map.points.size()},
                {"nis", map.normalised_innovation},
@@ -96,13 +97,85 @@ Json figures_of(const CameraMap& told, const fs::path& dataset) {
                {"pictures", map.frames.size()},
                {"cpu_s", told.cpu_s}};
   if (map.closed) {
-    figures["closed_s"] =
-        to_seconds(map.frames[*map.closed].stamp - map.frames.front().stamp);
+    figures["closed_s"] = to_seconds(map.frames[*map.closed].stamp - map.frames.front().stamp);
   }
-  if (const std::optional<TrueCameraPath> truth = TrueCameraPath::read(dataset, told.camera)) {
+  if (truth && !map.frames.empty()) {
     figures.update(true_figures(map, *truth));
   }
   return figures;
+}
+
+// A map is poor where its filter doubts itself or what closes it is missing, and none where the
+// camera is not held at its end.
+Verdict verdict_on(const MonoMap& map, std::vector<std::string>& reasons) {
+  constexpr std::size_t kFewestPoints = 20;
+  constexpr double kMostInnovation = 2;  // squared, of what was expected
+  Verdict verdict = Verdict::kGood;
+  const auto doubt = [&](Verdict worse, std::string why) {
+    verdict = std::max(verdict, worse);
+    reasons.push_back(std::move(why));
+  };
+  if (map.points.size() < kFewestPoints) {
+    doubt(
+        Verdict::kFailed,
+        fmt::format("only {} points are mapped, fewer than {}: there is too little to see, or the "
+                    "camera never moves from its place",
+                    map.points.size(), kFewestPoints));
+  }
+  if (!map.frames.empty() && map.frames.back().lost) {
+    doubt(Verdict::kFailed, fmt::format("it is lost at the end, {:.1f} s in all", map.lost_s));
+  } else if (map.lost_s > 0) {
+    doubt(Verdict::kPoor, fmt::format("it was lost for {:.1f} s", map.lost_s));
+  }
+  if (map.normalised_innovation > kMostInnovation) {
+    doubt(Verdict::kPoor,
+          fmt::format("what is seen is off by {:.1f} times what was expected: the lens may be "
+                      "another one",
+                      std::sqrt(map.normalised_innovation)));
+  }
+  if (!map.closed) {
+    doubt(Verdict::kPoor,
+          "it never saw again, after a whole turn, what it saw before: drive one "
+          "that turns by more than 360 degrees");
+  }
+  return verdict;
+}
+
+void write_path(const fs::path& path, const MonoMap& map) {
+  std::vector<TumPose> poses;
+  for (const MonoMap::Frame& frame : map.frames) {
+    poses.push_back({frame.stamp, frame.T_map_camera});
+  }
+  write_tum(path, poses);
+}
+
+void write_points(const fs::path& path, const MonoMap& map) {
+  CsvWriter table(
+      path, {"point", "x_m", "y_m", "z_m", "sigma_m", "pictures", "first_u_px", "first_v_px"});
+  for (const MonoMap::Point& point : map.points) {
+    table << point.number << point.p_map.x() << point.p_map.y() << point.p_map.z()
+          << std::sqrt(point.covariance.trace() / 3) << static_cast<int>(point.seen.size())
+          << point.feature.px.x() << point.feature.px.y();
+    table.end_row();
+  }
+  table.finish();
+}
+
+void say(const CameraMap& told, Verdict verdict, const Json& figures) {
+  std::printf("%s: %s; %zu points from %zu pictures", told.camera.c_str(),
+              std::string(name(verdict)).c_str(), told.map.points.size(), told.map.frames.size());
+  if (told.map.closed) {
+    std::printf(", closed after %.0f s", figures["closed_s"].get<double>());
+  }
+  if (figures.contains("heading_error_deg")) {
+    std::printf(", heading off by %.2f deg at the end, path by %.2f %%",
+                figures["heading_error_deg"].get<double>(),
+                figures["path_error_percent"].get<double>());
+  }
+  std::printf("\n");
+  for (const auto& reason : figures["warnings"]) {
+    std::printf("  %s\n", reason.get<std::string>().c_str());
+  }
 }
 
 }  // namespace
@@ -110,35 +183,56 @@ Json figures_of(const CameraMap& told, const fs::path& dataset) {
 int calibrate_maps(const MapStage& args) {
   const auto lenses = lenses_of(args);
   OutDir out(args.out);
-  std::vector<CameraMap> all(lenses.size());
-  {
-    ProgressLine line(args.quiet);
-    for (std::size_t i = 0; i < lenses.size(); ++i) {
-      all[i] = map_camera(args.dataset, lenses[i].first, lenses[i].second, args.slam,
-                          [&](double done) {
-                            if (line.due()) {
-                              line.show(share_line(
-                                  "map of " + lenses[i].first,
-                                  (static_cast<double>(i) + done) /
-                                      static_cast<double>(lenses.size()),
-                                  line.wall_s()));
-                            }
-                          });
-    }
-  }
   Json figures{{"schema", "panoptes.metrics/1"},
                {"command", "calibrate"},
                {"stage", "maps"},
                {"version", PANOPTES_VERSION},
                {"outcome", "completed"}};
-  for (const CameraMap& told : all) {
-    const Json of_map = figures_of(told, args.dataset);
-    std::printf("%s: %s\n", told.camera.c_str(), of_map.dump().c_str());
-    figures["cameras"][as_utf8(told.camera)]["map"] = of_map;
-  }
+  Verdict worst = Verdict::kGood;
+  Faults faults;
+  ProgressLine line(args.quiet);
   out.keep();
-  write_file(out.path() / "metrics.json", figures.dump(2) + "\n");
-  return 0;
+  for (std::size_t i = 0; i < lenses.size(); ++i) {
+    const auto& [camera, lens] = lenses[i];
+    const CameraMap told = map_camera(args.dataset, camera, lens, args.slam, [&](double done) {
+      if (line.due()) {
+        line.show(share_line("map of " + camera,
+                             (static_cast<double>(i) + done) / static_cast<double>(lenses.size()),
+                             line.wall_s()));
+      }
+    });
+    const std::optional<TrueCameraPath> truth = TrueCameraPath::read(args.dataset, camera);
+    Json of_map = figures_of(told, truth);
+    std::vector<std::string> reasons;
+    const Verdict verdict = verdict_on(told.map, reasons);
+    worst = std::max(worst, verdict);
+    of_map["verdict"] = name(verdict);
+    of_map["warnings"] = reasons;
+    figures["cameras"][as_utf8(camera)]["map"] = of_map;
+    faults.attempt([&] { write_path(out.path() / ("path_" + camera + ".tum"), told.map); });
+    faults.attempt([&] { write_points(out.path() / ("points_" + camera + ".csv"), told.map); });
+    faults.attempt([&] {
+      write_file(out.path() / ("map_" + camera + ".png"), png(draw_camera_map(told, truth)));
+    });
+    if (!told.looked_at.grey.empty()) {
+      faults.attempt(
+          [&] { write_file(out.path() / ("search_" + camera + ".png"), png(draw_search(told))); });
+    }
+    say(told, verdict, of_map);
+  }
+  figures["verdict"] = name(worst);
+  if (worst == Verdict::kFailed || !faults.none()) {
+    figures["outcome"] = "failed";
+  }
+  if (!faults.none()) {
+    figures["fault"] = as_utf8(faults.text());
+  }
+  const ProcessUse use = process_use();
+  figures["wall_s"] = use.wall_s;
+  figures["cpu_s"] = use.cpu_s;
+  figures["peak_memory_mb"] = use.peak_memory_mb;
+  faults.attempt([&] { write_file(out.path() / "metrics.json", figures.dump(2) + "\n"); });
+  return !faults.none() ? faults.status() : worst == Verdict::kFailed ? 1 : 0;
 }
 
 }  // namespace panoptes

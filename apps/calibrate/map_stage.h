@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,7 +14,6 @@ struct MapStage {
   std::vector<std::string> cameras;  ///< all where it is empty
   MonoSlamOptions slam;
   std::string out;
-  std::optional<int> threads;
   bool quiet = false;
 };
 

@@ -17,12 +17,6 @@ Vec3 ray_by_elevation(double azimuth_rad, double elevation_rad) {
           -std::sin(elevation_rad) * std::cos(azimuth_rad)};
 }
 
-Mat3 cross_matrix(const Vec3& v) {
-  Mat3 m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 }  // namespace
 
 Vec3 ray_of_angles(double azimuth_rad, double elevation_rad) {
@@ -46,8 +40,7 @@ FilteredPoint seen_point(const Vec3& from_map, const Vec3& direction_map,
   point.state.resize(6);
   point.state.head<3>() = from_map;
   point.state[3] = std::atan2(direction_map.x(), direction_map.z());
-  point.state[4] =
-      std::atan2(-direction_map.y(), std::hypot(direction_map.x(), direction_map.z()));
+  point.state[4] = std::atan2(-direction_map.y(), std::hypot(direction_map.x(), direction_map.z()));
   point.state[5] = inverse_depth_per_m;
   return point;
 }
@@ -83,7 +76,8 @@ PointSeen seen_from(const Pose3& T_map_camera, const FilteredPoint& point) {
   double shift = 1;  // how much a metre is
   if (point.is_inverse_depth()) {
     shift = point.state[5];
-    seen.p_camera = R_camera_map * (shift * from_map + ray_of_angles(point.state[3], point.state[4]));
+    seen.p_camera =
+        R_camera_map * (shift * from_map + ray_of_angles(point.state[3], point.state[4]));
     seen.by_state.col(3) = R_camera_map * ray_by_azimuth(point.state[3], point.state[4]);
     seen.by_state.col(4) = R_camera_map * ray_by_elevation(point.state[3], point.state[4]);
     seen.by_state.col(5) = R_camera_map * from_map;

@@ -12,7 +12,8 @@ namespace panoptes {
 /// (Civera, Davison and Montiel 2008).
 struct FilteredPoint {
   /// x, y, z of the camera that saw it first, azimuth, elevation and inverse depth (1/m) of the ray
-  /// from there: all in `map`, azimuth from z to x, elevation up against y. Or x, y, z of the point.
+  /// from there: all in `map`, azimuth from z to x, elevation up against y. Or x, y, z of the
+  /// point.
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> state;
 
   bool is_inverse_depth() const { return state.size() == 6; }
@@ -25,7 +26,8 @@ struct FilteredPoint {
 Vec3 ray_of_angles(double azimuth_rad, double elevation_rad);
 
 /// A point seen in `direction_map` (any length) from `from_map`.
-FilteredPoint seen_point(const Vec3& from_map, const Vec3& direction_map, double inverse_depth_per_m);
+FilteredPoint seen_point(const Vec3& from_map, const Vec3& direction_map,
+                         double inverse_depth_per_m);
 
 /// How azimuth and elevation change with a ray's direction, any length.
 Eigen::Matrix<double, 2, 3> angles_by_direction(const Vec3& direction);

@@ -27,13 +27,6 @@ constexpr double kKnownRatio = 0.3;
 // Of what they tell, at least; things stand before one another.
 constexpr double kLeastSpread = 0.5;
 
-
-Mat3 cross_matrix(const Vec3& v) {
-  Mat3 m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 /// How the end of a turn moves with the turn, both as small turns about the axes at the end.
 Mat3 right_jacobian(const Vec3& turn_rad) {
   const double angle = turn_rad.norm();
@@ -127,8 +120,7 @@ Eigen::Matrix<double, Eigen::Dynamic, 2> MonoFilter::covariance_with(const Held&
 
 Mat2 MonoFilter::covariance_of(const Held& of, const Observed& o) const {
   const Eigen::Index size = o.by_state.cols();
-  const Mat2 across =
-      o.by_camera * P_.block(0, of.at, 6, size) * o.by_state.transpose();
+  const Mat2 across = o.by_camera * P_.block(0, of.at, 6, size) * o.by_state.transpose();
   return o.by_camera * P_.topLeftCorner<6, 6>() * o.by_camera.transpose() + across +
          across.transpose() +
          o.by_state * P_.block(of.at, of.at, size, size) * o.by_state.transpose();
@@ -145,8 +137,7 @@ std::optional<PointExpected> MonoFilter::expected(int number) const {
 
 void MonoFilter::move(const Eigen::VectorXd& by) {
   T_map_camera_.translation += by.segment<3>(kShift);
-  T_map_camera_.rotation =
-      (T_map_camera_.rotation * turned_by(by.segment<3>(kTurn))).normalized();
+  T_map_camera_.rotation = (T_map_camera_.rotation * turned_by(by.segment<3>(kTurn))).normalized();
   velocity_map_ += by.segment<3>(kVelocity);
   turn_rate_radps_ += by.segment<3>(kTurnRate);
   for (Held& each : points_) {
@@ -371,13 +362,12 @@ int MonoFilter::add(const Vec2& px, double sigma_px) {
   P_.conservativeResize(n + 6, n + 6);
   P_.block(n, 0, 6, n) = by_camera * P_.topLeftCorner(6, n);
   P_.block(0, n, n, 6) = P_.block(n, 0, 6, n).transpose();
-  Eigen::Matrix<double, 6, 6> own =
-      by_camera * P_.topLeftCorner<6, 6>() * by_camera.transpose();
+  Eigen::Matrix<double, 6, 6> own = by_camera * P_.topLeftCorner<6, 6>() * by_camera.transpose();
   own.block<2, 2>(3, 3) += sigma_px * sigma_px * angles_by_px * angles_by_px.transpose();
   own(5, 5) += inverse_depth_sigma * inverse_depth_sigma;
   P_.bottomRightCorner<6, 6>() = own;
-  points_.push_back({next_number_, n,
-                     seen_point(T_map_camera_.translation, direction_map, inverse_depth)});
+  points_.push_back(
+      {next_number_, n, seen_point(T_map_camera_.translation, direction_map, inverse_depth)});
   return next_number_++;
 }
 
@@ -426,9 +416,7 @@ void MonoFilter::convert() {
   }
 }
 
-Eigen::Matrix<double, 6, 6> MonoFilter::pose_covariance() const {
-  return P_.topLeftCorner<6, 6>();
-}
+Eigen::Matrix<double, 6, 6> MonoFilter::pose_covariance() const { return P_.topLeftCorner<6, 6>(); }
 
 std::vector<int> MonoFilter::points() const {
   std::vector<int> numbers;

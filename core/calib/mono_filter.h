@@ -39,9 +39,9 @@ struct PointExpected {
 };
 
 struct FilterUpdate {
-  std::vector<bool> inlier;    ///< of the matches
-  double squared_sigmas = 0;   ///< of the inliers' innovation, by what it was expected to be;
-  int dof = 0;                 ///< its expectation
+  std::vector<bool> inlier;   ///< of the matches
+  double squared_sigmas = 0;  ///< of the inliers' innovation, by what it was expected to be;
+  int dof = 0;                ///< its expectation
 };
 
 /// What a single moving camera knows: where it is, how fast, and points it sees, in one Gaussian
@@ -62,8 +62,8 @@ class MonoFilter {
   std::optional<PointExpected> expected(int point) const;
 
   /// Which of the matches agree is found by the hypotheses that each alone makes (1-point RANSAC of
-  /// Civera, Grasa, Davison and Montiel 2010, all hypotheses tried), then by what all the others tell
-  /// of each; what agrees is taken in.
+  /// Civera, Grasa, Davison and Montiel 2010, all hypotheses tried), then by what all the others
+  /// tell of each; what agrees is taken in.
   FilterUpdate update(const std::vector<PointMatch>& matches);
 
   /// A new point at a pixel that has a direction. Its depth is as those on the picture have it,

@@ -17,7 +17,8 @@ namespace {
 
 // A cell in which nothing was found is looked at again after so many pictures.
 constexpr int kCellRests = 8;
-// A point looks too different from where it is seen so much larger or smaller, or from so far aside.
+// A point looks too different from where it is seen so much larger or smaller, or from so far
+// aside.
 constexpr double kMostScale = 2;
 constexpr double kLeastCosine = 0.6;
 // Farther than this it is not looked for: whatever is found there is chance.
@@ -26,8 +27,8 @@ constexpr double kFarthest_px = 80;
 constexpr int kFewestSought = 10;
 // Fewer than so many points hold no camera.
 constexpr int kFewestFound = 4;
-// How well places are found is learned from the innovations of some dozens of pictures (Mehra 1970),
-// within what patches can do.
+// How well places are found is learned from the innovations of some dozens of pictures (Mehra
+// 1970), within what patches can do.
 constexpr double kLearns = 0.1;
 constexpr int kFewestLearnt = 8;
 constexpr double kMostOff = 3;
@@ -82,9 +83,8 @@ std::optional<Mat2> MonoSlam::source_by_px(const Tracked& tracked, int number) c
   const FilteredPoint& point = filter_.point(number);
   const Vec3 p_map = point.p_map();
   const bool is_far = !p_map.allFinite();
-  const Vec3 from_first =
-      is_far ? ray_of_angles(point.state[3], point.state[4])
-             : Vec3(p_map - tracked.T_map_first.translation);
+  const Vec3 from_first = is_far ? ray_of_angles(point.state[3], point.state[4])
+                                 : Vec3(p_map - tracked.T_map_first.translation);
   const Vec3 from_now = is_far ? from_first : Vec3(p_map - T_map_camera.translation);
   if (from_first.dot(from_now) < kLeastCosine * from_first.norm() * from_now.norm()) {
     return std::nullopt;
@@ -112,18 +112,17 @@ PointSought MonoSlam::seek(const cv::Mat& grey, int number) {
   sought.expected = *expected;
   const Tracked& tracked = tracked_.at(number);
   const std::optional<Mat2> by_px = source_by_px(tracked, number);
-  const Mat2 S = expected->covariance_px2 +
-                 match_sigma_px_ * match_sigma_px_ * Mat2::Identity();
+  const Mat2 S = expected->covariance_px2 + match_sigma_px_ * match_sigma_px_ * Mat2::Identity();
   const double reach_px = options_.search_sigmas * std::sqrt(S.diagonal().maxCoeff());
-  const std::optional<Patch> patch =
-      by_px && reach_px < kFarthest_px ? Patch::seen(tracked.source, tracked.offset_px, *by_px)
-                                       : std::nullopt;
+  const std::optional<Patch> patch = by_px && reach_px < kFarthest_px
+                                         ? Patch::seen(tracked.source, tracked.offset_px, *by_px)
+                                         : std::nullopt;
   if (!patch) {
     sought.point = -1;
     return sought;
   }
-  const std::optional<Patch::Found> found = patch->find(
-      grey, expected->px, S, options_.search_sigmas, options_.least_correlation);
+  const std::optional<Patch::Found> found =
+      patch->find(grey, expected->px, S, options_.search_sigmas, options_.least_correlation);
   if (found) {
     sought.found_px = found->px;
   }
@@ -132,9 +131,9 @@ PointSought MonoSlam::seek(const cv::Mat& grey, int number) {
 
 MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
                             const std::optional<MotionTold>& told) {
-  PANOPTES_CHECK(grey.type() == CV_8U && grey.cols == lens_.width_px &&
-                     grey.rows == lens_.height_px,
-                 "a picture is grey and of the lens's size");
+  PANOPTES_CHECK(
+      grey.type() == CV_8U && grey.cols == lens_.width_px && grey.rows == lens_.height_px,
+      "a picture is grey and of the lens's size");
   const Pose3 T_map_before = filter_.T_map_camera();
   if (before_) {
     const double dt_s = to_seconds(stamp - *before_);
@@ -162,8 +161,7 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   step.squared_sigmas = update.squared_sigmas;
   step.dof = update.dof;
   step.lost = before_ && !step.sought.empty() && update.dof / 2 < kFewestFound;
-  const Eigen::AngleAxisd turn(filter_.T_map_camera().rotation *
-                               T_map_before.rotation.conjugate());
+  const Eigen::AngleAxisd turn(filter_.T_map_camera().rotation * T_map_before.rotation.conjugate());
   turned_rad_ += turn.angle() * turn.axis();
   std::size_t next = 0;
   for (PointSought& sought : step.sought) {
@@ -273,8 +271,9 @@ void MonoSlam::grow(const cv::Mat& grey, MonoSlamStep& step) {
     const int row = static_cast<int>(cell) / options_.columns;
     const int x0 = column * grey.cols / options_.columns;
     const int y0 = row * grey.rows / options_.rows;
-    const cv::Rect area = usable & cv::Rect(x0, y0, (column + 1) * grey.cols / options_.columns - x0,
-                                            (row + 1) * grey.rows / options_.rows - y0);
+    const cv::Rect area =
+        usable & cv::Rect(x0, y0, (column + 1) * grey.cols / options_.columns - x0,
+                          (row + 1) * grey.rows / options_.rows - y0);
     try_cell_from_[cell] = pictures_ + kCellRests;
     for (const SalientFeature& feature : salient_features(options_.features, grey, area)) {
       const bool is_apart = std::all_of(held.begin(), held.end(), [&feature](const Vec2& px) {

@@ -44,12 +44,12 @@ struct MonoSlamStep {
   Pose3 T_map_camera;
   std::vector<PointSought> sought;
   std::vector<PointMatch> added;  ///< where they are first seen
-  double squared_sigmas = 0;  ///< see FilterUpdate
+  double squared_sigmas = 0;      ///< see FilterUpdate
   int dof = 0;
   double match_sigma_px = 0;  ///< of where points are found, as learned so far
   bool begins_anew = false;   ///< the start contradicted itself: what was mapped is forgotten
-  bool lost = false;    ///< too little of what was expected is there
-  bool closes = false;  ///< a point was found again after more than half a turn
+  bool lost = false;          ///< too little of what was expected is there
+  bool closes = false;        ///< a point was found again after more than half a turn
 };
 
 /// A point of the map as pictures show it.
@@ -62,8 +62,9 @@ struct MappedPoint {
 
 /// MonoSLAM (Davison 2003; thesis 4.3.2) on one camera's pictures, as its lens draws them: points
 /// are sought as patches in the ellipses that the filter expects them in, and found anew as the
-/// most salient feature of each cell of a grid that holds none. A camera that starts to move sideways
-/// may be taken to turn, and what is found then contradicts itself: it begins anew, at that picture.
+/// most salient feature of each cell of a grid that holds none. A camera that starts to move
+/// sideways may be taken to turn, and what is found then contradicts itself: it begins anew, at
+/// that picture.
 class MonoSlam {
  public:
   MonoSlam(const MonoSlamOptions& options, const Intrinsics& lens);
@@ -99,8 +100,8 @@ class MonoSlam {
   std::map<int, Tracked> tracked_;
   std::optional<Time> before_;
   int pictures_ = 0;
-  std::vector<int> try_cell_from_;    // the number of the picture
-  Vec3 turned_rad_ = Vec3::Zero();    // since the start, in map: its turns added up
+  std::vector<int> try_cell_from_;  // the number of the picture
+  Vec3 turned_rad_ = Vec3::Zero();  // since the start, in map: its turns added up
   double noise_grey_ = 0;
   bool is_starting_ = true;  // most points were never of known depth yet
   double agreeing_ = 1;      // share of the matches, lately

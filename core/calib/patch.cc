@@ -41,15 +41,14 @@ bool holds_square(const cv::Mat& grey, const Vec2& px, int half) {
 
 std::optional<Patch> Patch::seen(const cv::Mat& source, const Vec2& offset_px,
                                  const Mat2& source_by_px) {
-  PANOPTES_CHECK(source.type() == CV_8U && source.rows == 2 * kSourceHalf_px + 1 &&
-                     source.cols == source.rows,
-                 "a patch is made of a grey square");
+  PANOPTES_CHECK(
+      source.type() == CV_8U && source.rows == 2 * kSourceHalf_px + 1 && source.cols == source.rows,
+      "a patch is made of a grey square");
   // With a border of a pixel, for slopes.
   constexpr int kWide = kSide_px + 2;
   const Vec2 middle = Vec2::Constant(kSourceHalf_px) + offset_px;
   const Vec2 reach = source_by_px.cwiseAbs() * Vec2::Constant(kHalf_px + 1);
-  if (!((middle - reach).minCoeff() >= 0 &&
-        (middle + reach).maxCoeff() < 2 * kSourceHalf_px)) {
+  if (!((middle - reach).minCoeff() >= 0 && (middle + reach).maxCoeff() < 2 * kSourceHalf_px)) {
     return std::nullopt;
   }
   std::vector<float> wide(kWide * kWide);

@@ -45,10 +45,10 @@ class Patch {
   Patch() = default;
   std::optional<Found> refine(const cv::Mat& picture, const Vec2& start_px) const;
 
-  std::vector<float> grey_;          // less its mean
-  std::vector<Vec2> slope_;          // of grey by px, less their mean
-  Mat2 curvature_ = Mat2::Zero();    // sum of slope * slope^T
-  double squares_ = 0;               // of grey_
+  std::vector<float> grey_;        // less its mean
+  std::vector<Vec2> slope_;        // of grey by px, less their mean
+  Mat2 curvature_ = Mat2::Zero();  // sum of slope * slope^T
+  double squares_ = 0;             // of grey_
 };
 
 }  // namespace panoptes

@@ -43,7 +43,7 @@ cv::Ptr<cv::Feature2D> detector(FeatureMethod method) {
 
 // SIFT numbers its octaves from -1, the picture doubled, in the lowest byte.
 int octave_of(FeatureMethod method, int packed) {
-  return method == FeatureMethod::kSift ? static_cast<std::int8_t>(packed & 255) + 1
+  return method == FeatureMethod::kSift  ? static_cast<std::int8_t>(packed & 255) + 1
          : method == FeatureMethod::kOrb ? 0
                                          : packed;
 }
@@ -92,8 +92,7 @@ std::vector<SalientFeature> salient_features(FeatureMethod method, const cv::Mat
     const Vec2 px(point.pt.x + with_border.x, point.pt.y + with_border.y);
     if (octave_of(method, point.octave) < kOctaves && px.x() >= area.x && px.y() >= area.y &&
         px.x() < area.x + area.width && px.y() < area.y + area.height) {
-      features.push_back(
-          {px, point.size, deg_to_rad(point.angle), point.response, point.octave});
+      features.push_back({px, point.size, deg_to_rad(point.angle), point.response, point.octave});
     }
   }
   std::sort(features.begin(), features.end(), [](const SalientFeature& a, const SalientFeature& b) {
@@ -111,12 +110,10 @@ cv::Mat describe(FeatureMethod method, const cv::Mat& grey, const SalientFeature
   const cv::Rect window = around(
       grey, cv::Rect(static_cast<int>(feature.px.x()) - reach,
                      static_cast<int>(feature.px.y()) - reach, 2 * reach + 1, 2 * reach + 1));
-  std::vector<cv::KeyPoint> point{
-      cv::KeyPoint(static_cast<float>(feature.px.x() - window.x),
-                   static_cast<float>(feature.px.y() - window.y),
-                   static_cast<float>(feature.size_px),
-                   static_cast<float>(rad_to_deg(feature.angle_rad)),
-                   static_cast<float>(feature.saliency), feature.octave, 0)};
+  std::vector<cv::KeyPoint> point{cv::KeyPoint(
+      static_cast<float>(feature.px.x() - window.x), static_cast<float>(feature.px.y() - window.y),
+      static_cast<float>(feature.size_px), static_cast<float>(rad_to_deg(feature.angle_rad)),
+      static_cast<float>(feature.saliency), feature.octave, 0)};
   cv::Mat row;
   detector(method)->compute(grey(window), point, row);
   if (method == FeatureMethod::kSift && !row.empty()) {

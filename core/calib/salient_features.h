@@ -11,7 +11,8 @@
 
 namespace panoptes {
 
-/// How salient points are found and described, so that other cameras find them again (thesis 4.3.2).
+/// How salient points are found and described, so that other cameras find them again
+/// (thesis 4.3.2).
 enum class FeatureMethod {
   kSift,   ///< Lowe 2004, the square root of its histogram (Arandjelovic and Zisserman 2012)
   kAkaze,  ///< Alcantarilla 2013 with the M-SURF descriptor: determinant of Hessian, as SURF

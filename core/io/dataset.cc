@@ -427,7 +427,8 @@ PictureEnds ends_of(const Dataset& dataset, const RecordedPicture& picture) {
   constexpr off_t kTail = 4096;  // some cameras pad their files
   const OpenFile file(in_folder(dataset.folder, picture.file));
   if (file.fd() < 0) {
-    throw picture_fault(dataset.folder, picture, errno == ENOENT ? "is not there" : "cannot be read");
+    throw picture_fault(dataset.folder, picture,
+                        errno == ENOENT ? "is not there" : "cannot be read");
   }
   struct stat status {};
   if (::fstat(file.fd(), &status) != 0 || !S_ISREG(status.st_mode)) {
@@ -549,8 +550,8 @@ std::vector<RecordedPicture> recorded_pictures(const fs::path& folder, const std
   std::error_code error;
   const TableBy by =
       fs::exists(folder / "recording.yaml", error) ? TableBy::kPanoptes : TableBy::kOthers;
-  return picture_rows(
-      DatasetTable(in_folder(folder.string(), data_csv(camera)), *text, 2, by), camera);
+  return picture_rows(DatasetTable(in_folder(folder.string(), data_csv(camera)), *text, 2, by),
+                      camera);
 }
 
 RecordedBeliefs read_beliefs(const fs::path& folder) {

@@ -128,5 +128,62 @@ TEST_F(Calibrate, WhatIsNoBoardOrNoPictureIsRefused) {
               HasSubstr("give pictures of one camera and one size"));
 }
 
+class CalibrateMaps : public SystemTest {
+ protected:
+  // Six seconds of a rose.
+  void record() const {
+    const Said said = panoptes({"record", kScenes + "missions/record-room.yaml", "--duration", "6",
+                                "--quiet", "--seed", "2", "--out", "rose"});
+    ASSERT_EQ(said.status, 0) << said.out << said.err;
+  }
+  Said maps(const std::vector<std::string>& more) const {
+    std::vector<std::string> words{"calibrate", "rose", "--stage", "maps", "--quiet"};
+    words.insert(words.end(), more.begin(), more.end());
+    return panoptes(words);
+  }
+};
+
+TEST_F(CalibrateMaps, EachCameraMapsWhatItPasses) {
+  record();
+  const Said said = maps({"--cameras", "ahead,left", "--out", "run"});
+  EXPECT_EQ(said.status, 0) << said.err;
+  EXPECT_THAT(said.out, HasSubstr("ahead: poor; "));
+  EXPECT_THAT(said.out, HasSubstr("drive one that turns by more than 360 degrees"));
+  const auto m = metrics("run");
+  EXPECT_EQ(m["verdict"], "poor");
+  for (const std::string camera : {"ahead", "left"}) {
+    const auto& map = m["cameras"][camera]["map"];
+    EXPECT_GT(map["features"], 20);
+    EXPECT_EQ(map["lost_s"], 0);
+    EXPECT_LT(map["nis"], 2);
+    EXPECT_LT(map["heading_error_deg"], 1);
+    for (const std::string& file : {"map_" + camera + ".png", "search_" + camera + ".png",
+                                    "points_" + camera + ".csv", "path_" + camera + ".tum"}) {
+      EXPECT_TRUE(std::filesystem::exists(folder_ / "work/run" / file)) << file;
+    }
+  }
+
+  EXPECT_EQ(maps({"--out", "run"}).status, 2);  // is not empty
+  const Said nobody = maps({"--cameras", "up", "--out", "none"});
+  EXPECT_EQ(nobody.status, 2);
+  EXPECT_THAT(nobody.err, HasSubstr("the rig has no camera up"));
+  write("small.yaml",
+        "cameras:\n  ahead: {roles: [loop_front], size_px: [320, 240], fov_deg: 80, at_m: [0, 0, "
+        "1]}\n");
+  const Said small = maps({"--rig", "small.yaml", "--out", "none"});
+  EXPECT_EQ(small.status, 2);
+  EXPECT_THAT(small.err, HasSubstr("data.csv:2: is 640 x 480 pixels, and the lens of ahead is for "
+                                   "320 x 240"));
+}
+
+TEST_F(CalibrateMaps, OneThingAtATimeIsAsked) {
+  EXPECT_EQ(panoptes({"calibrate", "x", "--out", "y"}).status, 2);
+  EXPECT_EQ(
+      panoptes({"calibrate", "x", "--stage", "maps", "--board", "9x6x0.025", "--out", "y"}).status,
+      2);
+  const Said said = panoptes({"calibrate", "x", "--stage", "maps", "--out", "y"});
+  EXPECT_EQ(said.status, 2);
+}
+
 }  // namespace
 }  // namespace panoptes

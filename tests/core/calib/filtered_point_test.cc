@@ -77,8 +77,7 @@ TEST(FilteredPoint, IsSeenTheSameByBothForms) {
     const Vec3 by_ray = seen_from(T_map_camera, ray).p_camera.normalized();
     const Vec3 by_point = seen_from(T_map_camera, point).p_camera.normalized();
     EXPECT_LT((by_ray - by_point).norm(), kRoundoff_m);
-    EXPECT_LT((by_point - (T_map_camera.inverse() * ray.p_map()).normalized()).norm(),
-              kRoundoff_m);
+    EXPECT_LT((by_point - (T_map_camera.inverse() * ray.p_map()).normalized()).norm(), kRoundoff_m);
   }
 }
 

@@ -29,10 +29,17 @@ std::vector<Vec3> wall_points(int count, Rng rng) {
     const double y = rng.uniform(-1.6, 1);
     const double off = rng.uniform(1.5, 3);  // furniture stands before walls
     switch (i % 4) {
-      case 0: points.emplace_back(along, y, off); break;
-      case 1: points.emplace_back(along, y, -off); break;
-      case 2: points.emplace_back(off, y, along); break;
-      default: points.emplace_back(-off, y, along);
+      case 0:
+        points.emplace_back(along, y, off);
+        break;
+      case 1:
+        points.emplace_back(along, y, -off);
+        break;
+      case 2:
+        points.emplace_back(off, y, along);
+        break;
+      default:
+        points.emplace_back(-off, y, along);
     }
   }
   return points;

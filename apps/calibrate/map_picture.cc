@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/calibrate/map_picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+#include <opencv2/imgproc.hpp>
+
+#include "apps/draw/canvas.h"
+#include "apps/draw/pictures.h"
+
+namespace panoptes {
+namespace {
+
+constexpr double kMargin = 20;
+constexpr double kTitle = 46;
+constexpr double kLegend = 40;
+constexpr Colour kFoundColour{255, 214, 10};
+
+/// The line at so many sigmas.
+std::vector<Vec2> ellipse(const Vec2& middle, const Mat2& covariance, double sigmas) {
+  const Eigen::SelfAdjointEigenSolver<Mat2> axes(covariance);
+  std::vector<Vec2> line;
+  constexpr int kCorners = 40;
+  for (int i = 0; i <= kCorners; ++i) {
+    const double angle = 2 * std::numbers::pi * i / kCorners;
+    line.push_back(middle + sigmas * axes.eigenvectors() *
+                                axes.eigenvalues().cwiseMax(0).cwiseSqrt().cwiseProduct(
+                                    Vec2(std::cos(angle), std::sin(angle))));
+  }
+  return line;
+}
+
+Vec2 from_above(const Vec3& p_map) { return {p_map.x(), p_map.z()}; }
+
+}  // namespace
+
+cv::Mat draw_search(const CameraMap& told) {
+  constexpr double kWidth = 960;
+  const LookedAt& looked = told.looked_at;
+  const double scale = kWidth / told.lens.width_px;
+  const double height = told.lens.height_px * scale;
+  Canvas canvas(static_cast<int>(kWidth + 2 * kMargin),
+                static_cast<int>(height + kTitle + kLegend + kMargin), kPaper);
+  const Vec2 corner(kMargin, kTitle);
+  const auto at = [&](const Vec2& px) { return Vec2(corner + scale * (px + Vec2(0.5, 0.5))); };
+  cv::Mat shown;
+  cv::resize(looked.grey, shown, cv::Size(static_cast<int>(kWidth), static_cast<int>(height)), 0, 0,
+             cv::INTER_LINEAR);
+  cv::cvtColor(shown, shown, cv::COLOR_GRAY2BGR);
+  canvas.paste(shown, corner);
+  for (int column = 1; column < looked.columns; ++column) {
+    const double x = corner.x() + column * kWidth / looked.columns;
+    canvas.line({x, corner.y()}, {x, corner.y() + height}, kGridColour, 1);
+  }
+  for (int row = 1; row < looked.rows; ++row) {
+    const double y = corner.y() + row * height / looked.rows;
+    canvas.line({corner.x(), y}, {corner.x() + kWidth, y}, kGridColour, 1);
+  }
+  int inliers = 0;
+  for (const PointSought& sought : looked.step.sought) {
+    const Mat2 covariance = sought.expected.covariance_px2 + looked.step.match_sigma_px *
+                                                                 looked.step.match_sigma_px *
+                                                                 Mat2::Identity();
+    std::vector<Vec2> line = ellipse(sought.expected.px, covariance, looked.search_sigmas);
+    std::transform(line.begin(), line.end(), line.begin(), at);
+    canvas.polyline(line, sought.inlier ? kEstimateColour : kWrongColour, 1.5);
+    if (sought.found_px) {
+      canvas.cross(at(*sought.found_px), 4, sought.inlier ? kFoundColour : kWrongColour, 1.5);
+    }
+    inliers += sought.inlier ? 1 : 0;
+  }
+  for (const PointMatch& added : looked.step.added) {
+    canvas.ring(at(added.px), 7, kTruthColour, 2);
+  }
+  canvas.text(fmt::format("{}: {} points expected here, {} found where the others agree",
+                          told.camera, looked.step.sought.size(), inliers),
+              {kMargin, 30}, kInk, 18);
+  const double y = kTitle + height + 26;
+  canvas.line({kMargin, y - 5}, {kMargin + 20, y - 5}, kEstimateColour, 2);
+  canvas.text(fmt::format("sought within {:g} sigma", looked.search_sigmas), {kMargin + 28, y},
+              kInk);
+  canvas.cross({kMargin + 228, y - 5}, 4, kFoundColour, 2);
+  canvas.text("found", {kMargin + 240, y}, kInk);
+  canvas.line({kMargin + 310, y - 5}, {kMargin + 330, y - 5}, kWrongColour, 2);
+  canvas.text("not found, or not believed", {kMargin + 338, y}, kInk);
+  canvas.ring({kMargin + 566, y - 5}, 6, kTruthColour, 2);
+  canvas.text("new", {kMargin + 580, y}, kInk);
+  return canvas.shrunk();
+}
+
+cv::Mat draw_camera_map(const CameraMap& told, const std::optional<TrueCameraPath>& truth) {
+  constexpr double kSide = 860;
+  const MonoMap& map = told.map;
+  std::vector<Vec2> path;
+  std::vector<Vec2> true_path;
+  const CameraPathErrors errors =
+      truth ? camera_path_errors(map.frames, *truth) : CameraPathErrors{};
+  for (std::size_t i = 0; i < map.frames.size(); ++i) {
+    path.push_back(from_above(map.frames[i].T_map_camera.translation));
+    if (truth) {
+      const Vec3 start = map.frames.front().T_map_camera.translation;
+      true_path.push_back(from_above(start + (errors.true_map[i] - start) / errors.scale));
+    }
+  }
+  // What nine tenths of the points and all of the path lie in.
+  std::vector<double> reach;
+  for (const MonoMap::Point& point : map.points) {
+    reach.push_back(from_above(point.p_map).norm());
+  }
+  std::sort(reach.begin(), reach.end());
+  double half = reach.empty() ? 1 : reach[reach.size() * 9 / 10];
+  for (const Vec2& p : path) {
+    half = std::max(half, p.norm());
+  }
+  half *= 1.1;
+  const double px_per_m = kSide / (2 * half);
+  const Vec2 low(kMargin, kTitle);
+  const Vec2 middle = low + Vec2::Constant(kSide / 2);
+  const auto at = [&](const Vec2& p) { return Vec2(middle + px_per_m * Vec2(p.x(), -p.y())); };
+  Canvas canvas(static_cast<int>(kSide + 2 * kMargin),
+                static_cast<int>(kSide + kTitle + kLegend + kMargin), kPaper);
+  const double step = round_step(2 * half, 10);
+  for (const double value : round_values(-half, half, step)) {
+    canvas.line(at({value, -half}), at({value, half}), kGridColour, 1);
+    canvas.line(at({-half, value}), at({half, value}), kGridColour, 1);
+  }
+  const auto is_shown = [half](const Vec2& p) { return p.cwiseAbs().maxCoeff() < half; };
+  for (const MonoMap::Point& point : map.points) {
+    const Vec2 p = from_above(point.p_map);
+    if (!is_shown(p)) {
+      continue;
+    }
+    Mat2 covariance;
+    covariance << point.covariance(0, 0), point.covariance(0, 2), point.covariance(2, 0),
+        point.covariance(2, 2);
+    std::vector<Vec2> line = ellipse(p, covariance, 3);
+    std::erase_if(line, [&](const Vec2& corner) { return !is_shown(corner); });
+    std::transform(line.begin(), line.end(), line.begin(), at);
+    canvas.polyline(line, kFaint, 1);
+    canvas.disc(at(p), 2.5, kInk);
+  }
+  const auto draw_path = [&](std::vector<Vec2> line, const Colour& colour) {
+    std::transform(line.begin(), line.end(), line.begin(), at);
+    canvas.polyline(line, colour, 2);
+  };
+  draw_path(true_path, kTruthColour);
+  draw_path(path, kEstimateColour);
+  if (!path.empty()) {
+    canvas.ring(at(path.front()), 6, kEstimateColour, 2);
+  }
+  canvas.frame(low, low + Vec2::Constant(kSide), kFaint, 1);
+  canvas.text(fmt::format("{}: {} points, {} pictures{}", told.camera, map.points.size(),
+                          map.frames.size(), map.closed ? "" : "; not closed all round"),
+              {kMargin, 30}, kInk, 18);
+  const double y = kTitle + kSide + 26;
+  canvas.disc({kMargin + 6, y - 5}, 2.5, kInk);
+  canvas.text("point, 3 sigma", {kMargin + 16, y}, kInk);
+  canvas.line({kMargin + 150, y - 5}, {kMargin + 170, y - 5}, kEstimateColour, 2);
+  canvas.text("camera, from the ring on", {kMargin + 178, y}, kInk);
+  if (truth) {
+    canvas.line({kMargin + 396, y - 5}, {kMargin + 416, y - 5}, kTruthColour, 2);
+    canvas.text("truth, scaled", {kMargin + 424, y}, kInk);
+  }
+  canvas.text(fmt::format("a square: {} map metres", short_number(step)), {kMargin + kSide, y},
+              kInk, 15, 1);
+  return canvas.shrunk();
+}
+
+}  // namespace panoptes

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <optional>
+
+#include <opencv2/core/mat.hpp>
+
+#include "apps/calibrate/camera_map.h"
+#include "apps/calibrate/camera_map_truth.h"
+
+namespace panoptes {
+
+/// One picture as the filter looked at it: the grid, the ellipses in which points were sought, what
+/// was found in them and what was new (thesis Fig. 4.6). 8-bit BGR.
+cv::Mat draw_search(const CameraMap& told);
+
+/// The camera's map from above, its first picture looking up the page: points with the ellipses of
+/// their covariance, the path, and the true one where it is known, in the map's own metre.
+cv::Mat draw_camera_map(const CameraMap& told, const std::optional<TrueCameraPath>& truth);
+
+}  // namespace panoptes

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/calib/mono_slam.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/base/rng.h"
+#include "core/calib/mono_map.h"
+#include "core/camera/mounting.h"
+#include "tests/support/room_pictures.h"
+
+namespace panoptes {
+namespace {
+
+const Intrinsics kLens = lens_of_view(320, 240, deg_to_rad(80), BrownConrady{-0.2, 0.03, 0, 0, 0});
+
+/// 0.4 m to the right and back, then a quarter of a turn to the right about an axis 0.15 m behind.
+Pose3 driven(double t_s) {
+  const double out_m = t_s < 4 ? 0.2 * (1 - std::cos(t_s / 2 * std::numbers::pi)) : 0;
+  const double turn_rad = t_s < 4
+                              ? 0
+                              : (1 - std::cos(std::min(1.0, (t_s - 4) / 4) * std::numbers::pi)) /
+                                    2 * std::numbers::pi / 2;
+  const Eigen::Quaterniond turn = turned_by(Vec3(0, turn_rad, 0));
+  return {turn, turn * Vec3(0, 0, 0.15) + Vec3(out_m, 0.1, 0)};
+}
+
+struct Driven {
+  MonoMap map;
+  std::vector<Pose3> true_map;
+};
+
+/// `shown` may change what a picture shows, by its number.
+template <class Shown>
+Driven run(double contrast, double duration_s, const Shown& shown) {
+  Rng rng(3);
+  const RoomPainter room(kLens, contrast, rng.fork("room"));
+  Rng noise = rng.fork("noise");
+  MonoSlam slam({}, kLens);
+  MonoMapBuilder builder;
+  Driven out;
+  for (int i = 0; i / 15.0 < duration_s; ++i) {
+    cv::Mat picture = room.draw(driven(i / 15.0), noise);
+    shown(i, picture);
+    builder.add(time_at(i / 15.0), slam.step(picture, time_at(i / 15.0)));
+    out.true_map.push_back(driven(0).inverse() * driven(i / 15.0));
+  }
+  out.map = builder.map(slam);
+  return out;
+}
+
+const auto kAsItIs = [](int, cv::Mat&) {};
+
+double heading_error_deg(const Driven& r) {
+  const Pose3& believed = r.map.frames.back().T_map_camera;
+  return rad_to_deg(believed.rotation.angularDistance(r.true_map.back().rotation));
+}
+
+TEST(MonoSlam, MapsAQuarterOfARoom) {
+  const Driven r = run(120, 8.5, kAsItIs);
+  EXPECT_LT(heading_error_deg(r), 0.3);  // half a pixel
+  EXPECT_GT(r.map.points.size(), 30U);
+  EXPECT_EQ(r.map.lost_s, 0);
+  EXPECT_FALSE(r.map.closed);
+  EXPECT_LT(r.map.normalised_innovation, 2);
+  // Shape: with the scale that the farthest point of the drive has, where every point lies on a
+  // wall.
+  std::vector<double> off_m;
+  const double scale =
+      0.4 / r.map.frames[30].T_map_camera.translation.norm();  // truly 0.4 m from the start
+  for (const MonoMap::Point& point : r.map.points) {
+    const Vec3 p_room = driven(0) * Vec3(scale * point.p_map);
+    const double to_wall_m =
+        std::min({std::abs(std::abs(p_room.x()) - 3), std::abs(std::abs(p_room.y()) - 1.3),
+                  std::abs(std::abs(p_room.z()) - 3)});
+    off_m.push_back(to_wall_m);
+  }
+  std::sort(off_m.begin(), off_m.end());
+  constexpr double kDepth_m = 0.1;  // a thirtieth of how far the walls are, after 0.4 m of drive
+  EXPECT_LT(off_m[off_m.size() / 2], kDepth_m);
+}
+
+TEST(MonoSlam, IsTheSameEveryTime) {
+  const Driven a = run(120, 1, kAsItIs);
+  const Driven b = run(120, 1, kAsItIs);
+  EXPECT_EQ(a.map.frames.back().T_map_camera.translation,
+            b.map.frames.back().T_map_camera.translation);
+  ASSERT_EQ(a.map.points.size(), b.map.points.size());
+}
+
+TEST(MonoSlam, ARoomWithNothingToSeeGivesNoMap) {
+  const Driven r = run(0, 1, kAsItIs);
+  EXPECT_TRUE(r.map.points.empty());
+}
+
+TEST(MonoSlam, SaysWhenACoveredLensLosesIt) {
+  const Driven r = run(120, 3, [](int i, cv::Mat& picture) {
+    if (i >= 25 && i < 31) {
+      picture.setTo(20);
+    }
+  });
+  EXPECT_FALSE(r.map.frames[24].lost);
+  EXPECT_TRUE(r.map.frames[26].lost);
+  EXPECT_FALSE(r.map.frames.back().lost);
+  EXPECT_GT(r.map.lost_s, 0.3);
+  EXPECT_LT(heading_error_deg(r), 0.5);
+}
+
+}  // namespace
+}  // namespace panoptes
