@@ -18,12 +18,6 @@ Vec3 operator*(const Pose3& T_a_b, const Vec3& p_b) {
   return T_a_b.rotation * p_b + T_a_b.translation;
 }
 
-Mat3 cross_matrix(const Vec3& v) {
-  Mat3 m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
 Pose3 on_floor(const Pose2& T_a_b) {
   return {Eigen::Quaterniond(Eigen::AngleAxisd(T_a_b.theta_rad, Vec3::UnitZ())),
           Vec3(T_a_b.x_m, T_a_b.y_m, 0)};

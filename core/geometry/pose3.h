@@ -18,9 +18,6 @@ struct Pose3 {
 Pose3 operator*(const Pose3& T_a_b, const Pose3& T_b_c);
 Vec3 operator*(const Pose3& T_a_b, const Vec3& p_b);
 
-/// cross_matrix(a) * b = a x b.
-Mat3 cross_matrix(const Vec3& v);
-
 /// A pose on the floor, lifted into space: z up, turned about z.
 Pose3 on_floor(const Pose2& T_a_b);
 
