@@ -10,12 +10,21 @@
 #include "core/io/dataset.h"
 
 namespace panoptes {
+namespace {
+
+double cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+}  // namespace
 
 CameraMap map_camera(const std::filesystem::path& dataset, const std::string& camera,
-                     const Intrinsics& lens, const MonoSlamOptions& options,
+                     const RigCamera& believed, const MonoSlamOptions& options,
+                     const KeyframeBundleOptions& bundle,
                      const std::function<void(double)>& progress) {
   const std::vector<RecordedPicture> pictures = recorded_pictures(dataset, camera);
-  CameraMap told{camera, lens, {}, {}, 0};
+  const Intrinsics& lens = believed.intrinsics;
+  CameraMap told;
+  told.camera = camera;
+  told.lens = lens;
   MonoSlam slam(options, lens);
   MonoMapBuilder builder;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
@@ -25,16 +34,19 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
                                     pictures[i].mention, grey.cols, grey.rows, camera,
                                     lens.width_px, lens.height_px));
     }
-    const std::clock_t before = std::clock();
+    const double before_s = cpu_s();
     const MonoSlamStep step = slam.step(grey, pictures[i].stamp);
     builder.add(pictures[i].stamp, step);
-    told.cpu_s += static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+    told.cpu_s += cpu_s() - before_s;
     if (i == pictures.size() / 2) {
       told.looked_at = {grey, step, options.columns, options.rows, options.search_sigmas};
     }
     progress(static_cast<double>(i + 1) / static_cast<double>(pictures.size()));
   }
   told.map = builder.map(slam);
+  const double before_s = cpu_s();
+  told.adjusted = adjust_map(bundle, lens, believed.sigma, told.map);
+  told.adjust_s = cpu_s() - before_s;
   return told;
 }
 

@@ -7,6 +7,7 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include "core/calib/keyframe_bundle.h"
 #include "core/calib/mono_map.h"
 #include "core/camera/rig.h"
 
@@ -28,12 +29,15 @@ struct CameraMap {
   MonoMap map;
   LookedAt looked_at;  ///< the middle one
   double cpu_s = 0;    ///< of the filter, without reading pictures
+  AdjustedMap adjusted;
+  double adjust_s = 0;  ///< CPU
 };
 
-/// Maps a recording with one of its cameras, by its pictures alone. `progress` is told the share
-/// that is done. Throws ConfigError for pictures that are not as the lens says.
+/// Maps a recording with one of its cameras, by its pictures alone, and adjusts the map. `progress`
+/// is told the share that is done. Throws ConfigError for pictures that are not as the lens says.
 CameraMap map_camera(const std::filesystem::path& dataset, const std::string& camera,
-                     const Intrinsics& lens, const MonoSlamOptions& options,
+                     const RigCamera& believed, const MonoSlamOptions& options,
+                     const KeyframeBundleOptions& bundle,
                      const std::function<void(double)>& progress);
 
 }  // namespace panoptes

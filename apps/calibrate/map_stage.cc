@@ -38,7 +38,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 /// The cameras that are mapped, with their lenses.
-std::vector<std::pair<std::string, Intrinsics>> lenses_of(const MapStage& args) {
+std::vector<std::pair<std::string, RigCamera>> lenses_of(const MapStage& args) {
   const std::optional<Rig> rig =
       args.rig.empty() ? rig_beside(args.dataset) : read_settings<Rig>(args.rig);
   if (!rig) {
@@ -53,13 +53,13 @@ std::vector<std::pair<std::string, Intrinsics>> lenses_of(const MapStage& args) 
       }
     }
   }
-  std::vector<std::pair<std::string, Intrinsics>> lenses;
+  std::vector<std::pair<std::string, RigCamera>> lenses;
   for (const std::string& name : names) {
     const auto found = rig->cameras.find(name);
     if (found == rig->cameras.end()) {
       throw ConfigError("the rig has no camera " + name);
     }
-    lenses.emplace_back(name, found->second.intrinsics);
+    lenses.emplace_back(name, found->second);
   }
   if (lenses.empty()) {
     throw ConfigError(args.dataset + ": has pictures of no camera of the rig");
@@ -98,6 +98,31 @@ Json figures_of(const CameraMap& told, const std::optional<TrueCameraPath>& trut
                {"cpu_s", told.cpu_s}};
   if (map.closed) {
     figures["closed_s"] = to_seconds(map.frames[*map.closed].stamp - map.frames.front().stamp);
+  }
+  const AdjustedMap& adjusted = told.adjusted;
+  if (!adjusted.T_map_camera.empty()) {
+    figures["reprojection_rms_px"] = {{"before", adjusted.rms_before_px},
+                                      {"after", adjusted.rms_after_px}};
+    figures["adjusted"] = {{"keyframes", adjusted.keyframes.size()},
+                           {"points", adjusted.points.size()},
+                           {"observations", adjusted.observations},
+                           {"left_out", adjusted.left_out},
+                           {"fx_px", adjusted.lens.fx_px},
+                           {"cx_px", adjusted.lens.cx_px},
+                           {"cy_px", adjusted.lens.cy_px},
+                           {"converged", adjusted.converged},
+                           {"cpu_s", told.adjust_s}};
+  }
+  if (truth && !adjusted.T_map_camera.empty()) {
+    std::vector<MonoMap::Frame> frames;
+    for (std::size_t i = 0; i < adjusted.keyframes.size(); ++i) {
+      frames.push_back({map.frames[static_cast<std::size_t>(adjusted.keyframes[i])].stamp,
+                        adjusted.T_map_camera[i], false});
+    }
+    const CameraPathErrors errors = camera_path_errors(frames, *truth);
+    figures["adjusted"]["heading_error_deg"] = median_deg(errors.heading_error_rad);
+    figures["adjusted"]["path_error_percent"] =
+        errors.path_m > 0 ? 100 * errors.position_rms_m / errors.path_m : 0;
   }
   if (truth && !map.frames.empty()) {
     figures.update(true_figures(map, *truth));
@@ -193,14 +218,16 @@ int calibrate_maps(const MapStage& args) {
   ProgressLine line(args.quiet);
   out.keep();
   for (std::size_t i = 0; i < lenses.size(); ++i) {
-    const auto& [camera, lens] = lenses[i];
-    const CameraMap told = map_camera(args.dataset, camera, lens, args.slam, [&](double done) {
-      if (line.due()) {
-        line.show(share_line("map of " + camera,
-                             (static_cast<double>(i) + done) / static_cast<double>(lenses.size()),
-                             line.wall_s()));
-      }
-    });
+    const auto& [camera, believed] = lenses[i];
+    const CameraMap told =
+        map_camera(args.dataset, camera, believed, args.slam, args.bundle, [&](double done) {
+          if (line.due()) {
+            line.show(
+                share_line("map of " + camera,
+                           (static_cast<double>(i) + done) / static_cast<double>(lenses.size()),
+                           line.wall_s()));
+          }
+        });
     const std::optional<TrueCameraPath> truth = TrueCameraPath::read(args.dataset, camera);
     Json of_map = figures_of(told, truth);
     std::vector<std::string> reasons;

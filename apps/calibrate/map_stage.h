@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/calib/keyframe_bundle.h"
 #include "core/calib/mono_slam.h"
 
 namespace panoptes {
@@ -13,6 +14,7 @@ struct MapStage {
   std::string rig;
   std::vector<std::string> cameras;  ///< all where it is empty
   MonoSlamOptions slam;
+  KeyframeBundleOptions bundle;
   std::string out;
   bool quiet = false;
 };

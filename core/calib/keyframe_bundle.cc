@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/calib/keyframe_bundle.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include <ceres/ceres.h>
+
+#include "core/calib/pose_block.h"
+#include "core/camera/lens_parameters.h"
+
+namespace panoptes {
+namespace {
+
+constexpr int kPinhole = 4;
+constexpr double kLeastNoise_px = 1e-3;  // of observations without any
+
+/// A point in a keyframe against where lens, pose and place draw it, in pixels.
+class PointCost : public ceres::CostFunction {
+ public:
+  PointCost(const Intrinsics& lens, const Vec2& seen_px) : lens_(lens), seen_px_(seen_px) {
+    set_num_residuals(2);
+    *mutable_parameter_block_sizes() = {static_cast<int>(lens_parameters(lens).size()), 7, 3};
+  }
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Eigen::Index count = parameter_block_sizes()[0];
+    const Intrinsics lens =
+        with_parameters(lens_, Eigen::Map<const Eigen::VectorXd>(blocks[0], count));
+    const Pose3 T_camera_map = from_block(blocks[1]);
+    const Vec3 p_map = Eigen::Map<const Vec3>(blocks[2]);
+    const Vec3 p = T_camera_map * p_map;
+    if (!lens.sees(p)) {
+      // It has left the picture on the way: as bad as one that is at its edge, and no slope.
+      Eigen::Map<Vec2>(residuals).setConstant(lens.width_px);
+      for (int i = 0; jacobians != nullptr && i < 3; ++i) {
+        if (jacobians[i] != nullptr) {
+          std::fill_n(jacobians[i], 2 * parameter_block_sizes()[static_cast<std::size_t>(i)], 0.0);
+        }
+      }
+      return true;
+    }
+    const Projection drawn = project_with_jacobian(lens, p);
+    Eigen::Map<Vec2> r(residuals);
+    r = drawn.px - seen_px_;
+    if (jacobians == nullptr) {
+      return true;
+    }
+    if (jacobians[0] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>>(
+          jacobians[0], 2, count) = drawn.px_by_lens;
+    }
+    if (jacobians[1] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> J(jacobians[1]);
+      J.leftCols<6>() = drawn.px_by_point * moved_by_pose(T_camera_map, p_map);
+      J.col(6).setZero();
+    }
+    if (jacobians[2] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[2]);
+      J = drawn.px_by_point * T_camera_map.rotation.toRotationMatrix();
+    }
+    return true;
+  }
+
+ private:
+  Intrinsics lens_;
+  Vec2 seen_px_;
+};
+
+/// What is known of a lens before: both focal lengths move together.
+class LensPrior : public ceres::CostFunction {
+ public:
+  LensPrior(const Intrinsics& lens, const CameraSigmas& known, double unit_px)
+      : before_(lens_parameters(lens)), weight_(Eigen::VectorXd::Zero(kPinhole)) {
+    // One focal length may differ from the other by a tenth of what both may be off.
+    constexpr double kTogether = 0.1;
+    weight_ << unit_px / (known.focal_ratio * lens.fx_px),
+        unit_px / (kTogether * known.focal_ratio * lens.fx_px), unit_px / known.centre_px,
+        unit_px / known.centre_px;
+    set_num_residuals(kPinhole);
+    *mutable_parameter_block_sizes() = {static_cast<int>(before_.size())};
+  }
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const double* now = blocks[0];
+    residuals[0] = weight_[0] * (now[0] - before_[0]);
+    residuals[1] = weight_[1] * (now[0] - before_[0] - (now[1] - before_[1]));
+    residuals[2] = weight_[2] * (now[2] - before_[2]);
+    residuals[3] = weight_[3] * (now[3] - before_[3]);
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, kPinhole, Eigen::Dynamic, Eigen::RowMajor>> J(
+          jacobians[0], kPinhole, before_.size());
+      J.setZero();
+      J.diagonal().head<kPinhole>() = weight_;
+      J(1, 0) = weight_[1];
+      J(1, 1) = -weight_[1];
+    }
+    return true;
+  }
+
+ private:
+  Eigen::VectorXd before_;
+  Eigen::VectorXd weight_;
+};
+
+struct PointSeenIn {
+  std::size_t keyframe = 0;
+  std::size_t point = 0;
+  Vec2 px = Vec2::Zero();
+  bool believed = true;
+};
+
+/// All that is adjusted, as the solver holds it.
+struct Bundle {
+  Eigen::VectorXd lens;
+  std::vector<PoseBlock> T_camera_map;
+  std::vector<std::array<double, 3>> p_map;
+  std::vector<PointSeenIn> seen;
+};
+
+std::optional<Vec2> off_px(const Bundle& bundle, const Intrinsics& lens, const PointSeenIn& o) {
+  const Vec3 p = from_block(bundle.T_camera_map[o.keyframe].data()) *
+                 Vec3(Eigen::Map<const Vec3>(bundle.p_map[o.point].data()));
+  return lens.sees(p) ? std::optional<Vec2>(lens.project(p) - o.px) : std::nullopt;
+}
+
+double rms_px(const Bundle& bundle, const Intrinsics& lens) {
+  double sum = 0;
+  int count = 0;
+  for (const PointSeenIn& o : bundle.seen) {
+    if (const auto off = o.believed ? off_px(bundle, lens, o) : std::nullopt) {
+      sum += off->squaredNorm();
+      ++count;
+    }
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+/// Of an observation, each way, by the median of all.
+double noise_px(const Bundle& bundle, const Intrinsics& lens) {
+  std::vector<double> squares;
+  for (const PointSeenIn& o : bundle.seen) {
+    if (const auto off = off_px(bundle, lens, o)) {
+      squares.push_back(off->squaredNorm());
+    }
+  }
+  if (squares.empty()) {
+    return 0;
+  }
+  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+  std::nth_element(squares.begin(), middle, squares.end());
+  const double median_of_chi2 = 2 * std::log(2);  // of two numbers
+  return std::sqrt(*middle / median_of_chi2);
+}
+
+enum class Loss { kSquare, kHuber, kCauchy };
+
+ceres::LossFunction* made(Loss loss, double scale_px) {
+  return loss == Loss::kHuber    ? static_cast<ceres::LossFunction*>(new ceres::HuberLoss(scale_px))
+         : loss == Loss::kCauchy ? new ceres::CauchyLoss(scale_px)
+                                 : nullptr;
+}
+
+bool solve(const KeyframeBundleOptions& options, const Intrinsics& lens, const CameraSigmas& known,
+           double sigma_px, Loss loss, Bundle& bundle) {
+  ceres::Problem problem;
+  auto order = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (PoseBlock& block : bundle.T_camera_map) {
+    add_pose(problem, block);
+    order->AddElementToGroup(block.data(), 1);
+  }
+  problem.SetParameterBlockConstant(bundle.T_camera_map.front().data());
+  for (const PointSeenIn& o : bundle.seen) {
+    if (o.believed) {
+      problem.AddResidualBlock(new PointCost(lens, o.px), made(loss, 2 * sigma_px),
+                               bundle.lens.data(), bundle.T_camera_map[o.keyframe].data(),
+                               bundle.p_map[o.point].data());
+    }
+  }
+  for (std::array<double, 3>& p : bundle.p_map) {
+    if (problem.HasParameterBlock(p.data())) {
+      order->AddElementToGroup(p.data(), 0);
+    }
+  }
+  if (problem.HasParameterBlock(bundle.lens.data())) {
+    order->AddElementToGroup(bundle.lens.data(), 1);
+    if (options.adjust_lens) {
+      problem.AddResidualBlock(new LensPrior(lens, known, sigma_px), nullptr, bundle.lens.data());
+      const int count = static_cast<int>(bundle.lens.size());
+      if (count > kPinhole) {
+        std::vector<int> distortion;
+        for (int i = kPinhole; i < count; ++i) {
+          distortion.push_back(i);
+        }
+        problem.SetManifold(bundle.lens.data(), new ceres::SubsetManifold(count, distortion));
+      }
+    } else {
+      problem.SetParameterBlockConstant(bundle.lens.data());
+    }
+  }
+  ceres::Solver::Options how;
+  how.linear_solver_type = ceres::SPARSE_SCHUR;
+  how.linear_solver_ordering = order;
+  how.max_num_iterations = options.iterations;
+  how.logging_type = ceres::SILENT;
+  how.num_threads = 1;
+  ceres::Solver::Summary summary;
+  ceres::Solve(how, &problem, &summary);
+  return summary.termination_type == ceres::CONVERGENCE;
+}
+
+}  // namespace
+
+std::vector<int> keyframes(const KeyframeOptions& options, const MonoMap& map) {
+  const int count = static_cast<int>(map.frames.size());
+  std::vector<int> chosen;
+  if (options.every > 0) {
+    for (int i = 0; i < count; i += options.every) {
+      chosen.push_back(i);
+    }
+    return chosen;
+  }
+  std::vector<std::map<int, Vec2>> shown(map.frames.size());  // by the points' numbers
+  for (const MonoMap::Point& point : map.points) {
+    for (const MonoMap::Seen& seen : point.seen) {
+      shown[static_cast<std::size_t>(seen.frame)][point.number] = seen.px;
+    }
+  }
+  for (int i = 0; i < count; ++i) {
+    const auto& here = shown[static_cast<std::size_t>(i)];
+    if (map.frames[static_cast<std::size_t>(i)].lost || here.empty()) {
+      continue;
+    }
+    if (chosen.empty()) {
+      chosen.push_back(i);
+      continue;
+    }
+    const auto& before = shown[static_cast<std::size_t>(chosen.back())];
+    std::vector<double> moved_px;
+    for (const auto& [number, px] : before) {
+      if (const auto found = here.find(number); found != here.end()) {
+        moved_px.push_back((found->second - px).norm());
+      }
+    }
+    std::sort(moved_px.begin(), moved_px.end());
+    if (static_cast<double>(moved_px.size()) <
+            options.shared * static_cast<double>(before.size()) ||
+        moved_px[moved_px.size() / 2] > options.parallax_px) {
+      chosen.push_back(i);
+    }
+  }
+  return chosen;
+}
+
+AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& lens,
+                       const CameraSigmas& known, const MonoMap& map) {
+  AdjustedMap out;
+  out.keyframes = keyframes(options.keyframes, map);
+  out.lens = lens;
+  Bundle bundle;
+  bundle.lens = lens_parameters(lens);
+  std::map<int, std::size_t> at;  // of frames
+  for (const int frame : out.keyframes) {
+    at[frame] = bundle.T_camera_map.size();
+    bundle.T_camera_map.push_back(
+        to_block(map.frames[static_cast<std::size_t>(frame)].T_map_camera.inverse()));
+  }
+  for (const MonoMap::Point& point : map.points) {
+    std::vector<PointSeenIn> seen;
+    for (const MonoMap::Seen& each : point.seen) {
+      if (const auto keyframe = at.find(each.frame); keyframe != at.end()) {
+        seen.push_back({keyframe->second, bundle.p_map.size(), each.px, true});
+      }
+    }
+    if (seen.size() >= 2) {
+      bundle.seen.insert(bundle.seen.end(), seen.begin(), seen.end());
+      bundle.p_map.push_back({point.p_map.x(), point.p_map.y(), point.p_map.z()});
+      out.points.push_back({point.number, point.p_map});
+    }
+  }
+  if (bundle.T_camera_map.size() < 2 || bundle.p_map.empty()) {
+    return out;
+  }
+  const Bundle before = bundle;
+  // What is far off pulls no more than what is near, then hardly at all.
+  for (const Loss loss : {Loss::kHuber, Loss::kCauchy}) {
+    const double sigma_px = noise_px(bundle, with_parameters(lens, bundle.lens));
+    solve(options, lens, known, std::max(kLeastNoise_px, sigma_px), loss, bundle);
+  }
+  // What is believed is judged twice: the second time without what the first left out.
+  constexpr int kJudged = 2;
+  for (int i = 0; i < kJudged; ++i) {
+    const Intrinsics adjusted = with_parameters(lens, bundle.lens);
+    const double sigma_px = std::max(kLeastNoise_px, noise_px(bundle, adjusted));
+    out.observations = 0;
+    for (PointSeenIn& o : bundle.seen) {
+      const std::optional<Vec2> off = off_px(bundle, adjusted, o);
+      o.believed = off && off->norm() < options.inlier_sigma * std::sqrt(2.0) * sigma_px;
+      out.observations += o.believed ? 1 : 0;
+    }
+    out.converged = solve(options, lens, known, sigma_px, Loss::kSquare, bundle);
+  }
+  out.left_out = static_cast<int>(bundle.seen.size()) - out.observations;
+  out.lens = with_parameters(lens, bundle.lens);
+  out.rms_after_px = rms_px(bundle, out.lens);
+  Bundle as_before = before;
+  as_before.seen = bundle.seen;
+  out.rms_before_px = rms_px(as_before, lens);
+  for (const PoseBlock& block : bundle.T_camera_map) {
+    out.T_map_camera.push_back(from_block(block.data()).inverse());
+  }
+  for (std::size_t i = 0; i < bundle.p_map.size(); ++i) {
+    out.points[i].p_map = Eigen::Map<const Vec3>(bundle.p_map[i].data());
+  }
+  return out;
+}
+
+}  // namespace panoptes
