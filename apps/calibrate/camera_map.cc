@@ -47,6 +47,12 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
   const double before_s = cpu_s();
   told.adjusted = adjust_map(bundle, lens, believed.sigma, told.map);
   told.adjust_s = cpu_s() - before_s;
+  if (!told.adjusted.T_map_camera.empty()) {
+    told.keyframe_shown = told.adjusted.keyframes.size() / 2;
+    const auto frame = static_cast<std::size_t>(told.adjusted.keyframes[told.keyframe_shown]);
+    const std::size_t first = pictures.size() - told.map.frames.size();
+    told.keyframe_grey = read_grey_picture(dataset, pictures[first + frame]);
+  }
   return told;
 }
 

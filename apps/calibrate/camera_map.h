@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -30,7 +31,9 @@ struct CameraMap {
   LookedAt looked_at;  ///< the middle one
   double cpu_s = 0;    ///< of the filter, without reading pictures
   AdjustedMap adjusted;
-  double adjust_s = 0;  ///< CPU
+  cv::Mat keyframe_grey;           ///< the picture of
+  std::size_t keyframe_shown = 0;  ///< this one of its keyframes, the middle one
+  double adjust_s = 0;             ///< CPU
 };
 
 /// Maps a recording with one of its cameras, by its pictures alone, and adjusts the map. `progress`

@@ -35,6 +35,13 @@ std::vector<Vec2> ellipse(const Vec2& middle, const Mat2& covariance, double sig
   return line;
 }
 
+void paste_grey(Canvas& canvas, const cv::Mat& grey, const Vec2& corner, const cv::Size2d& size) {
+  cv::Mat shown;
+  cv::resize(grey, shown, cv::Size(size), 0, 0, cv::INTER_LINEAR);
+  cv::cvtColor(shown, shown, cv::COLOR_GRAY2BGR);
+  canvas.paste(shown, corner);
+}
+
 Vec2 from_above(const Vec3& p_map) { return {p_map.x(), p_map.z()}; }
 
 }  // namespace
@@ -48,11 +55,7 @@ cv::Mat draw_search(const CameraMap& told) {
                 static_cast<int>(height + kTitle + kLegend + kMargin), kPaper);
   const Vec2 corner(kMargin, kTitle);
   const auto at = [&](const Vec2& px) { return Vec2(corner + scale * (px + Vec2(0.5, 0.5))); };
-  cv::Mat shown;
-  cv::resize(looked.grey, shown, cv::Size(static_cast<int>(kWidth), static_cast<int>(height)), 0, 0,
-             cv::INTER_LINEAR);
-  cv::cvtColor(shown, shown, cv::COLOR_GRAY2BGR);
-  canvas.paste(shown, corner);
+  paste_grey(canvas, looked.grey, corner, cv::Size2d(kWidth, height));
   for (int column = 1; column < looked.columns; ++column) {
     const double x = corner.x() + column * kWidth / looked.columns;
     canvas.line({x, corner.y()}, {x, corner.y() + height}, kGridColour, 1);
@@ -90,6 +93,58 @@ cv::Mat draw_search(const CameraMap& told) {
   canvas.text("not found, or not believed", {kMargin + 338, y}, kInk);
   canvas.ring({kMargin + 566, y - 5}, 6, kTruthColour, 2);
   canvas.text("new", {kMargin + 580, y}, kInk);
+  return canvas.shrunk();
+}
+
+cv::Mat draw_reprojection(const CameraMap& told) {
+  constexpr double kWidth = 960;
+  constexpr double kEnlarged = 10;
+  const AdjustedMap& adjusted = told.adjusted;
+  const int frame = adjusted.keyframes[told.keyframe_shown];
+  const double scale = kWidth / told.lens.width_px;
+  const double height = told.lens.height_px * scale;
+  Canvas canvas(static_cast<int>(kWidth + 2 * kMargin),
+                static_cast<int>(height + kTitle + kLegend + kMargin), kPaper);
+  const Vec2 corner(kMargin, kTitle);
+  const auto at = [&](const Vec2& px) { return Vec2(corner + scale * (px + Vec2(0.5, 0.5))); };
+  paste_grey(canvas, told.keyframe_grey, corner, cv::Size2d(kWidth, height));
+  const auto draw_off = [&](const Vec2& seen_px, const Intrinsics& lens, const Pose3& T_map_camera,
+                            const Vec3& p_map, const Colour& colour) {
+    const Vec3 p = T_map_camera.inverse() * p_map;
+    if (lens.sees(p)) {
+      const Vec2 off_px = kEnlarged * (lens.project(p) - seen_px);
+      const double most_px = 0.1 * told.lens.width_px;  // of a line on the picture
+      const double length = off_px.norm();
+      canvas.line(at(seen_px), at(seen_px + off_px * std::min(1.0, most_px / (length + 1e-9))),
+                  colour, 2);
+    }
+  };
+  const Pose3& T_before = told.map.frames[static_cast<std::size_t>(frame)].T_map_camera;
+  const Pose3& T_after = adjusted.T_map_camera[told.keyframe_shown];
+  for (const AdjustedMap::Point& point : adjusted.points) {
+    const auto in_map =
+        std::find_if(told.map.points.begin(), told.map.points.end(),
+                     [&point](const MonoMap::Point& p) { return p.number == point.number; });
+    for (const MonoMap::Seen& seen : in_map->seen) {
+      if (seen.frame == frame) {
+        draw_off(seen.px, told.lens, T_before, in_map->p_map, kWrongColour);
+        draw_off(seen.px, adjusted.lens, T_after, point.p_map, kTruthColour);
+        canvas.ring(at(seen.px), 4, kFoundColour, 1.5);
+      }
+    }
+  }
+  canvas.text(fmt::format("{}: {} keyframes, reprojection {:.2f} px before and {:.2f} px after "
+                          "adjustment",
+                          told.camera, adjusted.keyframes.size(), adjusted.rms_before_px,
+                          adjusted.rms_after_px),
+              {kMargin, 30}, kInk, 18);
+  const double y = kTitle + height + 26;
+  canvas.ring({kMargin + 8, y - 5}, 4, kFoundColour, 2);
+  canvas.text("seen", {kMargin + 20, y}, kInk);
+  canvas.line({kMargin + 90, y - 5}, {kMargin + 110, y - 5}, kWrongColour, 2);
+  canvas.text(fmt::format("off before, {:g} times", kEnlarged), {kMargin + 118, y}, kInk);
+  canvas.line({kMargin + 320, y - 5}, {kMargin + 340, y - 5}, kTruthColour, 2);
+  canvas.text("off after", {kMargin + 348, y}, kInk);
   return canvas.shrunk();
 }
 

@@ -14,6 +14,10 @@ namespace panoptes {
 /// was found in them and what was new (thesis Fig. 4.6). 8-bit BGR.
 cv::Mat draw_search(const CameraMap& told);
 
+/// One keyframe, and where the map draws its points in it before and after adjustment, as lines
+/// from where they were seen, enlarged (thesis Fig. 4.7). 8-bit BGR.
+cv::Mat draw_reprojection(const CameraMap& told);
+
 /// The camera's map from above, its first picture looking up the page: points with the ellipses of
 /// their covariance, the path, and the true one where it is known, in the map's own metre.
 cv::Mat draw_camera_map(const CameraMap& told, const std::optional<TrueCameraPath>& truth);

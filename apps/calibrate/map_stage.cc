@@ -197,6 +197,11 @@ void say(const CameraMap& told, Verdict verdict, const Json& figures) {
                 figures["heading_error_deg"].get<double>(),
                 figures["path_error_percent"].get<double>());
   }
+  if (figures.contains("reprojection_rms_px")) {
+    std::printf("; reprojection %.2f px, %.2f px adjusted",
+                figures["reprojection_rms_px"]["before"].get<double>(),
+                figures["reprojection_rms_px"]["after"].get<double>());
+  }
   std::printf("\n");
   for (const auto& reason : figures["warnings"]) {
     std::printf("  %s\n", reason.get<std::string>().c_str());
@@ -244,6 +249,11 @@ int calibrate_maps(const MapStage& args) {
     if (!told.looked_at.grey.empty()) {
       faults.attempt(
           [&] { write_file(out.path() / ("search_" + camera + ".png"), png(draw_search(told))); });
+    }
+    if (!told.keyframe_grey.empty()) {
+      faults.attempt([&] {
+        write_file(out.path() / ("reprojection_" + camera + ".png"), png(draw_reprojection(told)));
+      });
     }
     say(told, verdict, of_map);
   }

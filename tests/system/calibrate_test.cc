@@ -157,8 +157,11 @@ TEST_F(CalibrateMaps, EachCameraMapsWhatItPasses) {
     EXPECT_EQ(map["lost_s"], 0);
     EXPECT_LT(map["nis"], 2);
     EXPECT_LT(map["heading_error_deg"], 1);
-    for (const std::string& file : {"map_" + camera + ".png", "search_" + camera + ".png",
-                                    "points_" + camera + ".csv", "path_" + camera + ".tum"}) {
+    EXPECT_LT(map["reprojection_rms_px"]["after"], 0.8);
+    EXPECT_GT(map["adjusted"]["keyframes"], 3);
+    for (const std::string& file :
+         {"map_" + camera + ".png", "search_" + camera + ".png", "reprojection_" + camera + ".png",
+          "points_" + camera + ".csv", "path_" + camera + ".tum"}) {
       EXPECT_TRUE(std::filesystem::exists(folder_ / "work/run" / file)) << file;
     }
   }
