@@ -17,6 +17,8 @@ namespace panoptes {
 namespace {
 
 constexpr int kPinhole = 4;
+// Of the map's points, in a keyframe that they hold.
+constexpr std::size_t kFewestShown = 8;
 constexpr double kLeastNoise_px = 1e-3;  // of observations without any
 
 /// A point in a keyframe against where lens, pose and place draw it, in pixels.
@@ -215,7 +217,7 @@ bool solve(const KeyframeBundleOptions& options, const Intrinsics& lens, const C
 
 }  // namespace
 
-std::vector<int> keyframes(const KeyframeOptions& options, const MonoMap& map) {
+std::vector<int> keyframes(const KeyframeChoice& options, const MonoMap& map) {
   const int count = static_cast<int>(map.frames.size());
   std::vector<int> chosen;
   if (options.every > 0) {
@@ -232,7 +234,7 @@ std::vector<int> keyframes(const KeyframeOptions& options, const MonoMap& map) {
   }
   for (int i = 0; i < count; ++i) {
     const auto& here = shown[static_cast<std::size_t>(i)];
-    if (map.frames[static_cast<std::size_t>(i)].lost || here.empty()) {
+    if (map.frames[static_cast<std::size_t>(i)].lost || here.size() < kFewestShown) {
       continue;
     }
     if (chosen.empty()) {
@@ -252,6 +254,14 @@ std::vector<int> keyframes(const KeyframeOptions& options, const MonoMap& map) {
         moved_px[moved_px.size() / 2] > options.parallax_px) {
       chosen.push_back(i);
     }
+  }
+  const auto most = static_cast<std::size_t>(options.most);
+  if (chosen.size() > most) {
+    std::vector<int> fewer;
+    for (std::size_t i = 0; i < most; ++i) {
+      fewer.push_back(chosen[i * chosen.size() / most]);
+    }
+    return fewer;
   }
   return chosen;
 }

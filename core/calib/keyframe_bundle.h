@@ -9,18 +9,20 @@
 
 namespace panoptes {
 
-struct KeyframeOptions {
+struct KeyframeChoice {
   int every = 0;            ///< the thesis's way: each so many-th picture; 0: by parallax
   double parallax_px = 40;  ///< by which what a keyframe shows has moved in the next, the median
   double shared = 0.6;      ///< of what it shows, at least, in the next
+  int most = 120;  ///< of more by parallax, so many are taken, evenly: what turns to and fro shows
+                   ///< again what it has shown
 };
 
 /// The frames of a map that are adjusted, by their numbers: the first, and from each the next that
 /// shows what it shows clearly elsewhere (thesis 4.3.3).
-std::vector<int> keyframes(const KeyframeOptions& options, const MonoMap& map);
+std::vector<int> keyframes(const KeyframeChoice& options, const MonoMap& map);
 
 struct KeyframeBundleOptions {
-  KeyframeOptions keyframes;
+  KeyframeChoice keyframes;
   double inlier_sigma = 3;  ///< by which an observation may be off
   int iterations = 50;
   bool adjust_lens = true;  ///< within what is known of it

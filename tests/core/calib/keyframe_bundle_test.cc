@@ -134,12 +134,15 @@ TEST(KeyframeBundle, TheFirstPoseStays) {
 
 TEST(Keyframes, AreEveryNthOrWhereThingsHaveMoved) {
   const Room r = room(0, 0, Rng(5));
-  KeyframeOptions options;
+  KeyframeChoice options;
   options.every = 20;
   EXPECT_EQ(keyframes(options, r.map), (std::vector<int>{0, 20, 40}));
   const std::vector<int> by_parallax = keyframes({}, r.map);
   EXPECT_EQ(by_parallax.front(), 0);
   EXPECT_GT(by_parallax.size(), 20U);  // 13 degrees of turn are 80 px
+  options = {};
+  options.most = 10;
+  EXPECT_EQ(keyframes(options, r.map).size(), 10U);
   options = {};
   options.parallax_px = 200;
   options.shared = 0.2;
