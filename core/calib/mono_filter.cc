@@ -291,8 +291,8 @@ FilterUpdate MonoFilter::update(const std::vector<PointMatch>& matches) {
       result.dof += 2;
     }
   };
-  if (agreed.size() < 2 && matches.size() > 2) {
-    return result;  // each says something else
+  if (2 * agreed.size() < matches.size()) {
+    return result;  // most say something else: chance finds a few that agree
   }
   take(agreed);
   // Those that agree with all of these, if not with the one alone.

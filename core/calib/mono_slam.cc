@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 
 #include "core/base/check.h"
+#include "core/calib/camera_by_points.h"
 #include "core/calib/patch.h"
 #include "core/camera/lens_parameters.h"
 
@@ -25,6 +26,10 @@ constexpr double kLeastCosine = 0.6;
 constexpr double kFarthest_px = 80;
 // Of a point that is found less often than every second time of at least so many.
 constexpr int kFewestSought = 10;
+// A lost camera looks for itself every so many pictures, and knows then where it is to some pixels.
+constexpr int kLooksAgain = 3;
+constexpr double kFoundAgain_rad = 0.01;
+constexpr double kKnownRatio = 0.2;  // by points known to this share of their distance
 // Fewer than so many points hold no camera.
 constexpr int kFewestFound = 4;
 // How well places are found is learned from the innovations of some dozens of pictures (Mehra
@@ -38,8 +43,8 @@ constexpr double kMostSigma_px = 2;
 constexpr double kLeastAgreeing = 0.7;
 constexpr double kForgets = 0.3;
 
-/// The noise of a picture, grey levels, by the median of second differences, which edges do not
-/// move: of every fourth row.
+/// The noise of a picture, grey levels, by the median of second differences, which neither
+/// edges nor slopes move, so that it holds where all is textured too: of every fourth row.
 double noise_of(const cv::Mat& grey) {
   std::vector<int> differences;
   differences.reserve(static_cast<std::size_t>(grey.rows / 4 * grey.cols / 2));
@@ -101,15 +106,12 @@ std::optional<Mat2> MonoSlam::source_by_px(const Tracked& tracked, int number) c
   return px_by_source.inverse();
 }
 
-PointSought MonoSlam::seek(const cv::Mat& grey, int number) {
-  PointSought sought;
-  sought.point = number;
+// Empty for a point that cannot be looked for from here.
+std::optional<PointSought> MonoSlam::seek(const cv::Mat& grey, int number) const {
   const std::optional<PointExpected> expected = filter_.expected(number);
   if (!expected || !is_inside(lens_, expected->px, Patch::kHalf_px + 1)) {
-    sought.point = -1;
-    return sought;
+    return std::nullopt;
   }
-  sought.expected = *expected;
   const Tracked& tracked = tracked_.at(number);
   const std::optional<Mat2> by_px = source_by_px(tracked, number);
   const Mat2 S = expected->covariance_px2 + match_sigma_px_ * match_sigma_px_ * Mat2::Identity();
@@ -118,9 +120,9 @@ PointSought MonoSlam::seek(const cv::Mat& grey, int number) {
                                          ? Patch::seen(tracked.source, tracked.offset_px, *by_px)
                                          : std::nullopt;
   if (!patch) {
-    sought.point = -1;
-    return sought;
+    return std::nullopt;
   }
+  PointSought sought{number, *expected, std::nullopt, false};
   const std::optional<Patch::Found> found =
       patch->find(grey, expected->px, S, options_.search_sigmas, options_.least_correlation);
   if (found) {
@@ -148,19 +150,20 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   noise_grey_ = noise_of(grey);
   std::vector<PointMatch> matches;
   for (const int number : filter_.points()) {
-    PointSought sought = seek(grey, number);
-    if (sought.point < 0) {
-      continue;
+    const std::optional<PointSought> sought = seek(grey, number);
+    if (sought && sought->found_px) {
+      matches.push_back({number, *sought->found_px, match_sigma_px_});
     }
-    if (sought.found_px) {
-      matches.push_back({number, *sought.found_px, match_sigma_px_});
+    if (sought) {
+      step.sought.push_back(*sought);
     }
-    step.sought.push_back(std::move(sought));
   }
   const FilterUpdate update = filter_.update(matches);
   step.squared_sigmas = update.squared_sigmas;
   step.dof = update.dof;
-  step.lost = before_ && !step.sought.empty() && update.dof / 2 < kFewestFound;
+  const bool is_held = update.dof / 2 >= kFewestFound;
+  was_held_ = was_held_ || is_held;
+  step.lost = was_held_ && !is_held;
   const Eigen::AngleAxisd turn(filter_.T_map_camera().rotation * T_map_before.rotation.conjugate());
   turned_rad_ += turn.angle() * turn.axis();
   std::size_t next = 0;
@@ -184,12 +187,15 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   }
   step.match_sigma_px = match_sigma_px_;
   filter_.convert();
-  if (start_fails(step)) {
+  lost_pictures_ = step.lost ? lost_pictures_ + 1 : 0;
+  if (start_fails(step) || (is_starting_ && lost_pictures_ >= kLooksAgain)) {
     filter_ = MonoFilter(options_.filter, lens_);
     points_.clear();
     tracked_.clear();
     turned_rad_.setZero();
     agreeing_ = 1;
+    was_held_ = false;
+    lost_pictures_ = 0;
     std::fill(try_cell_from_.begin(), try_cell_from_.end(), 0);
     step = {};
     step.begins_anew = true;
@@ -198,10 +204,36 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   if (!step.lost) {
     forget_the_bad();
     grow(grey, step);
+  } else if (lost_pictures_ % kLooksAgain == 0) {
+    find_again(grey);
   }
   ++pictures_;
   step.T_map_camera = filter_.T_map_camera();
   return step;
+}
+
+// By the looks of its points, wherever it is; the next picture shows whether that holds.
+void MonoSlam::find_again(const cv::Mat& grey) {
+  std::vector<KnownPoint> known;
+  double depth_m = 0;
+  for (const auto& [number, point] : points_) {
+    const Vec3 p_map = filter_.point(number).p_map();
+    const double far_m = (p_map - tracked_.at(number).T_map_first.translation).norm();
+    if (p_map.allFinite() &&
+        std::sqrt(filter_.point_covariance(number).trace()) < kKnownRatio * far_m) {
+      known.push_back({p_map, point.descriptor});
+    }
+  }
+  const std::optional<Pose3> T_map_camera = camera_by_points(options_.features, lens_, grey, known);
+  if (!T_map_camera) {
+    return;
+  }
+  for (const KnownPoint& point : known) {
+    depth_m += (point.p_map - T_map_camera->translation).norm() / static_cast<double>(known.size());
+  }
+  Eigen::Matrix<double, 6, 1> sigma;
+  sigma << Vec3::Constant(kFoundAgain_rad * depth_m), Vec3::Constant(kFoundAgain_rad);
+  filter_.place(*T_map_camera, sigma.cwiseAbs2().asDiagonal());
 }
 
 // Until most points are first of known depth, most of what is found must agree.
@@ -307,7 +339,6 @@ bool MonoSlam::add(const cv::Mat& grey, const SalientFeature& feature, MonoSlamS
     return false;
   }
   tracked.T_map_first = filter_.T_map_camera();
-  tracked.direction_first = *direction;
   tracked.direction_by_px = *by_px;
   tracked.turned_rad = turned_rad_;
   const int number = filter_.add(feature.px, match_sigma_px_);

@@ -48,7 +48,7 @@ struct MonoSlamStep {
   int dof = 0;
   double match_sigma_px = 0;  ///< of where points are found, as learned so far
   bool begins_anew = false;   ///< the start contradicted itself: what was mapped is forgotten
-  bool lost = false;          ///< too little of what was expected is there
+  bool lost = false;          ///< it was held by points once, and is not now: nothing is mapped
   bool closes = false;        ///< a point was found again after more than half a turn
 };
 
@@ -64,7 +64,7 @@ struct MappedPoint {
 /// are sought as patches in the ellipses that the filter expects them in, and found anew as the
 /// most salient feature of each cell of a grid that holds none. A camera that starts to move
 /// sideways may be taken to turn, and what is found then contradicts itself: it begins anew, at
-/// that picture.
+/// that picture. One that is lost maps nothing, and is found again by the looks of its points.
 class MonoSlam {
  public:
   MonoSlam(const MonoSlamOptions& options, const Intrinsics& lens);
@@ -82,16 +82,16 @@ class MonoSlam {
     cv::Mat source;  // the picture around it where it was first seen
     Vec2 offset_px = Vec2::Zero();
     Pose3 T_map_first;
-    Vec3 direction_first = Vec3::Zero();  // unit
     Eigen::Matrix<double, 3, 2> direction_by_px;
     Vec3 turned_rad = Vec3::Zero();  // by the camera, when it was last found
   };
   std::optional<Mat2> source_by_px(const Tracked& tracked, int number) const;
-  PointSought seek(const cv::Mat& grey, int number);
+  std::optional<PointSought> seek(const cv::Mat& grey, int number) const;
   void grow(const cv::Mat& grey, MonoSlamStep& step);
   bool add(const cv::Mat& grey, const SalientFeature& feature, MonoSlamStep& step);
   void forget_the_bad();
   bool start_fails(const MonoSlamStep& step);
+  void find_again(const cv::Mat& grey);
 
   MonoSlamOptions options_;
   Intrinsics lens_;
@@ -103,6 +103,8 @@ class MonoSlam {
   std::vector<int> try_cell_from_;  // the number of the picture
   Vec3 turned_rad_ = Vec3::Zero();  // since the start, in map: its turns added up
   double noise_grey_ = 0;
+  int lost_pictures_ = 0;    // since it was held
+  bool was_held_ = false;    // by as many points as hold a camera
   bool is_starting_ = true;  // most points were never of known depth yet
   double agreeing_ = 1;      // share of the matches, lately
   double match_sigma_px_;

@@ -97,17 +97,62 @@ TEST(MonoSlam, ARoomWithNothingToSeeGivesNoMap) {
   EXPECT_TRUE(r.map.points.empty());
 }
 
-TEST(MonoSlam, SaysWhenACoveredLensLosesIt) {
-  const Driven r = run(120, 3, [](int i, cv::Mat& picture) {
-    if (i >= 25 && i < 31) {
+TEST(MonoSlam, IsLostWhileTheLensIsCoveredAndFoundAgain) {
+  const Driven r = run(120, 5.5, [](int i, cv::Mat& picture) {
+    if (i >= 60 && i < 70) {
       picture.setTo(20);
     }
   });
-  EXPECT_FALSE(r.map.frames[24].lost);
-  EXPECT_TRUE(r.map.frames[26].lost);
+  EXPECT_FALSE(r.map.frames[59].lost);
+  EXPECT_TRUE(r.map.frames[61].lost);
   EXPECT_FALSE(r.map.frames.back().lost);
-  EXPECT_GT(r.map.lost_s, 0.3);
+  EXPECT_GT(r.map.lost_s, 0.6);
   EXPECT_LT(heading_error_deg(r), 0.5);
+}
+
+// A lens that stays covered leaves the camera nowhere: it must not map on from where it guesses to
+// be.
+TEST(MonoSlam, WhoIsLostForLongMapsNothing) {
+  std::size_t points = 0;
+  Rng rng(3);
+  const RoomPainter room(kLens, 120, rng.fork("room"));
+  Rng noise = rng.fork("noise");
+  MonoSlam slam({}, kLens);
+  MonoSlamStep step;
+  for (int i = 0; i < 8 * 15; ++i) {
+    cv::Mat picture = room.draw(driven(i / 15.0), noise);
+    if (i >= 5 * 15 && i < 7 * 15) {  // in the middle of its turn
+      picture.setTo(20);
+    }
+    step = slam.step(picture, time_at(i / 15.0));
+    if (i == 5 * 15) {
+      points = slam.points().size();
+    }
+    if (step.lost) {
+      EXPECT_TRUE(step.added.empty());
+    }
+  }
+  EXPECT_TRUE(step.lost || slam.points().size() > points / 2);
+  // Wherever it says that it is not lost it is where it says.
+  const Pose3 T_true = driven(0).inverse() * driven((8 * 15 - 1) / 15.0);
+  if (!step.lost) {
+    EXPECT_LT(rad_to_deg(step.T_map_camera.rotation.angularDistance(T_true.rotation)), 1);
+  }
+}
+
+// Pictures of another room all at once: none of its points are taken for those of the map.
+TEST(MonoSlam, AJumpInThePicturesIsTold) {
+  Rng rng(3);
+  const RoomPainter room(kLens, 120, rng.fork("room"));
+  const RoomPainter other(kLens, 120, rng.fork("other"));
+  Rng noise = rng.fork("noise");
+  MonoSlam slam({}, kLens);
+  for (int i = 0; i < 5 * 15; ++i) {
+    const bool jumped = i >= 4 * 15;
+    const MonoSlamStep step =
+        slam.step((jumped ? other : room).draw(driven(i / 15.0), noise), time_at(i / 15.0));
+    EXPECT_EQ(step.lost, jumped) << i;
+  }
 }
 
 }  // namespace
