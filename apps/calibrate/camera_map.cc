@@ -1,18 +1,34 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/calibrate/camera_map.h"
 
-#include <ctime>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "apps/calibrate/true_camera_path.h"
+#include "apps/process/stage_clock.h"
 #include "core/base/error.h"
 #include "core/io/dataset.h"
 
 namespace panoptes {
 namespace {
 
-double cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+void add_errors(const TrueCameraPath& truth, CameraMap& told) {
+  std::vector<Pose3> path;
+  std::vector<Pose3> true_path;
+  for (const MonoMap::Frame& frame : told.map.frames) {
+    path.push_back(frame.T_map_camera);
+    true_path.push_back(truth.T_scene_camera(frame.stamp));
+  }
+  told.errors = camera_path_errors(path, true_path);
+  if (!told.adjusted.T_map_camera.empty()) {
+    std::vector<Pose3> of_keyframes;
+    for (const int frame : told.adjusted.keyframes) {
+      of_keyframes.push_back(true_path[static_cast<std::size_t>(frame)]);
+    }
+    told.adjusted_errors = camera_path_errors(told.adjusted.T_map_camera, of_keyframes);
+  }
+}
 
 }  // namespace
 
@@ -34,24 +50,30 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
                                     pictures[i].mention, grey.cols, grey.rows, camera,
                                     lens.width_px, lens.height_px));
     }
-    const double before_s = cpu_s();
+    const double before_s = process_use().cpu_s;
     const MonoSlamStep step = slam.step(grey, pictures[i].stamp);
     builder.add(pictures[i].stamp, step);
-    told.cpu_s += cpu_s() - before_s;
+    told.cpu_s += process_use().cpu_s - before_s;
     if (i == pictures.size() / 2) {
       told.looked_at = {grey, step, options.columns, options.rows, options.search_sigmas};
     }
     progress(static_cast<double>(i + 1) / static_cast<double>(pictures.size()));
   }
   told.map = builder.map(slam);
-  const double before_s = cpu_s();
+  const double before_s = process_use().cpu_s;
   told.adjusted = adjust_map(bundle, lens, believed.sigma, told.map);
-  told.adjust_s = cpu_s() - before_s;
+  told.adjust_s = process_use().cpu_s - before_s;
   if (!told.adjusted.T_map_camera.empty()) {
     told.keyframe_shown = told.adjusted.keyframes.size() / 2;
     const auto frame = static_cast<std::size_t>(told.adjusted.keyframes[told.keyframe_shown]);
     const std::size_t first = pictures.size() - told.map.frames.size();
     told.keyframe_grey = read_grey_picture(dataset, pictures[first + frame]);
+  }
+  if (!told.map.frames.empty()) {
+    told.begins_s = to_seconds(told.map.frames.front().stamp - pictures.front().stamp);
+    if (const std::optional<TrueCameraPath> truth = TrueCameraPath::read(dataset, camera)) {
+      add_errors(*truth, told);
+    }
   }
   return told;
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include <opencv2/core/mat.hpp>
@@ -11,6 +12,7 @@
 #include "core/calib/keyframe_bundle.h"
 #include "core/calib/mono_map.h"
 #include "core/camera/rig.h"
+#include "core/eval/camera_path.h"
 
 namespace panoptes {
 
@@ -33,7 +35,11 @@ struct CameraMap {
   AdjustedMap adjusted;
   cv::Mat keyframe_grey;           ///< the picture of
   std::size_t keyframe_shown = 0;  ///< this one of its keyframes, the middle one
-  double adjust_s = 0;             ///< CPU
+  double begins_s = 0;  ///< the map, after the first picture: a start may have been given up
+  /// Of the frames and of the keyframes, where the recording holds the truth.
+  std::optional<CameraPathErrors> errors;
+  std::optional<CameraPathErrors> adjusted_errors;
+  double adjust_s = 0;  ///< CPU
 };
 
 /// Maps a recording with one of its cameras, by its pictures alone, and adjusts the map. `progress`

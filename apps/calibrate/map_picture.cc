@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include <Eigen/Eigenvalues>
@@ -35,27 +36,48 @@ std::vector<Vec2> ellipse(const Vec2& middle, const Mat2& covariance, double sig
   return line;
 }
 
-void paste_grey(Canvas& canvas, const cv::Mat& grey, const Vec2& corner, const cv::Size2d& size) {
-  cv::Mat shown;
-  cv::resize(grey, shown, cv::Size(size), 0, 0, cv::INTER_LINEAR);
-  cv::cvtColor(shown, shown, cv::COLOR_GRAY2BGR);
-  canvas.paste(shown, corner);
-}
+/// A sheet with one of the camera's pictures, a title over it and room for a legend under it.
+struct PictureSheet {
+  static constexpr double kWidth = 960;
+
+  PictureSheet(const Intrinsics& lens, const cv::Mat& grey, const std::string& title)
+      : scale(kWidth / lens.width_px),
+        height(lens.height_px * scale),
+        canvas(static_cast<int>(kWidth + 2 * kMargin),
+               static_cast<int>(height + kTitle + kLegend + kMargin), kPaper) {
+    cv::Mat shown;
+    cv::resize(grey, shown, cv::Size(static_cast<int>(kWidth), static_cast<int>(height)), 0, 0,
+               cv::INTER_LINEAR);
+    cv::cvtColor(shown, shown, cv::COLOR_GRAY2BGR);
+    canvas.paste(shown, corner);
+    canvas.text(title, {kMargin, 30}, kInk, 18);
+  }
+
+  Vec2 at(const Vec2& px) const { return corner + scale * (px + Vec2(0.5, 0.5)); }
+  double legend_y() const { return kTitle + height + 26; }
+
+  Vec2 corner{kMargin, kTitle};
+  double scale;
+  double height;
+  Canvas canvas;
+};
 
 Vec2 from_above(const Vec3& p_map) { return {p_map.x(), p_map.z()}; }
 
 }  // namespace
 
 cv::Mat draw_search(const CameraMap& told) {
-  constexpr double kWidth = 960;
   const LookedAt& looked = told.looked_at;
-  const double scale = kWidth / told.lens.width_px;
-  const double height = told.lens.height_px * scale;
-  Canvas canvas(static_cast<int>(kWidth + 2 * kMargin),
-                static_cast<int>(height + kTitle + kLegend + kMargin), kPaper);
-  const Vec2 corner(kMargin, kTitle);
-  const auto at = [&](const Vec2& px) { return Vec2(corner + scale * (px + Vec2(0.5, 0.5))); };
-  paste_grey(canvas, looked.grey, corner, cv::Size2d(kWidth, height));
+  const auto inliers = std::count_if(looked.step.sought.begin(), looked.step.sought.end(),
+                                     [](const PointSought& sought) { return sought.inlier; });
+  PictureSheet sheet(told.lens, looked.grey,
+                     fmt::format("{}: {} points expected here, {} found where the others agree",
+                                 told.camera, looked.step.sought.size(), inliers));
+  Canvas& canvas = sheet.canvas;
+  const Vec2& corner = sheet.corner;
+  const double height = sheet.height;
+  constexpr double kWidth = PictureSheet::kWidth;
+  const auto at = [&sheet](const Vec2& px) { return sheet.at(px); };
   for (int column = 1; column < looked.columns; ++column) {
     const double x = corner.x() + column * kWidth / looked.columns;
     canvas.line({x, corner.y()}, {x, corner.y() + height}, kGridColour, 1);
@@ -64,7 +86,6 @@ cv::Mat draw_search(const CameraMap& told) {
     const double y = corner.y() + row * height / looked.rows;
     canvas.line({corner.x(), y}, {corner.x() + kWidth, y}, kGridColour, 1);
   }
-  int inliers = 0;
   for (const PointSought& sought : looked.step.sought) {
     const Mat2 covariance = sought.expected.covariance_px2 + looked.step.match_sigma_px *
                                                                  looked.step.match_sigma_px *
@@ -75,15 +96,11 @@ cv::Mat draw_search(const CameraMap& told) {
     if (sought.found_px) {
       canvas.cross(at(*sought.found_px), 4, sought.inlier ? kFoundColour : kWrongColour, 1.5);
     }
-    inliers += sought.inlier ? 1 : 0;
   }
   for (const PointMatch& added : looked.step.added) {
     canvas.ring(at(added.px), 7, kTruthColour, 2);
   }
-  canvas.text(fmt::format("{}: {} points expected here, {} found where the others agree",
-                          told.camera, looked.step.sought.size(), inliers),
-              {kMargin, 30}, kInk, 18);
-  const double y = kTitle + height + 26;
+  const double y = sheet.legend_y();
   canvas.line({kMargin, y - 5}, {kMargin + 20, y - 5}, kEstimateColour, 2);
   canvas.text(fmt::format("sought within {:g} sigma", looked.search_sigmas), {kMargin + 28, y},
               kInk);
@@ -97,17 +114,16 @@ cv::Mat draw_search(const CameraMap& told) {
 }
 
 cv::Mat draw_reprojection(const CameraMap& told) {
-  constexpr double kWidth = 960;
   constexpr double kEnlarged = 10;
   const AdjustedMap& adjusted = told.adjusted;
   const int frame = adjusted.keyframes[told.keyframe_shown];
-  const double scale = kWidth / told.lens.width_px;
-  const double height = told.lens.height_px * scale;
-  Canvas canvas(static_cast<int>(kWidth + 2 * kMargin),
-                static_cast<int>(height + kTitle + kLegend + kMargin), kPaper);
-  const Vec2 corner(kMargin, kTitle);
-  const auto at = [&](const Vec2& px) { return Vec2(corner + scale * (px + Vec2(0.5, 0.5))); };
-  paste_grey(canvas, told.keyframe_grey, corner, cv::Size2d(kWidth, height));
+  PictureSheet sheet(told.lens, told.keyframe_grey,
+                     fmt::format("{}: {} keyframes, reprojection {:.2f} px before and {:.2f} px "
+                                 "after adjustment",
+                                 told.camera, adjusted.keyframes.size(), adjusted.rms_before_px,
+                                 adjusted.rms_after_px));
+  Canvas& canvas = sheet.canvas;
+  const auto at = [&sheet](const Vec2& px) { return sheet.at(px); };
   const auto draw_off = [&](const Vec2& seen_px, const Intrinsics& lens, const Pose3& T_map_camera,
                             const Vec3& p_map, const Colour& colour) {
     const Vec3 p = T_map_camera.inverse() * p_map;
@@ -133,12 +149,7 @@ cv::Mat draw_reprojection(const CameraMap& told) {
       }
     }
   }
-  canvas.text(fmt::format("{}: {} keyframes, reprojection {:.2f} px before and {:.2f} px after "
-                          "adjustment",
-                          told.camera, adjusted.keyframes.size(), adjusted.rms_before_px,
-                          adjusted.rms_after_px),
-              {kMargin, 30}, kInk, 18);
-  const double y = kTitle + height + 26;
+  const double y = sheet.legend_y();
   canvas.ring({kMargin + 8, y - 5}, 4, kFoundColour, 2);
   canvas.text("seen", {kMargin + 20, y}, kInk);
   canvas.line({kMargin + 90, y - 5}, {kMargin + 110, y - 5}, kWrongColour, 2);
@@ -148,18 +159,17 @@ cv::Mat draw_reprojection(const CameraMap& told) {
   return canvas.shrunk();
 }
 
-cv::Mat draw_camera_map(const CameraMap& told, const std::optional<TrueCameraPath>& truth) {
+cv::Mat draw_camera_map(const CameraMap& told) {
   constexpr double kSide = 860;
   const MonoMap& map = told.map;
   std::vector<Vec2> path;
   std::vector<Vec2> true_path;
-  const CameraPathErrors errors =
-      truth ? camera_path_errors(map.frames, *truth) : CameraPathErrors{};
   for (std::size_t i = 0; i < map.frames.size(); ++i) {
     path.push_back(from_above(map.frames[i].T_map_camera.translation));
-    if (truth) {
+    if (told.errors) {
       const Vec3 start = map.frames.front().T_map_camera.translation;
-      true_path.push_back(from_above(start + (errors.true_map[i] - start) / errors.scale));
+      true_path.push_back(
+          from_above(start + (told.errors->true_map[i] - start) / told.errors->scale));
     }
   }
   // What nine tenths of the points and all of the path lie in.
@@ -217,7 +227,7 @@ cv::Mat draw_camera_map(const CameraMap& told, const std::optional<TrueCameraPat
   canvas.text("point, 3 sigma", {kMargin + 16, y}, kInk);
   canvas.line({kMargin + 150, y - 5}, {kMargin + 170, y - 5}, kEstimateColour, 2);
   canvas.text("camera, from the ring on", {kMargin + 178, y}, kInk);
-  if (truth) {
+  if (told.errors) {
     canvas.line({kMargin + 396, y - 5}, {kMargin + 416, y - 5}, kTruthColour, 2);
     canvas.text("truth, scaled", {kMargin + 424, y}, kInk);
   }

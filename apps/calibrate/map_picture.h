@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <optional>
-
 #include <opencv2/core/mat.hpp>
 
 #include "apps/calibrate/camera_map.h"
-#include "apps/calibrate/camera_map_truth.h"
 
 namespace panoptes {
 
@@ -20,6 +17,6 @@ cv::Mat draw_reprojection(const CameraMap& told);
 
 /// The camera's map from above, its first picture looking up the page: points with the ellipses of
 /// their covariance, the path, and the true one where it is known, in the map's own metre.
-cv::Mat draw_camera_map(const CameraMap& told, const std::optional<TrueCameraPath>& truth);
+cv::Mat draw_camera_map(const CameraMap& told);
 
 }  // namespace panoptes

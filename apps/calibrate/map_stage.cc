@@ -14,7 +14,6 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/calibrate/camera_map.h"
-#include "apps/calibrate/camera_map_truth.h"
 #include "apps/calibrate/camera_pictures.h"
 #include "apps/calibrate/map_picture.h"
 #include "apps/command/out_dir.h"
@@ -25,7 +24,9 @@
 #include "apps/process/stage_clock.h"
 #include "core/base/error.h"
 #include "core/base/utf8.h"
-#include "core/calib/lens_fit.h"
+#include "core/calib/map_verdict.h"
+#include "core/eval/camera_path.h"
+#include "core/eval/statistics.h"
 #include "core/io/csv.h"
 #include "core/io/dataset.h"
 #include "core/io/file.h"
@@ -67,103 +68,57 @@ std::vector<std::pair<std::string, RigCamera>> lenses_of(const MapStage& args) {
   return lenses;
 }
 
-double median_deg(std::vector<double> angles_rad) {
-  std::sort(angles_rad.begin(), angles_rad.end());
-  return angles_rad.empty() ? 0 : rad_to_deg(angles_rad[angles_rad.size() / 2]);
+double percent(const CameraPathErrors& errors) {
+  return errors.path_m > 0 ? 100 * errors.position_rms_m / errors.path_m : 0;
 }
 
-Json true_figures(const MonoMap& map, const TrueCameraPath& truth) {
-  const CameraPathErrors errors = camera_path_errors(map.frames, truth);
-  const std::vector<double>& heading = errors.heading_error_rad;
-  Json figures{
-      {"heading_error_deg", rad_to_deg(heading.back())},
-      {"path_m", errors.path_m},
-      {"path_error_percent", errors.path_m > 0 ? 100 * errors.position_rms_m / errors.path_m : 0},
-      {"scale", errors.scale}};
-  if (map.closed) {
-    const std::size_t at = *map.closed;
-    figures["heading_error_before_closure_deg"] = rad_to_deg(heading[at > 0 ? at - 1 : 0]);
-    figures["heading_error_after_closure_deg"] =
-        median_deg({heading.begin() + static_cast<std::ptrdiff_t>(at), heading.end()});
+Json adjusted_figures(const CameraMap& told) {
+  const AdjustedMap& adjusted = told.adjusted;
+  Json figures{{"keyframes", adjusted.keyframes.size()},
+               {"points", adjusted.points.size()},
+               {"observations", adjusted.observations},
+               {"left_out", adjusted.left_out},
+               {"fx_px", adjusted.lens.fx_px},
+               {"cx_px", adjusted.lens.cx_px},
+               {"cy_px", adjusted.lens.cy_px},
+               {"converged", adjusted.converged},
+               {"cpu_s", told.adjust_s}};
+  if (told.adjusted_errors) {
+    figures["heading_error_deg"] =
+        rad_to_deg(quantile(told.adjusted_errors->heading_error_rad, 0.5));
+    figures["path_error_percent"] = percent(*told.adjusted_errors);
   }
   return figures;
 }
 
-Json figures_of(const CameraMap& told, const std::optional<TrueCameraPath>& truth) {
+Json figures_of(const CameraMap& told) {
   const MonoMap& map = told.map;
-  Json figures{{"features", map.points.size()},
-               {"nis", map.normalised_innovation},
-               {"lost_s", map.lost_s},
-               {"pictures", map.frames.size()},
-               {"cpu_s", told.cpu_s}};
+  Json figures{{"features", map.points.size()}, {"nis", map.normalised_innovation},
+               {"lost_s", map.lost_s},          {"pictures", map.frames.size()},
+               {"begins_s", told.begins_s},     {"cpu_s", told.cpu_s}};
   if (map.closed) {
     figures["closed_s"] = to_seconds(map.frames[*map.closed].stamp - map.frames.front().stamp);
   }
-  const AdjustedMap& adjusted = told.adjusted;
-  if (!adjusted.T_map_camera.empty()) {
-    figures["reprojection_rms_px"] = {{"before", adjusted.rms_before_px},
-                                      {"after", adjusted.rms_after_px}};
-    figures["adjusted"] = {{"keyframes", adjusted.keyframes.size()},
-                           {"points", adjusted.points.size()},
-                           {"observations", adjusted.observations},
-                           {"left_out", adjusted.left_out},
-                           {"fx_px", adjusted.lens.fx_px},
-                           {"cx_px", adjusted.lens.cx_px},
-                           {"cy_px", adjusted.lens.cy_px},
-                           {"converged", adjusted.converged},
-                           {"cpu_s", told.adjust_s}};
-  }
-  if (truth && !adjusted.T_map_camera.empty()) {
-    std::vector<MonoMap::Frame> frames;
-    for (std::size_t i = 0; i < adjusted.keyframes.size(); ++i) {
-      frames.push_back({map.frames[static_cast<std::size_t>(adjusted.keyframes[i])].stamp,
-                        adjusted.T_map_camera[i], false});
+  if (told.errors) {
+    const std::vector<double>& heading = told.errors->heading_error_rad;
+    figures["heading_error_deg"] = rad_to_deg(heading.back());
+    figures["path_m"] = told.errors->path_m;
+    figures["path_error_percent"] = percent(*told.errors);
+    figures["scale"] = told.errors->scale;
+    if (map.closed) {
+      const auto at = static_cast<std::ptrdiff_t>(*map.closed);
+      figures["heading_error_before_closure_deg"] =
+          rad_to_deg(heading[*map.closed > 0 ? *map.closed - 1 : 0]);
+      figures["heading_error_after_closure_deg"] =
+          rad_to_deg(quantile({heading.begin() + at, heading.end()}, 0.5));
     }
-    const CameraPathErrors errors = camera_path_errors(frames, *truth);
-    figures["adjusted"]["heading_error_deg"] = median_deg(errors.heading_error_rad);
-    figures["adjusted"]["path_error_percent"] =
-        errors.path_m > 0 ? 100 * errors.position_rms_m / errors.path_m : 0;
   }
-  if (truth && !map.frames.empty()) {
-    figures.update(true_figures(map, *truth));
+  if (!told.adjusted.T_map_camera.empty()) {
+    figures["reprojection_rms_px"] = {{"before", told.adjusted.rms_before_px},
+                                      {"after", told.adjusted.rms_after_px}};
+    figures["adjusted"] = adjusted_figures(told);
   }
   return figures;
-}
-
-// A map is poor where its filter doubts itself or what closes it is missing, and none where the
-// camera is not held at its end.
-Verdict verdict_on(const MonoMap& map, std::vector<std::string>& reasons) {
-  constexpr std::size_t kFewestPoints = 20;
-  constexpr double kMostInnovation = 2;  // squared, of what was expected
-  Verdict verdict = Verdict::kGood;
-  const auto doubt = [&](Verdict worse, std::string why) {
-    verdict = std::max(verdict, worse);
-    reasons.push_back(std::move(why));
-  };
-  if (map.points.size() < kFewestPoints) {
-    doubt(
-        Verdict::kFailed,
-        fmt::format("only {} points are mapped, fewer than {}: there is too little to see, or the "
-                    "camera never moves from its place",
-                    map.points.size(), kFewestPoints));
-  }
-  if (!map.frames.empty() && map.frames.back().lost) {
-    doubt(Verdict::kFailed, fmt::format("it is lost at the end, {:.1f} s in all", map.lost_s));
-  } else if (map.lost_s > 0) {
-    doubt(Verdict::kPoor, fmt::format("it was lost for {:.1f} s", map.lost_s));
-  }
-  if (map.normalised_innovation > kMostInnovation) {
-    doubt(Verdict::kPoor,
-          fmt::format("what is seen is off by {:.1f} times what was expected: the lens may be "
-                      "another one",
-                      std::sqrt(map.normalised_innovation)));
-  }
-  if (!map.closed) {
-    doubt(Verdict::kPoor,
-          "it never saw again, after a whole turn, what it saw before: drive one "
-          "that turns by more than 360 degrees");
-  }
-  return verdict;
 }
 
 void write_path(const fs::path& path, const MonoMap& map) {
@@ -186,9 +141,13 @@ void write_points(const fs::path& path, const MonoMap& map) {
   table.finish();
 }
 
-void say(const CameraMap& told, Verdict verdict, const Json& figures) {
+void say(const CameraMap& told, const Judged& judged, const Json& figures) {
   std::printf("%s: %s; %zu points from %zu pictures", told.camera.c_str(),
-              std::string(name(verdict)).c_str(), told.map.points.size(), told.map.frames.size());
+              std::string(name(judged.verdict)).c_str(), told.map.points.size(),
+              told.map.frames.size());
+  if (told.begins_s > 0) {
+    std::printf(", begun anew after %.1f s", told.begins_s);
+  }
   if (told.map.closed) {
     std::printf(", closed after %.0f s", figures["closed_s"].get<double>());
   }
@@ -203,8 +162,8 @@ void say(const CameraMap& told, Verdict verdict, const Json& figures) {
                 figures["reprojection_rms_px"]["after"].get<double>());
   }
   std::printf("\n");
-  for (const auto& reason : figures["warnings"]) {
-    std::printf("  %s\n", reason.get<std::string>().c_str());
+  for (const std::string& reason : judged.reasons) {
+    std::printf("  %s\n", reason.c_str());
   }
 }
 
@@ -233,19 +192,16 @@ int calibrate_maps(const MapStage& args) {
                            line.wall_s()));
           }
         });
-    const std::optional<TrueCameraPath> truth = TrueCameraPath::read(args.dataset, camera);
-    Json of_map = figures_of(told, truth);
-    std::vector<std::string> reasons;
-    const Verdict verdict = verdict_on(told.map, reasons);
-    worst = std::max(worst, verdict);
-    of_map["verdict"] = name(verdict);
-    of_map["warnings"] = reasons;
+    Json of_map = figures_of(told);
+    const Judged judged = judge_map(told.map, told.adjusted, believed);
+    worst = std::max(worst, judged.verdict);
+    of_map["verdict"] = name(judged.verdict);
+    of_map["warnings"] = judged.reasons;
     figures["cameras"][as_utf8(camera)]["map"] = of_map;
     faults.attempt([&] { write_path(out.path() / ("path_" + camera + ".tum"), told.map); });
     faults.attempt([&] { write_points(out.path() / ("points_" + camera + ".csv"), told.map); });
-    faults.attempt([&] {
-      write_file(out.path() / ("map_" + camera + ".png"), png(draw_camera_map(told, truth)));
-    });
+    faults.attempt(
+        [&] { write_file(out.path() / ("map_" + camera + ".png"), png(draw_camera_map(told))); });
     if (!told.looked_at.grey.empty()) {
       faults.attempt(
           [&] { write_file(out.path() / ("search_" + camera + ".png"), png(draw_search(told))); });
@@ -255,7 +211,7 @@ int calibrate_maps(const MapStage& args) {
         write_file(out.path() / ("reprojection_" + camera + ".png"), png(draw_reprojection(told)));
       });
     }
-    say(told, verdict, of_map);
+    say(told, judged, of_map);
   }
   figures["verdict"] = name(worst);
   if (worst == Verdict::kFailed || !faults.none()) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/geometry/cross_matrix.h"
+
 namespace panoptes {
 namespace {
 
@@ -18,12 +20,6 @@ Vec3 ray_by_elevation(double azimuth_rad, double elevation_rad) {
 }
 
 }  // namespace
-
-Mat3 cross_matrix(const Vec3& v) {
-  Mat3 m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 Vec3 ray_of_angles(double azimuth_rad, double elevation_rad) {
   return {std::cos(elevation_rad) * std::sin(azimuth_rad), -std::sin(elevation_rad),

@@ -22,9 +22,6 @@ struct FilteredPoint {
   Vec3 p_map() const;
 };
 
-/// cross_matrix(a) * b = a x b.
-Mat3 cross_matrix(const Vec3& v);
-
 /// The ray that an azimuth and an elevation stand for.
 Vec3 ray_of_angles(double azimuth_rad, double elevation_rad);
 

@@ -11,6 +11,7 @@
 #include <ceres/ceres.h>
 
 #include "core/calib/pose_block.h"
+#include "core/calib/reprojection_cost.h"
 #include "core/camera/lens_parameters.h"
 
 namespace panoptes {
@@ -21,68 +22,15 @@ constexpr int kPinhole = 4;
 constexpr std::size_t kFewestShown = 8;
 constexpr double kLeastNoise_px = 1e-3;  // of observations without any
 
-/// A point in a keyframe against where lens, pose and place draw it, in pixels.
-class PointCost : public ceres::CostFunction {
- public:
-  PointCost(const Intrinsics& lens, const Vec2& seen_px) : lens_(lens), seen_px_(seen_px) {
-    set_num_residuals(2);
-    *mutable_parameter_block_sizes() = {static_cast<int>(lens_parameters(lens).size()), 7, 3};
-  }
-
-  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    const Eigen::Index count = parameter_block_sizes()[0];
-    const Intrinsics lens =
-        with_parameters(lens_, Eigen::Map<const Eigen::VectorXd>(blocks[0], count));
-    const Pose3 T_camera_map = from_block(blocks[1]);
-    const Vec3 p_map = Eigen::Map<const Vec3>(blocks[2]);
-    const Vec3 p = T_camera_map * p_map;
-    if (!lens.sees(p)) {
-      // It has left the picture on the way: as bad as one that is at its edge, and no slope.
-      Eigen::Map<Vec2>(residuals).setConstant(lens.width_px);
-      for (int i = 0; jacobians != nullptr && i < 3; ++i) {
-        if (jacobians[i] != nullptr) {
-          std::fill_n(jacobians[i], 2 * parameter_block_sizes()[static_cast<std::size_t>(i)], 0.0);
-        }
-      }
-      return true;
-    }
-    const Projection drawn = project_with_jacobian(lens, p);
-    Eigen::Map<Vec2> r(residuals);
-    r = drawn.px - seen_px_;
-    if (jacobians == nullptr) {
-      return true;
-    }
-    if (jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>>(
-          jacobians[0], 2, count) = drawn.px_by_lens;
-    }
-    if (jacobians[1] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> J(jacobians[1]);
-      J.leftCols<6>() = drawn.px_by_point * moved_by_pose(T_camera_map, p_map);
-      J.col(6).setZero();
-    }
-    if (jacobians[2] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[2]);
-      J = drawn.px_by_point * T_camera_map.rotation.toRotationMatrix();
-    }
-    return true;
-  }
-
- private:
-  Intrinsics lens_;
-  Vec2 seen_px_;
-};
-
 /// What is known of a lens before: both focal lengths move together.
 class LensPrior : public ceres::CostFunction {
  public:
-  LensPrior(const Intrinsics& lens, const CameraSigmas& known, double unit_px)
+  LensPrior(const Intrinsics& lens, const CameraSigmas& known)
       : before_(lens_parameters(lens)), weight_(Eigen::VectorXd::Zero(kPinhole)) {
     // One focal length may differ from the other by a tenth of what both may be off.
     constexpr double kTogether = 0.1;
-    weight_ << unit_px / (known.focal_ratio * lens.fx_px),
-        unit_px / (kTogether * known.focal_ratio * lens.fx_px), unit_px / known.centre_px,
-        unit_px / known.centre_px;
+    weight_ << 1 / (known.focal_ratio * lens.fx_px),
+        1 / (kTogether * known.focal_ratio * lens.fx_px), 1 / known.centre_px, 1 / known.centre_px;
     set_num_residuals(kPinhole);
     *mutable_parameter_block_sizes() = {static_cast<int>(before_.size())};
   }
@@ -127,7 +75,7 @@ struct Bundle {
 std::optional<Vec2> off_px(const Bundle& bundle, const Intrinsics& lens, const PointSeenIn& o) {
   const Vec3 p = from_block(bundle.T_camera_map[o.keyframe].data()) *
                  Vec3(Eigen::Map<const Vec3>(bundle.p_map[o.point].data()));
-  return lens.sees(p) ? std::optional<Vec2>(lens.project(p) - o.px) : std::nullopt;
+  return can_draw(lens, p) ? std::optional<Vec2>(lens.project(p) - o.px) : std::nullopt;
 }
 
 double rms_px(const Bundle& bundle, const Intrinsics& lens) {
@@ -161,9 +109,10 @@ double noise_px(const Bundle& bundle, const Intrinsics& lens) {
 
 enum class Loss { kSquare, kHuber, kCauchy };
 
-ceres::LossFunction* made(Loss loss, double scale_px) {
-  return loss == Loss::kHuber    ? static_cast<ceres::LossFunction*>(new ceres::HuberLoss(scale_px))
-         : loss == Loss::kCauchy ? new ceres::CauchyLoss(scale_px)
+ceres::LossFunction* made(Loss loss) {
+  constexpr double kSigmas = 2;
+  return loss == Loss::kHuber    ? static_cast<ceres::LossFunction*>(new ceres::HuberLoss(kSigmas))
+         : loss == Loss::kCauchy ? new ceres::CauchyLoss(kSigmas)
                                  : nullptr;
 }
 
@@ -178,7 +127,7 @@ bool solve(const KeyframeBundleOptions& options, const Intrinsics& lens, const C
   problem.SetParameterBlockConstant(bundle.T_camera_map.front().data());
   for (const PointSeenIn& o : bundle.seen) {
     if (o.believed) {
-      problem.AddResidualBlock(new PointCost(lens, o.px), made(loss, 2 * sigma_px),
+      problem.AddResidualBlock(reprojection_cost(lens, o.px, sigma_px), made(loss),
                                bundle.lens.data(), bundle.T_camera_map[o.keyframe].data(),
                                bundle.p_map[o.point].data());
     }
@@ -191,7 +140,7 @@ bool solve(const KeyframeBundleOptions& options, const Intrinsics& lens, const C
   if (problem.HasParameterBlock(bundle.lens.data())) {
     order->AddElementToGroup(bundle.lens.data(), 1);
     if (options.adjust_lens) {
-      problem.AddResidualBlock(new LensPrior(lens, known, sigma_px), nullptr, bundle.lens.data());
+      problem.AddResidualBlock(new LensPrior(lens, known), nullptr, bundle.lens.data());
       const int count = static_cast<int>(bundle.lens.size());
       if (count > kPinhole) {
         std::vector<int> distortion;
@@ -294,6 +243,9 @@ AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& l
   }
   if (bundle.T_camera_map.size() < 2 || bundle.p_map.empty()) {
     return out;
+  }
+  for (PointSeenIn& o : bundle.seen) {
+    o.believed = off_px(bundle, lens, o).has_value();  // not behind the camera to begin with
   }
   const Bundle before = bundle;
   // What is far off pulls no more than what is near, then hardly at all.

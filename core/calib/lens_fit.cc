@@ -16,6 +16,7 @@
 
 #include "core/base/check.h"
 #include "core/calib/pose_block.h"
+#include "core/calib/reprojection_cost.h"
 #include "core/camera/lens_parameters.h"
 
 namespace panoptes {
@@ -28,53 +29,6 @@ constexpr double kLeastHalf = 0.35;  // use of each half of the picture: a lens 
 using Matrix26 = Eigen::Matrix<double, 2, 6>;
 
 double square(double x) { return x * x; }
-
-/// A corner in a picture against where lens and pose draw it, in standard deviations.
-class CornerCost : public ceres::CostFunction {
- public:
-  CornerCost(const Intrinsics& lens, const Vec3& p_board, const Vec2& seen_px, double sigma_px)
-      : lens_(lens), p_board_(p_board), seen_px_(seen_px), sigma_px_(sigma_px) {
-    set_num_residuals(2);
-    *mutable_parameter_block_sizes() = {static_cast<int>(lens_parameters(lens).size()), 7};
-  }
-
-  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    const Eigen::Index count = parameter_block_sizes()[0];
-    const Intrinsics lens =
-        with_parameters(lens_, Eigen::Map<const Eigen::VectorXd>(blocks[0], count));
-    const Pose3 T_camera_board = from_block(blocks[1]);
-    const Vec3 p = T_camera_board * p_board_;
-    if (!can_draw(lens, p)) {
-      return false;
-    }
-    const Projection drawn = project_with_jacobian(lens, p);
-    Eigen::Map<Vec2> r(residuals);
-    r = (drawn.px - seen_px_) / sigma_px_;
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>>(
-          jacobians[0], 2, count) = drawn.px_by_lens / sigma_px_;
-    }
-    if (jacobians != nullptr && jacobians[1] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, 7, Eigen::RowMajor>> J(jacobians[1]);
-      J.leftCols<6>() = drawn.px_by_point * moved_by_pose(T_camera_board, p_board_) / sigma_px_;
-      J.col(6).setZero();
-    }
-    return true;
-  }
-
-  static bool can_draw(const Intrinsics& lens, const Vec3& p) {
-    constexpr double kNearest_m = 1e-6;
-    return std::holds_alternative<Equidistant>(lens.distortion)
-               ? p.z() > 0 || p.head<2>().norm() > kNearest_m
-               : p.z() > kNearest_m;
-  }
-
- private:
-  Intrinsics lens_;
-  Vec3 p_board_;
-  Vec2 seen_px_;
-  double sigma_px_;
-};
 
 /// One lens and where each board was, as they are at a stage of the fit.
 struct Estimate {
@@ -140,7 +94,7 @@ double squared_error(const Estimate& at, const Board& board, const View& view,
       continue;
     }
     const Vec3 p = T_camera_board * board.corner_board(i);
-    if (!CornerCost::can_draw(at.lens, p)) {
+    if (!can_draw(at.lens, p)) {
       return std::numeric_limits<double>::infinity();
     }
     sum += (at.lens.project(p) - view.px[i]).squaredNorm();
@@ -209,7 +163,7 @@ void adjust(Estimate& at, const Board& board, const std::vector<View>& views,
     for (int k = 0; k < board.corners(); ++k) {
       if (views[i].counts[k]) {
         problem.AddResidualBlock(
-            new CornerCost(at.lens, board.corner_board(k), views[i].px[k], sigma_px[i]),
+            reprojection_cost(at.lens, views[i].px[k], sigma_px[i], board.corner_board(k)),
             robust ? new ceres::CauchyLoss(3) : nullptr, lens.data(), poses[i].data());
       }
     }
@@ -305,8 +259,8 @@ void weigh(Estimate& at, const Board& board, std::vector<View>& views,
   std::vector<double> off_px;
   const auto corner_off_px = [&](std::size_t i, int k) {
     const Vec3 p = *at.T_camera_board[i] * board.corner_board(k);
-    return CornerCost::can_draw(at.lens, p) ? (at.lens.project(p) - views[i].px[k]).norm()
-                                            : std::numeric_limits<double>::infinity();
+    return can_draw(at.lens, p) ? (at.lens.project(p) - views[i].px[k]).norm()
+                                : std::numeric_limits<double>::infinity();
   };
   for (std::size_t i = 0; i < views.size(); ++i) {
     for (int k = 0; at.T_camera_board[i] && k < board.corners(); ++k) {
@@ -527,18 +481,6 @@ void judge(LensFit& fit, const LensFitOptions& asked, const std::array<Half, 4>&
 
 }  // namespace
 
-std::string_view name(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kGood:
-      return "good";
-    case Verdict::kPoor:
-      return "poor";
-    case Verdict::kFailed:
-      break;
-  }
-  return "failed";
-}
-
 int LensFit::used() const {
   return static_cast<int>(
       std::count_if(views.begin(), views.end(), [](const FittedView& view) { return view.used; }));
@@ -672,7 +614,7 @@ FieldDifference field_difference(const Intrinsics& a, const Intrinsics& b,
     difference.most_px = 0;
     for (const auto& [px, direction_a] : seen) {
       const Vec3 direction = T_b_a.rotation * direction_a;
-      if (!CornerCost::can_draw(b, direction)) {
+      if (!can_draw(b, direction)) {
         continue;
       }
       const Projection drawn = project_with_jacobian(b, direction);

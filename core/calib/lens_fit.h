@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "core/calib/board.h"
+#include "core/calib/verdict.h"
 #include "core/camera/rig.h"
 
 namespace panoptes {
@@ -15,9 +16,6 @@ namespace panoptes {
 using BoardCorners = std::vector<Vec2>;
 
 enum class LensModel { kBrownConrady, kEquidistant };
-
-enum class Verdict { kGood, kPoor, kFailed };
-std::string_view name(Verdict verdict);
 
 /// What a lens has to be known to, to be good: what all that is built on it takes for granted.
 struct LensFitOptions {

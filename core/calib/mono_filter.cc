@@ -10,6 +10,7 @@
 #include "core/base/check.h"
 #include "core/camera/lens_parameters.h"
 #include "core/camera/mounting.h"
+#include "core/geometry/cross_matrix.h"
 
 namespace panoptes {
 namespace {

@@ -11,6 +11,7 @@
 #include <Eigen/LU>
 
 #include "core/base/check.h"
+#include "core/geometry/cross_matrix.h"
 
 namespace panoptes {
 namespace {
@@ -38,12 +39,6 @@ constexpr double kForgiving = 8;
 constexpr double kSettled = 0.01;  // gain of chi2: a tenth of a sigma of one unknown
 
 const Mat2 kQuarter = (Mat2() << 0, -1, 1, 0).finished();
-
-Mat3 cross(const Vec3& v) {
-  Mat3 m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 // The body where a camera took its picture, in the bundle's first frame.
 struct PictureBody {
@@ -155,7 +150,8 @@ void differentiate(const CameraModel& camera, const PictureBody& anchor, const P
   out.by_frame = by_body * frame_body;
   out.by_camera.setZero();
   if (!same_frame) {
-    out.by_camera.middleCols<3>(kRotation) = by_body * (cross(from_camera) - M * cross(direction));
+    out.by_camera.middleCols<3>(kRotation) =
+        by_body * (cross_matrix(from_camera) - M * cross_matrix(direction));
     out.by_camera.middleCols<2>(kPosition) = by_body * rho * (M - Mat3::Identity()).leftCols<2>();
     // a stamp that is late puts both pictures too late on the path
     const Vec3 by_clock =

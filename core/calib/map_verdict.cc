@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/calib/map_verdict.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace panoptes {
+namespace {
+
+constexpr std::size_t kFewestPoints = 20;
+constexpr double kMostReprojection_px = 0.8;
+constexpr double kMostSigmas = 3;  // of a lens, from what is known of it
+
+}  // namespace
+
+Judged judge_map(const MonoMap& map, const AdjustedMap& adjusted, const RigCamera& believed) {
+  Judged judged;
+  const auto doubt = [&](Verdict worse, std::string why) {
+    judged.verdict = std::max(judged.verdict, worse);
+    judged.reasons.push_back(std::move(why));
+  };
+  if (map.points.size() < kFewestPoints) {
+    doubt(
+        Verdict::kFailed,
+        fmt::format("only {} points are mapped, fewer than {}: there is too little to see, or the "
+                    "camera never moves from its place",
+                    map.points.size(), kFewestPoints));
+  }
+  if (!map.frames.empty() && map.frames.back().lost) {
+    doubt(Verdict::kFailed, fmt::format("it is lost at the end, {:.1f} s in all", map.lost_s));
+  } else if (map.lost_s > 0) {
+    doubt(Verdict::kPoor, fmt::format("it was lost for {:.1f} s", map.lost_s));
+  }
+  if (!adjusted.T_map_camera.empty()) {
+    if (!adjusted.converged || adjusted.rms_after_px > kMostReprojection_px) {
+      doubt(Verdict::kPoor, fmt::format("its keyframes do not agree: {:.2f} px of reprojection are "
+                                        "left, more than {:g}",
+                                        adjusted.rms_after_px, kMostReprojection_px));
+    }
+    // The noise of places is learned from the run, so that a wrong lens shows here alone.
+    const Intrinsics& lens = believed.intrinsics;
+    const double focal_off = adjusted.lens.fx_px / lens.fx_px - 1;
+    const double centre_off_px = std::max(std::abs(adjusted.lens.cx_px - lens.cx_px),
+                                          std::abs(adjusted.lens.cy_px - lens.cy_px));
+    if (std::abs(focal_off) > kMostSigmas * believed.sigma.focal_ratio ||
+        centre_off_px > kMostSigmas * believed.sigma.centre_px) {
+      doubt(Verdict::kPoor,
+            fmt::format("the pictures are of another lens: focal length {:+.2f} %, centre off by "
+                        "{:.1f} px; calibrate it by a board, or say in the rig how badly it is "
+                        "known",
+                        100 * focal_off, centre_off_px));
+    }
+  }
+  if (!map.closed) {
+    doubt(
+        Verdict::kPoor,
+        "it never saw again, after a whole turn, what it saw before: drive one that turns by more "
+        "than 360 degrees");
+  }
+  return judged;
+}
+
+}  // namespace panoptes

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/calib/map_verdict.h"
+
+#include <gmock/gmock.h>
+
+namespace panoptes {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+struct Case {
+  MonoMap map;
+  AdjustedMap adjusted;
+  RigCamera believed;
+};
+
+Case good() {
+  Case c;
+  c.believed.intrinsics = pinhole(640, 480, deg_to_rad(80));
+  c.map.frames.resize(100);
+  c.map.points.resize(60);
+  c.map.closed = 80;
+  c.adjusted.T_map_camera.resize(20);
+  c.adjusted.lens = c.believed.intrinsics;
+  c.adjusted.converged = true;
+  c.adjusted.rms_after_px = 0.1;
+  return c;
+}
+
+Judged judged(const Case& c) { return judge_map(c.map, c.adjusted, c.believed); }
+
+TEST(MapVerdict, IsGoodWhereNothingIsWrong) {
+  EXPECT_EQ(judged(good()).verdict, Verdict::kGood);
+  EXPECT_THAT(judged(good()).reasons, IsEmpty());
+}
+
+TEST(MapVerdict, AnotherLensIsTold) {
+  Case c = good();
+  c.adjusted.lens.fx_px *= 1.03;
+  EXPECT_EQ(judged(c).verdict, Verdict::kPoor);
+  EXPECT_THAT(judged(c).reasons, ElementsAre(HasSubstr("another lens: focal length +3.00 %")));
+  c.believed.sigma.focal_ratio = 0.02;  // it is said to be known no better
+  EXPECT_EQ(judged(c).verdict, Verdict::kGood);
+}
+
+TEST(MapVerdict, WhatIsLostAtTheEndIsNone) {
+  Case c = good();
+  c.map.lost_s = 2;
+  EXPECT_EQ(judged(c).verdict, Verdict::kPoor);
+  c.map.frames.back().lost = true;
+  EXPECT_EQ(judged(c).verdict, Verdict::kFailed);
+  EXPECT_THAT(judged(c).reasons, ElementsAre("it is lost at the end, 2.0 s in all"));
+}
+
+TEST(MapVerdict, TooLittleToSeeIsNone) {
+  Case c = good();
+  c.map.points.resize(5);
+  EXPECT_EQ(judged(c).verdict, Verdict::kFailed);
+}
+
+TEST(MapVerdict, WhatDoesNotCloseOrAgreeIsPoor) {
+  Case c = good();
+  c.map.closed.reset();
+  c.adjusted.rms_after_px = 1;
+  EXPECT_EQ(judged(c).verdict, Verdict::kPoor);
+  EXPECT_THAT(judged(c).reasons, ElementsAre(HasSubstr("1.00 px of reprojection"),
+                                             HasSubstr("more than 360 degrees")));
+}
+
+}  // namespace
+}  // namespace panoptes
