@@ -41,7 +41,10 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
   CameraMap told;
   told.camera = camera;
   told.lens = lens;
-  MonoSlam slam(options, lens);
+  MonoSlamOptions known = options;
+  known.filter.focal_ratio = believed.sigma.focal_ratio;
+  known.filter.centre_px = believed.sigma.centre_px;
+  MonoSlam slam(known, lens);
   MonoMapBuilder builder;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const cv::Mat grey = read_grey_picture(dataset, pictures[i]);

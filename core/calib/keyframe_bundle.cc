@@ -17,44 +17,71 @@
 namespace panoptes {
 namespace {
 
-constexpr int kPinhole = 4;
 // Of the map's points, in a keyframe that they hold.
 constexpr std::size_t kFewestShown = 8;
 constexpr double kLeastNoise_px = 1e-3;  // of observations without any
 
-/// What is known of a lens before: both focal lengths move together.
+/// What is known of a lens before: both focal lengths move together, and each coefficient of its
+/// distortion is known as well as they are, as a share.
 class LensPrior : public ceres::CostFunction {
  public:
-  LensPrior(const Intrinsics& lens, const CameraSigmas& known)
-      : before_(lens_parameters(lens)), weight_(Eigen::VectorXd::Zero(kPinhole)) {
+  LensPrior(const Intrinsics& lens, const CameraSigmas& known) : before_(lens_parameters(lens)) {
     // One focal length may differ from the other by a tenth of what both may be off.
     constexpr double kTogether = 0.1;
-    weight_ << 1 / (known.focal_ratio * lens.fx_px),
-        1 / (kTogether * known.focal_ratio * lens.fx_px), 1 / known.centre_px, 1 / known.centre_px;
-    set_num_residuals(kPinhole);
-    *mutable_parameter_block_sizes() = {static_cast<int>(before_.size())};
+    const Eigen::Index count = before_.size();
+    weight_.setZero(count, count);
+    weight_.diagonal().setConstant(1 / known.focal_ratio);
+    weight_.diagonal().head<2>() << 1 / (known.focal_ratio * lens.fx_px),
+        -1 / (kTogether * known.focal_ratio * lens.fx_px);
+    weight_(1, 0) = -weight_(1, 1);
+    weight_.diagonal().segment<2>(2).setConstant(1 / known.centre_px);
+    set_num_residuals(static_cast<int>(count));
+    *mutable_parameter_block_sizes() = {static_cast<int>(count)};
   }
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    const double* now = blocks[0];
-    residuals[0] = weight_[0] * (now[0] - before_[0]);
-    residuals[1] = weight_[1] * (now[0] - before_[0] - (now[1] - before_[1]));
-    residuals[2] = weight_[2] * (now[2] - before_[2]);
-    residuals[3] = weight_[3] * (now[3] - before_[3]);
+    const Eigen::Index count = before_.size();
+    Eigen::Map<Eigen::VectorXd>(residuals, count) =
+        weight_ * (Eigen::Map<const Eigen::VectorXd>(blocks[0], count) - before_);
     if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, kPinhole, Eigen::Dynamic, Eigen::RowMajor>> J(
-          jacobians[0], kPinhole, before_.size());
-      J.setZero();
-      J.diagonal().head<kPinhole>() = weight_;
-      J(1, 0) = weight_[1];
-      J(1, 1) = -weight_[1];
+      Eigen::Map<RowMajor>(jacobians[0], count, count) = weight_;
     }
     return true;
   }
 
  private:
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   Eigen::VectorXd before_;
-  Eigen::VectorXd weight_;
+  RowMajor weight_;
+};
+
+/// A map has no metre of its own: how far two cameras are from each other is kept. Blocks:
+/// T_camera_map of both.
+class DistanceKept : public ceres::SizedCostFunction<1, 7, 7> {
+ public:
+  explicit DistanceKept(double distance_m) : distance_m_(distance_m) {}
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    constexpr double kSigma = 1e-3;  // as a share
+    const Pose3 a = from_block(blocks[0]);
+    const Pose3 b = from_block(blocks[1]);
+    const Vec3 apart = b.inverse().translation - a.inverse().translation;
+    const double weight = 1 / (kSigma * distance_m_);
+    residuals[0] = weight * (apart.norm() - distance_m_);
+    for (int i = 0; i < 2 && jacobians != nullptr; ++i) {
+      if (jacobians[i] != nullptr) {
+        // The camera is at -R^T t, which only a shift of t and a turn of R move.
+        const Pose3& T = i == 0 ? a : b;
+        const Vec3 along = (i == 0 ? -weight : weight) * (T.rotation * apart.normalized());
+        Eigen::Map<Eigen::Matrix<double, 1, 7>> J(jacobians[i]);
+        J << T.translation.cross(along).transpose(), -along.transpose(), 0;
+      }
+    }
+    return true;
+  }
+
+ private:
+  double distance_m_;
 };
 
 struct PointSeenIn {
@@ -68,6 +95,7 @@ struct PointSeenIn {
 struct Bundle {
   Eigen::VectorXd lens;
   std::vector<PoseBlock> T_camera_map;
+  std::vector<bool> is_held;  ///< of the poses: by as many points as hold one
   std::vector<std::array<double, 3>> p_map;
   std::vector<PointSeenIn> seen;
 };
@@ -120,11 +148,30 @@ bool solve(const KeyframeBundleOptions& options, const Intrinsics& lens, const C
            double sigma_px, Loss loss, Bundle& bundle) {
   ceres::Problem problem;
   auto order = std::make_shared<ceres::ParameterBlockOrdering>();
-  for (PoseBlock& block : bundle.T_camera_map) {
+  PoseBlock* first = nullptr;
+  PoseBlock* farthest = nullptr;
+  double far_m = 0;
+  for (std::size_t i = 0; i < bundle.T_camera_map.size(); ++i) {
+    if (!bundle.is_held[i]) {
+      continue;
+    }
+    PoseBlock& block = bundle.T_camera_map[i];
     add_pose(problem, block);
     order->AddElementToGroup(block.data(), 1);
+    first = first == nullptr ? &block : first;
+    const double apart_m = (from_block(block.data()).inverse().translation -
+                            from_block(first->data()).inverse().translation)
+                               .norm();
+    if (apart_m > far_m) {
+      far_m = apart_m;
+      farthest = &block;
+    }
   }
-  problem.SetParameterBlockConstant(bundle.T_camera_map.front().data());
+  if (first == nullptr || farthest == nullptr) {
+    return false;
+  }
+  problem.SetParameterBlockConstant(first->data());
+  problem.AddResidualBlock(new DistanceKept(far_m), nullptr, first->data(), farthest->data());
   for (const PointSeenIn& o : bundle.seen) {
     if (o.believed) {
       problem.AddResidualBlock(reprojection_cost(lens, o.px, sigma_px), made(loss),
@@ -141,14 +188,6 @@ bool solve(const KeyframeBundleOptions& options, const Intrinsics& lens, const C
     order->AddElementToGroup(bundle.lens.data(), 1);
     if (options.adjust_lens) {
       problem.AddResidualBlock(new LensPrior(lens, known), nullptr, bundle.lens.data());
-      const int count = static_cast<int>(bundle.lens.size());
-      if (count > kPinhole) {
-        std::vector<int> distortion;
-        for (int i = kPinhole; i < count; ++i) {
-          distortion.push_back(i);
-        }
-        problem.SetManifold(bundle.lens.data(), new ceres::SubsetManifold(count, distortion));
-      }
     } else {
       problem.SetParameterBlockConstant(bundle.lens.data());
     }
@@ -221,7 +260,8 @@ AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& l
   out.keyframes = keyframes(options.keyframes, map);
   out.lens = lens;
   Bundle bundle;
-  bundle.lens = lens_parameters(lens);
+  const Intrinsics before_lens = options.adjust_lens ? map.lens : lens;
+  bundle.lens = lens_parameters(before_lens);
   std::map<int, std::size_t> at;  // of frames
   for (const int frame : out.keyframes) {
     at[frame] = bundle.T_camera_map.size();
@@ -244,8 +284,9 @@ AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& l
   if (bundle.T_camera_map.size() < 2 || bundle.p_map.empty()) {
     return out;
   }
+  bundle.is_held.assign(bundle.T_camera_map.size(), true);
   for (PointSeenIn& o : bundle.seen) {
-    o.believed = off_px(bundle, lens, o).has_value();  // not behind the camera to begin with
+    o.believed = off_px(bundle, before_lens, o).has_value();  // not behind the camera to begin with
   }
   const Bundle before = bundle;
   // What is far off pulls no more than what is near, then hardly at all.
@@ -258,10 +299,16 @@ AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& l
   for (int i = 0; i < kJudged; ++i) {
     const Intrinsics adjusted = with_parameters(lens, bundle.lens);
     const double sigma_px = std::max(kLeastNoise_px, noise_px(bundle, adjusted));
-    out.observations = 0;
+    std::vector<std::size_t> believed(bundle.is_held.size(), 0);
     for (PointSeenIn& o : bundle.seen) {
       const std::optional<Vec2> off = off_px(bundle, adjusted, o);
       o.believed = off && off->norm() < options.inlier_sigma * std::sqrt(2.0) * sigma_px;
+      believed[o.keyframe] += o.believed ? 1 : 0;
+    }
+    out.observations = 0;
+    for (PointSeenIn& o : bundle.seen) {
+      bundle.is_held[o.keyframe] = believed[o.keyframe] >= kFewestShown;
+      o.believed = o.believed && bundle.is_held[o.keyframe];
       out.observations += o.believed ? 1 : 0;
     }
     out.converged = solve(options, lens, known, sigma_px, Loss::kSquare, bundle);
@@ -271,10 +318,15 @@ AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& l
   out.rms_after_px = rms_px(bundle, out.lens);
   Bundle as_before = before;
   as_before.seen = bundle.seen;
-  out.rms_before_px = rms_px(as_before, lens);
-  for (const PoseBlock& block : bundle.T_camera_map) {
-    out.T_map_camera.push_back(from_block(block.data()).inverse());
+  out.rms_before_px = rms_px(as_before, before_lens);
+  std::vector<int> held;
+  for (std::size_t i = 0; i < bundle.T_camera_map.size(); ++i) {
+    if (bundle.is_held[i]) {
+      held.push_back(out.keyframes[i]);
+      out.T_map_camera.push_back(from_block(bundle.T_camera_map[i].data()).inverse());
+    }
   }
+  out.keyframes = held;
   for (std::size_t i = 0; i < bundle.p_map.size(); ++i) {
     out.points[i].p_map = Eigen::Map<const Vec3>(bundle.p_map[i].data());
   }

@@ -30,7 +30,7 @@ struct KeyframeBundleOptions {
 
 /// One camera's map as all that its keyframes show has it.
 struct AdjustedMap {
-  std::vector<int> keyframes;  ///< frames of the map
+  std::vector<int> keyframes;  ///< frames of the map, those that points hold
   std::vector<Pose3> T_map_camera;
   struct Point {
     int number = 0;  ///< as in the map
@@ -46,8 +46,8 @@ struct AdjustedMap {
 };
 
 /// Bundle adjustment of one camera's keyframes (Triggs et al. 2000; thesis 4.3.3): poses, points
-/// and, within the sigmas that `known` gives it, the lens. The first pose stays; the map keeps its
-/// scale.
+/// and, within the sigmas that `known` gives it about `lens`, the lens. The first pose stays, and
+/// the map keeps its scale. A keyframe in which next to nothing agrees is left out.
 AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& lens,
                        const CameraSigmas& known, const MonoMap& map);
 

@@ -20,7 +20,7 @@ constexpr Eigen::Index kShift = 0;
 constexpr Eigen::Index kTurn = 3;
 constexpr Eigen::Index kVelocity = 6;
 constexpr Eigen::Index kTurnRate = 9;
-constexpr Eigen::Index kCamera = 12;
+constexpr Eigen::Index kCamera = 12;  // without its lens, which comes next
 
 // A point's depth is told by others where at least so many are known to such a share.
 constexpr int kFewestNeighbours = 3;
@@ -48,6 +48,18 @@ Vec3 as_turn(const Eigen::Quaterniond& rotation) {
 
 MonoFilter::MonoFilter(const MonoFilterOptions& options, const Intrinsics& lens)
     : options_(options), lens_(lens), P_(Eigen::MatrixXd::Zero(kCamera, kCamera)) {
+  const Eigen::Index parameters = lens_parameters(lens).size();
+  if (options.focal_ratio > 0 && options.centre_px > 0) {
+    // Both focal lengths, each as a share; the centre; the distortion.
+    lens_by_held_.setZero(parameters, parameters - 1);
+    lens_by_held_.block<2, 1>(0, 0) << lens.fx_px, lens.fy_px;
+    lens_by_held_.bottomRightCorner(parameters - 2, parameters - 2).setIdentity();
+    P_.setZero(kCamera + parameters - 1, kCamera + parameters - 1);
+    P_.diagonal().tail(parameters - 1).setConstant(options.focal_ratio * options.focal_ratio);
+    P_.diagonal().segment<2>(kCamera + 1).setConstant(options.centre_px * options.centre_px);
+  } else {
+    lens_by_held_.setZero(parameters, 0);
+  }
   const double speed = options.start_speed_mps;
   const double turn = options.start_turn_radps;
   P_.diagonal().segment<3>(kVelocity).setConstant(speed * speed);
@@ -110,21 +122,66 @@ std::optional<MonoFilter::Observed> MonoFilter::observe(const Pose3& T_map_camer
     return std::nullopt;
   }
   const Projection drawn = project_with_jacobian(lens_, seen.p_camera);
-  return Observed{drawn.px, drawn.px_by_point * seen.by_camera, drawn.px_by_point * seen.by_state};
+  Observed observed{drawn.px, drawn.px_by_point * seen.by_camera, drawn.px_by_lens * lens_by_held_,
+                    drawn.px_by_point * seen.by_state, std::nullopt};
+  if (point.is_inverse_depth()) {
+    observed.by_shift_and_depth =
+        drawn.px_by_point * T_map_camera.rotation.conjugate().toRotationMatrix();
+  }
+  return observed;
+}
+
+// A point's inverse depth and the camera's shift from where it was first seen move its place only
+// by their product, which has no slope where there is no shift: what their errors make of it
+// together is noise (Gaussian second-order filter: Jazwinski 1970, 9.3).
+Vec2 MonoFilter::mean_of(const Held& of, const Observed& o) const {
+  if (!o.by_shift_and_depth) {
+    return o.px;
+  }
+  return o.px + *o.by_shift_and_depth *
+                    (P_.block<3, 1>(of.at, of.at + 5) - P_.block<3, 1>(kShift, of.at + 5));
+}
+
+Mat2 MonoFilter::second_order(const Held& of, const Observed& o) const {
+  if (!o.by_shift_and_depth) {
+    return Mat2::Zero();
+  }
+  const Mat3 across = P_.block<3, 3>(of.at, kShift);
+  const Mat3 shift =
+      P_.block<3, 3>(of.at, of.at) + P_.block<3, 3>(kShift, kShift) - across - across.transpose();
+  const Vec3 both = P_.block<3, 1>(of.at, of.at + 5) - P_.block<3, 1>(kShift, of.at + 5);
+  const Mat3 product = P_(of.at + 5, of.at + 5) * shift + both * both.transpose();
+  return *o.by_shift_and_depth * product * o.by_shift_and_depth->transpose();
 }
 
 Eigen::Matrix<double, Eigen::Dynamic, 2> MonoFilter::covariance_with(const Held& of,
                                                                      const Observed& o) const {
   return P_.leftCols<6>() * o.by_camera.transpose() +
+         P_.middleCols(kCamera, o.by_lens.cols()) * o.by_lens.transpose() +
          P_.middleCols(of.at, o.by_state.cols()) * o.by_state.transpose();
+}
+
+// How its place moves with all that is held.
+template <class Rows>
+Eigen::Matrix<double, 2, Rows::ColsAtCompileTime> MonoFilter::moved_px(const Held& of,
+                                                                       const Observed& o,
+                                                                       const Rows& all) const {
+  return o.by_camera * all.template topRows<6>() +
+         o.by_lens * all.middleRows(kCamera, o.by_lens.cols()) +
+         o.by_state * all.middleRows(of.at, o.by_state.cols());
 }
 
 Mat2 MonoFilter::covariance_of(const Held& of, const Observed& o) const {
   const Eigen::Index size = o.by_state.cols();
-  const Mat2 across = o.by_camera * P_.block(0, of.at, 6, size) * o.by_state.transpose();
+  const Eigen::Index lens = o.by_lens.cols();
+  const Mat2 across = o.by_camera * (P_.block(0, of.at, 6, size) * o.by_state.transpose() +
+                                     P_.block(0, kCamera, 6, lens) * o.by_lens.transpose()) +
+                      o.by_lens * P_.block(kCamera, of.at, lens, size) * o.by_state.transpose();
   return o.by_camera * P_.topLeftCorner<6, 6>() * o.by_camera.transpose() + across +
          across.transpose() +
-         o.by_state * P_.block(of.at, of.at, size, size) * o.by_state.transpose();
+         o.by_lens * P_.block(kCamera, kCamera, lens, lens) * o.by_lens.transpose() +
+         o.by_state * P_.block(of.at, of.at, size, size) * o.by_state.transpose() +
+         second_order(of, o);
 }
 
 std::optional<PointExpected> MonoFilter::expected(int number) const {
@@ -133,7 +190,7 @@ std::optional<PointExpected> MonoFilter::expected(int number) const {
   if (!o) {
     return std::nullopt;
   }
-  return PointExpected{o->px, covariance_of(of, *o)};
+  return PointExpected{mean_of(of, *o), covariance_of(of, *o)};
 }
 
 void MonoFilter::move(const Eigen::VectorXd& by) {
@@ -141,6 +198,10 @@ void MonoFilter::move(const Eigen::VectorXd& by) {
   T_map_camera_.rotation = (T_map_camera_.rotation * turned_by(by.segment<3>(kTurn))).normalized();
   velocity_map_ += by.segment<3>(kVelocity);
   turn_rate_radps_ += by.segment<3>(kTurnRate);
+  if (const Eigen::Index lens = lens_by_held_.cols(); lens > 0) {
+    lens_ =
+        with_parameters(lens_, lens_parameters(lens_) + lens_by_held_ * by.segment(kCamera, lens));
+  }
   for (Held& each : points_) {
     each.point.state += by.segment(each.at, each.point.state.size());
   }
@@ -165,16 +226,16 @@ MonoFilter::Linearised MonoFilter::linearised(const std::vector<PointMatch>& mat
   for (Eigen::Index i = 0; i < count; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const Observed& o = observed[k];
-    out.innovation.segment<2>(2 * i) = matches[which[k]].px - o.px;
+    out.innovation.segment<2>(2 * i) = matches[which[k]].px - mean_of(*of[k], o);
     out.PHt.middleCols<2>(2 * i) = covariance_with(*of[k], o);
   }
   for (Eigen::Index i = 0; i < count; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const Observed& o = observed[k];
-    out.S.middleRows<2>(2 * i) = o.by_camera * out.PHt.topRows<6>() +
-                                 o.by_state * out.PHt.middleRows(of[k]->at, o.by_state.cols());
+    out.S.middleRows<2>(2 * i) = moved_px(*of[k], o, out.PHt);
     const double sigma_px = matches[which[k]].sigma_px;
-    out.S.diagonal().segment<2>(2 * i).array() += sigma_px * sigma_px;
+    out.S.block<2, 2>(2 * i, 2 * i) +=
+        second_order(*of[k], o) + sigma_px * sigma_px * Mat2::Identity();
   }
   return out;
 }
@@ -239,11 +300,10 @@ FilterUpdate MonoFilter::update(const std::vector<PointMatch>& matches) {
     all.emplace_back();
     if (o) {
       Hypothesis h{&of, *o, covariance_with(of, *o), Mat2::Zero(), {}};
-      const Mat2 S = o->by_camera * h.PHt.topRows<6>() +
-                     o->by_state * h.PHt.middleRows(of.at, o->by_state.cols()) +
+      const Mat2 S = moved_px(of, *o, h.PHt) + second_order(of, *o) +
                      match.sigma_px * match.sigma_px * Mat2::Identity();
       h.S_inverse = S.inverse();
-      h.move = h.PHt * (h.S_inverse * (match.px - o->px));
+      h.move = h.PHt * (h.S_inverse * (match.px - mean_of(of, *o)));
       all.back() = std::move(h);
     }
   }
@@ -257,12 +317,12 @@ FilterUpdate MonoFilter::update(const std::vector<PointMatch>& matches) {
       return false;
     }
     const Observed& o = other.expected;
-    const Mat2 across = o.by_camera * hypothesis.PHt.topRows<6>() +
-                        o.by_state * hypothesis.PHt.middleRows(other.of->at, o.by_state.cols());
+    const Mat2 across = moved_px(*other.of, o, hypothesis.PHt);
     const double sigma_px = matches[i].sigma_px;
     const Mat2 S = other.S_inverse.inverse() - across * hypothesis.S_inverse * across.transpose() +
                    (&hypothesis == &other ? 1 : 0) * sigma_px * sigma_px * Mat2::Identity();
-    const Vec2 off = lens_.project(seen.p_camera) - matches[i].px;
+    const Vec2 off = lens_.project(seen.p_camera) +
+                     o.by_lens * hypothesis.move.segment(kCamera, o.by_lens.cols()) - matches[i].px;
     return off.dot(S.inverse() * off) < options_.gate_chi2;
   };
   std::vector<std::size_t> agreed;
@@ -344,13 +404,14 @@ double MonoFilter::expected_inverse_depth(double& sigma) const {
   return mean;
 }
 
-int MonoFilter::add(const Vec2& px, double sigma_px) {
+int MonoFilter::add(const Vec2& px, double sigma_px, std::optional<double> inverse_depth_per_m) {
   const std::optional<Vec3> direction = lens_.direction(px);
   PANOPTES_CHECK(direction.has_value(), "a pixel that a point is made of has a direction");
   const auto by_px = direction_by_px(lens_, *direction);
   PANOPTES_CHECK(by_px.has_value(), "a pixel that a point is made of has a direction of its own");
-  double inverse_depth_sigma = 0;
-  const double inverse_depth = expected_inverse_depth(inverse_depth_sigma);
+  double inverse_depth_sigma = options_.inverse_depth_sigma;
+  const double inverse_depth =
+      inverse_depth_per_m ? *inverse_depth_per_m : expected_inverse_depth(inverse_depth_sigma);
   const Mat3 R = T_map_camera_.rotation.toRotationMatrix();
   const Vec3 direction_map = R * *direction;
   const Eigen::Matrix<double, 2, 3> angles = angles_by_direction(direction_map) * R;
@@ -358,18 +419,43 @@ int MonoFilter::add(const Vec2& px, double sigma_px) {
   by_camera.topLeftCorner<3, 3>().setIdentity();
   by_camera.block<2, 3>(3, kTurn) = -angles * cross_matrix(*direction);
   const Mat2 angles_by_px = angles * *by_px;
+  const Eigen::Index lens = lens_by_held_.cols();
+  Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 9> by_lens =
+      Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, 9>::Zero(6, lens);
+  by_lens.middleRows<2>(3) =
+      -angles_by_px * project_with_jacobian(lens_, *direction).px_by_lens * lens_by_held_;
 
   const Eigen::Index n = P_.rows();
   P_.conservativeResize(n + 6, n + 6);
-  P_.block(n, 0, 6, n) = by_camera * P_.topLeftCorner(6, n);
+  P_.block(n, 0, 6, n) =
+      by_camera * P_.topLeftCorner(6, n) + by_lens * P_.block(kCamera, 0, lens, n);
   P_.block(0, n, n, 6) = P_.block(n, 0, 6, n).transpose();
-  Eigen::Matrix<double, 6, 6> own = by_camera * P_.topLeftCorner<6, 6>() * by_camera.transpose();
+  Eigen::Matrix<double, 6, 6> own = P_.block<6, 6>(n, 0) * by_camera.transpose() +
+                                    P_.block(n, kCamera, 6, lens) * by_lens.transpose();
   own.block<2, 2>(3, 3) += sigma_px * sigma_px * angles_by_px * angles_by_px.transpose();
   own(5, 5) += inverse_depth_sigma * inverse_depth_sigma;
   P_.bottomRightCorner<6, 6>() = own;
   points_.push_back(
       {next_number_, n, seen_point(T_map_camera_.translation, direction_map, inverse_depth)});
   return next_number_++;
+}
+
+void MonoFilter::fix_metre() {
+  Eigen::VectorXd PHt = Eigen::VectorXd::Zero(P_.rows());
+  int count = 0;
+  for (const Held& each : points_) {
+    if (each.point.is_inverse_depth()) {
+      PHt += P_.col(each.at + 5);
+      ++count;
+    }
+  }
+  double variance = 0;
+  for (const Held& each : points_) {
+    variance += each.point.is_inverse_depth() ? PHt[each.at + 5] : 0;
+  }
+  if (count > 1 && variance > 0) {
+    P_ -= PHt * PHt.transpose() / variance;
+  }
 }
 
 // The numbers of one block become fewer: by * them.

@@ -23,6 +23,9 @@ struct MonoFilterOptions {
   double inverse_depth_sigma = 0.25;    ///< reaches from half a metre to the horizon
   double linearity = 0.1;               ///< below it a point is held by x, y, z (Civera 2008, 29)
   double gate_chi2 = 9.21;              ///< of two numbers, 99 %: what a match must meet
+  // What is known of the lens, one sigma; where it is exact, nothing of it is estimated:
+  double focal_ratio = 0;  ///< of both focal lengths, and of each coefficient of its distortion
+  double centre_px = 0;    ///< each way
 };
 
 /// A point of the map, found in the picture.
@@ -44,9 +47,10 @@ struct FilterUpdate {
   int dof = 0;                ///< its expectation
 };
 
-/// What a single moving camera knows: where it is, how fast, and points it sees, in one Gaussian
-/// (MonoSLAM: Davison 2003; thesis 2.2.1 and 4.3.2). `map` is the camera where it starts. Without
-/// odometry its metre is what `inverse_depth_per_m` made it.
+/// What a single moving camera knows: where it is, how fast, points it sees, and its lens, in one
+/// Gaussian (MonoSLAM: Davison 2003; the lens: Civera, Bueno, Davison and Montiel 2009;
+/// thesis 2.2.1 and 4.3.2). `map` is the camera where it starts. Without odometry its metre is what
+/// `inverse_depth_per_m` made it.
 class MonoFilter {
  public:
   MonoFilter(const MonoFilterOptions& options, const Intrinsics& lens);
@@ -67,14 +71,19 @@ class MonoFilter {
   FilterUpdate update(const std::vector<PointMatch>& matches);
 
   /// A new point at a pixel that has a direction. Its depth is as those on the picture have it,
-  /// where some are known. Returns its number, never used before.
-  int add(const Vec2& px, double sigma_px);
+  /// where some are known, or about what is told. Returns its number, never used before.
+  int add(const Vec2& px, double sigma_px, std::optional<double> inverse_depth_per_m = {});
 
   void remove(int point);
+
+  /// The mean inverse depth of the points held by rays is exactly what it is believed to be: that
+  /// is what its metre is, where nothing else tells.
+  void fix_metre();
 
   /// Points held by rays whose depth is known well enough are held by x, y, z from now on.
   void convert();
 
+  const Intrinsics& lens() const { return lens_; }  ///< as it is believed by now
   const Pose3& T_map_camera() const { return T_map_camera_; }
   Eigen::Matrix<double, 6, 6> pose_covariance() const;  ///< shift in map, turn about its own axes
   const Vec3& velocity_map() const { return velocity_map_; }
@@ -99,13 +108,21 @@ class MonoFilter {
   struct Observed {
     Vec2 px = Vec2::Zero();
     Eigen::Matrix<double, 2, 6> by_camera;
+    Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 9> by_lens;
     Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, 6> by_state;
+    /// Of a point of inverse depth: by the product of that and a shift.
+    std::optional<Eigen::Matrix<double, 2, 3>> by_shift_and_depth;
   };
   const Held* find(int number) const;
   const Held& held(int number) const;
   std::optional<Observed> observe(const Pose3& T_map_camera, const FilteredPoint& point) const;
   Eigen::Matrix<double, Eigen::Dynamic, 2> covariance_with(const Held& of, const Observed& o) const;
+  template <class Rows>
+  Eigen::Matrix<double, 2, Rows::ColsAtCompileTime> moved_px(const Held& of, const Observed& o,
+                                                             const Rows& all) const;
   Mat2 covariance_of(const Held& of, const Observed& o) const;
+  Vec2 mean_of(const Held& of, const Observed& o) const;
+  Mat2 second_order(const Held& of, const Observed& o) const;
   void move(const Eigen::VectorXd& by);
   /// What matches tell of all that is held.
   struct Linearised {
@@ -125,12 +142,13 @@ class MonoFilter {
 
   MonoFilterOptions options_;
   Intrinsics lens_;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 9, 9> lens_by_held_;  // its parameters
   Pose3 T_map_camera_;
   Vec3 velocity_map_ = Vec3::Zero();
   Vec3 turn_rate_radps_ = Vec3::Zero();
   std::vector<Held> points_;
   int next_number_ = 0;
-  Eigen::MatrixXd P_;  // shift, turn, velocity, turn rate, then the points
+  Eigen::MatrixXd P_;  // shift, turn, velocity, turn rate, the lens, then the points
 };
 
 }  // namespace panoptes

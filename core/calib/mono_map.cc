@@ -8,6 +8,21 @@ void MonoMapBuilder::add(Time stamp, const MonoSlamStep& step) {
     *this = {};
   }
   const int frame = static_cast<int>(frames_.size());
+  const int first_retold = frame - static_cast<int>(step.retold.size());
+  if (!step.retold.empty()) {
+    for (auto& [number, seen] : seen_) {
+      std::erase_if(seen, [&](const MonoMap::Seen& each) {
+        return each.frame >= first_retold && &each != &seen.front();
+      });
+    }
+  }
+  for (std::size_t i = 0; i < step.retold.size(); ++i) {
+    const int retold = first_retold + static_cast<int>(i);
+    frames_[static_cast<std::size_t>(retold)].T_map_camera = step.retold[i].T_map_camera;
+    for (const PointMatch& match : step.retold[i].inliers) {
+      seen_[match.point].push_back({retold, match.px});
+    }
+  }
   for (const PointSought& sought : step.sought) {
     if (sought.inlier) {
       seen_[sought.point].push_back({frame, *sought.found_px});
@@ -35,6 +50,7 @@ MonoMap MonoMapBuilder::map(const MonoSlam& slam) const {
     }
   }
   const MonoFilter& filter = slam.filter();
+  map.lens = filter.lens();
   for (const auto& [number, point] : slam.points()) {
     const Vec3 p_map = filter.point(number).p_map();
     if (!filter.point(number).is_inverse_depth() && p_map.allFinite()) {

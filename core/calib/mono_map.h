@@ -35,6 +35,7 @@ struct MonoMap {
   };
   std::vector<Frame> frames;
   std::vector<Point> points;  ///< those of known depth
+  Intrinsics lens;            ///< as it is believed in the end
 
   /// The innovations' squared sigmas over their number: 1 where the filter knows what it knows.
   double normalised_innovation = 0;

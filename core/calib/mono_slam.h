@@ -40,6 +40,12 @@ struct PointSought {
   bool inlier = false;
 };
 
+/// A picture since the start, as a later one has it.
+struct RetoldPicture {
+  Pose3 T_map_camera;
+  std::vector<PointMatch> inliers;
+};
+
 struct MonoSlamStep {
   Pose3 T_map_camera;
   std::vector<PointSought> sought;
@@ -50,6 +56,7 @@ struct MonoSlamStep {
   bool begins_anew = false;   ///< the start contradicted itself: what was mapped is forgotten
   bool lost = false;          ///< it was held by points once, and is not now: nothing is mapped
   bool closes = false;        ///< a point was found again after more than half a turn
+  std::vector<RetoldPicture> retold;  ///< the pictures just before, where this one mends the start
 };
 
 /// A point of the map as pictures show it.
@@ -62,9 +69,11 @@ struct MappedPoint {
 
 /// MonoSLAM (Davison 2003; thesis 4.3.2) on one camera's pictures, as its lens draws them: points
 /// are sought as patches in the ellipses that the filter expects them in, and found anew as the
-/// most salient feature of each cell of a grid that holds none. A camera that starts to move
-/// sideways may be taken to turn, and what is found then contradicts itself: it begins anew, at
-/// that picture. One that is lost maps nothing, and is found again by the looks of its points.
+/// most salient feature of each cell of a grid that holds none. While next to no depth is known,
+/// all pictures since the start are adjusted together, again and again, and filtered again with the
+/// depths found (start_inverse_depths); a start that contradicts itself all the same begins anew,
+/// at that picture. A camera that is lost maps nothing, and is found again by the looks of its
+/// points.
 class MonoSlam {
  public:
   MonoSlam(const MonoSlamOptions& options, const Intrinsics& lens);
@@ -85,12 +94,23 @@ class MonoSlam {
     Eigen::Matrix<double, 3, 2> direction_by_px;
     Vec3 turned_rad = Vec3::Zero();  // by the camera, when it was last found
   };
+  /// What the filter was told of one of the first pictures.
+  struct StartPicture {
+    double dt_s = 0;
+    std::optional<MotionTold> told;
+    std::vector<PointMatch> matches;
+    std::vector<PointMatch> added;
+    RetoldPicture believed;
+  };
   std::optional<Mat2> source_by_px(const Tracked& tracked, int number) const;
   std::optional<PointSought> seek(const cv::Mat& grey, int number) const;
   void grow(const cv::Mat& grey, MonoSlamStep& step);
   bool add(const cv::Mat& grey, const SalientFeature& feature, MonoSlamStep& step);
   void forget_the_bad();
-  bool start_fails(const MonoSlamStep& step);
+  void mind_the_start(MonoSlamStep& step);
+  double share_agreeing(const MonoSlamStep& step);
+  void start_again(MonoSlamStep& step);
+  void begin_anew(MonoSlamStep& step);
   void find_again(const cv::Mat& grey);
 
   MonoSlamOptions options_;
@@ -106,7 +126,9 @@ class MonoSlam {
   int lost_pictures_ = 0;    // since it was held
   bool was_held_ = false;    // by as many points as hold a camera
   bool is_starting_ = true;  // most points were never of known depth yet
-  double agreeing_ = 1;      // share of the matches, lately
+  std::vector<StartPicture> start_;
+  double start_again_px_;  // how far points move until it is looked at again
+  double agreeing_ = 1;    // share of the matches, lately
   double match_sigma_px_;
 };
 

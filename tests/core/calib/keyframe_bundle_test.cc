@@ -25,6 +25,7 @@ struct Room {
 
 Room room(double off, double false_share, Rng rng) {
   Room out;
+  out.map.lens = kLens;
   constexpr int kFrames = 60;
   for (int i = 0; i < kFrames; ++i) {
     const double angle_rad = i * 2.2 * std::numbers::pi / kFrames;
@@ -114,16 +115,64 @@ TEST(KeyframeBundle, FalseObservationsAreLeftOut) {
 }
 
 TEST(KeyframeBundle, AWholeTurnTellsTheFocalLength) {
-  const Room r = room(0.2, 0, Rng(3));
+  Room r = room(0.2, 0, Rng(3));
   Intrinsics wrong = kLens;
   wrong.fx_px *= 1.004;
   wrong.fy_px *= 1.004;
+  r.map.lens = wrong;
   const AdjustedMap adjusted = adjust_map(every_picture(), wrong, {}, r.map);
   EXPECT_NEAR(adjusted.lens.fx_px / kLens.fx_px, 1, 0.0005);
   // nor where it is told to leave it
   KeyframeBundleOptions held = every_picture();
   held.adjust_lens = false;
   EXPECT_EQ(adjust_map(held, wrong, {}, r.map).lens.fx_px, wrong.fx_px);
+}
+
+// A wrong distortion that nothing can mend is taken for a wrong focal length.
+TEST(KeyframeBundle, AWholeTurnTellsTheDistortion) {
+  Room r = room(0.2, 0, Rng(6));
+  Intrinsics wrong = kLens;
+  std::get<BrownConrady>(wrong.distortion).k1 += 0.002;
+  r.map.lens = wrong;
+  CameraSigmas known = well_known();
+  known.focal_ratio = 0.002;
+  const AdjustedMap adjusted = adjust_map(every_picture(), wrong, known, r.map);
+  EXPECT_NEAR(adjusted.lens.fx_px / kLens.fx_px, 1, 0.0003);
+  for (const double x : {0.2, 0.4, 0.6}) {  // along the picture, within 0.1 px
+    const Vec3 p(x, x / 2, 1);
+    EXPECT_LT((adjusted.lens.project(p) - kLens.project(p)).norm(), 0.1);
+  }
+}
+
+TEST(KeyframeBundle, APictureThatAgreesWithNothingIsLeftOut) {
+  Room r = room(0.2, 0, Rng(7));
+  for (MonoMap::Point& point : r.map.points) {
+    for (MonoMap::Seen& seen : point.seen) {
+      seen.px +=
+          seen.frame == 0 ? Vec2(20.0 * (point.number % 3), 10.0 * (point.number % 5)) : Vec2(0, 0);
+    }
+  }
+  const AdjustedMap adjusted = adjust_map(every_picture(), kLens, well_known(), r.map);
+  ASSERT_FALSE(adjusted.keyframes.empty());
+  EXPECT_EQ(adjusted.keyframes.front(), 1);
+  EXPECT_EQ(adjusted.keyframes.size(), 59U);
+  EXPECT_EQ(adjusted.T_map_camera.size(), 59U);
+}
+
+TEST(KeyframeBundle, KeepsTheMapsScale) {
+  const Room r = room(0.2, 0, Rng(8));
+  const AdjustedMap adjusted = adjust_map(every_picture(), kLens, well_known(), r.map);
+  double farthest_m = 0;
+  double before_m = 0;
+  for (std::size_t i = 0; i < adjusted.keyframes.size(); ++i) {
+    const auto frame = static_cast<std::size_t>(adjusted.keyframes[i]);
+    const double was_m = r.map.frames[frame].T_map_camera.translation.norm();
+    if (was_m > before_m) {
+      before_m = was_m;
+      farthest_m = adjusted.T_map_camera[i].translation.norm();
+    }
+  }
+  EXPECT_NEAR(farthest_m / before_m, 1, 1e-3);
 }
 
 TEST(KeyframeBundle, TheFirstPoseStays) {
