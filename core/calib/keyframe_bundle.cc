@@ -185,7 +185,7 @@ bool solve(const KeyframeBundleOptions& options, const Intrinsics& lens, const C
     }
   }
   if (problem.HasParameterBlock(bundle.lens.data())) {
-    order->AddElementToGroup(bundle.lens.data(), 1);
+    order->AddElementToGroup(bundle.lens.data(), 2);  // within a group, addresses order
     if (options.adjust_lens) {
       problem.AddResidualBlock(new LensPrior(lens, known), nullptr, bundle.lens.data());
     } else {

@@ -46,6 +46,17 @@ Vec3 as_turn(const Eigen::Quaterniond& rotation) {
 
 }  // namespace
 
+std::vector<PointMatch> inliers(const std::vector<PointMatch>& matches,
+                                const FilterUpdate& update) {
+  std::vector<PointMatch> out;
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (update.inlier[i]) {
+      out.push_back(matches[i]);
+    }
+  }
+  return out;
+}
+
 MonoFilter::MonoFilter(const MonoFilterOptions& options, const Intrinsics& lens)
     : options_(options), lens_(lens), P_(Eigen::MatrixXd::Zero(kCamera, kCamera)) {
   const Eigen::Index parameters = lens_parameters(lens).size();
@@ -73,8 +84,12 @@ void MonoFilter::transform_camera(const Eigen::Matrix<double, 12, 12>& F,
   P_.topLeftCorner<kCamera, kCamera>() += Q;
 }
 
-void MonoFilter::predict(double dt_s) {
+void MonoFilter::predict(double dt_s, const std::optional<MotionTold>& told) {
   PANOPTES_CHECK(dt_s >= 0, "a picture is not before the one before it");
+  if (told) {
+    predict_as_told(dt_s, *told);
+    return;
+  }
   const Vec3 turn_rad = turn_rate_radps_ * dt_s;
   const Mat3 end_by_rate = right_jacobian(turn_rad) * dt_s;
   const Eigen::Quaterniond turn = turned_by(turn_rad);
@@ -96,9 +111,9 @@ void MonoFilter::predict(double dt_s) {
   T_map_camera_.rotation = (T_map_camera_.rotation * turn).normalized();
 }
 
-void MonoFilter::predict(double dt_s, const Pose3& T_before_now,
-                         const Eigen::Matrix<double, 6, 6>& covariance) {
-  PANOPTES_CHECK(dt_s > 0, "a picture is not before the one before it");
+void MonoFilter::predict_as_told(double dt_s, const MotionTold& told) {
+  PANOPTES_CHECK(dt_s > 0, "a told motion takes time");
+  const Pose3& T_before_now = told.T_before_now;
   const Mat3 R_map_before = T_map_camera_.rotation.toRotationMatrix();
   Eigen::Matrix<double, 12, 12> F = Eigen::Matrix<double, 12, 12>::Zero();
   F.block<3, 3>(kShift, kShift).setIdentity();
@@ -109,7 +124,7 @@ void MonoFilter::predict(double dt_s, const Pose3& T_before_now,
   by_error.block<3, 3>(kTurn, 3).setIdentity();
   by_error.block<3, 3>(kVelocity, 0) = R_map_before / dt_s;
   by_error.block<3, 3>(kTurnRate, 3) = Mat3::Identity() / dt_s;
-  transform_camera(F, by_error * covariance * by_error.transpose());
+  transform_camera(F, by_error * told.covariance * by_error.transpose());
   velocity_map_ = R_map_before * T_before_now.translation / dt_s;
   turn_rate_radps_ = as_turn(T_before_now.rotation) / dt_s;
   T_map_camera_ = T_map_camera_ * T_before_now;

@@ -28,6 +28,13 @@ struct MonoFilterOptions {
   double centre_px = 0;    ///< each way
 };
 
+/// What else tells of the camera's motion since the picture before: odometry.
+struct MotionTold {
+  Pose3 T_before_now;
+  /// Of the shift (in the camera's frame before) and the turn (about its axes now).
+  Eigen::Matrix<double, 6, 6> covariance;
+};
+
 /// A point of the map, found in the picture.
 struct PointMatch {
   int point = 0;  ///< its number
@@ -47,6 +54,9 @@ struct FilterUpdate {
   int dof = 0;                ///< its expectation
 };
 
+/// The matches that an update took in.
+std::vector<PointMatch> inliers(const std::vector<PointMatch>& matches, const FilterUpdate& update);
+
 /// What a single moving camera knows: where it is, how fast, points it sees, and its lens, in one
 /// Gaussian (MonoSLAM: Davison 2003; the lens: Civera, Bueno, Davison and Montiel 2009;
 /// thesis 2.2.1 and 4.3.2). `map` is the camera where it starts. Without odometry its metre is what
@@ -55,12 +65,8 @@ class MonoFilter {
  public:
   MonoFilter(const MonoFilterOptions& options, const Intrinsics& lens);
 
-  /// So much later, by its own velocity.
-  void predict(double dt_s);
-  /// So much later, by what else tells of the motion: covariance of the shift (in the camera's
-  /// frame then) and the turn (about its axes now).
-  void predict(double dt_s, const Pose3& T_before_now,
-               const Eigen::Matrix<double, 6, 6>& covariance);
+  /// So much later: as it is told, or by its own velocity.
+  void predict(double dt_s, const std::optional<MotionTold>& told = std::nullopt);
 
   /// Empty for one that is not on the picture, or behind it.
   std::optional<PointExpected> expected(int point) const;
@@ -113,6 +119,7 @@ class MonoFilter {
     /// Of a point of inverse depth: by the product of that and a shift.
     std::optional<Eigen::Matrix<double, 2, 3>> by_shift_and_depth;
   };
+  void predict_as_told(double dt_s, const MotionTold& told);
   const Held* find(int number) const;
   const Held& held(int number) const;
   std::optional<Observed> observe(const Pose3& T_map_camera, const FilteredPoint& point) const;

@@ -11,7 +11,6 @@
 #include "core/base/check.h"
 #include "core/calib/camera_by_points.h"
 #include "core/calib/patch.h"
-#include "core/calib/start_bundle.h"
 #include "core/camera/lens_parameters.h"
 
 namespace panoptes {
@@ -43,13 +42,7 @@ constexpr double kMostSigma_px = 2;
 // Of what is found while it starts, over some pictures.
 constexpr double kLeastAgreeing = 0.7;
 constexpr double kForgets = 0.3;
-// The start is adjusted when its points have moved so far, and each time that they have moved twice
-// as far; what moved less than the other has not moved. It is over after so many pictures anyway.
-constexpr double kStartMoves_px = 3;
-constexpr double kRests_px = 1;
-constexpr std::size_t kLongestStart = 90;
-constexpr std::size_t kMostViews = 12;
-constexpr std::size_t kFewestShared = 8;
+constexpr std::size_t kLongestStart = 90;  // pictures
 
 /// The noise of a picture, grey levels, by the median of second differences, which neither
 /// edges nor slopes move, so that it holds where all is textured too: of every fourth row.
@@ -80,24 +73,6 @@ bool is_inside(const Intrinsics& lens, const Vec2& px, double border_px) {
          px.y() <= lens.height_px - 1 - border_px;
 }
 
-void predict(MonoFilter& filter, double dt_s, const std::optional<MotionTold>& told) {
-  if (told) {
-    filter.predict(dt_s, told->T_before_now, told->covariance);
-  } else {
-    filter.predict(dt_s);
-  }
-}
-
-std::vector<PointMatch> chosen(const std::vector<PointMatch>& matches, const FilterUpdate& update) {
-  std::vector<PointMatch> inliers;
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (update.inlier[i]) {
-      inliers.push_back(matches[i]);
-    }
-  }
-  return inliers;
-}
-
 void believe(const FilterUpdate& update, MonoSlamStep& step) {
   step.squared_sigmas = update.squared_sigmas;
   step.dof = update.dof;
@@ -114,7 +89,7 @@ MonoSlam::MonoSlam(const MonoSlamOptions& options, const Intrinsics& lens)
       lens_(lens),
       filter_(options.filter, lens),
       try_cell_from_(static_cast<std::size_t>(options.columns * options.rows), 0),
-      start_again_px_(kStartMoves_px),
+      start_(std::in_place, options.filter, lens, options.match_sigma_px),
       match_sigma_px_(options.match_sigma_px) {}
 
 // How the place in the first picture moves with one in this picture: the point lies on a little
@@ -175,11 +150,12 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   const Pose3 T_map_before = filter_.T_map_camera();
   const double dt_s = before_ ? to_seconds(stamp - *before_) : 0;
   if (before_) {
-    predict(filter_, dt_s, told);
+    filter_.predict(dt_s, told);
   }
   before_ = stamp;
   MonoSlamStep step;
   noise_grey_ = noise_of(grey);
+  const bool has_map = !filter_.points().empty();
   std::vector<PointMatch> matches;
   for (const int number : filter_.points()) {
     const std::optional<PointSought> sought = seek(grey, number);
@@ -193,22 +169,22 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   const FilterUpdate update = filter_.update(matches);
   believe(update, step);
   filter_.convert();
-  if (is_starting_) {
-    start_.push_back({dt_s, told, matches, {}, {filter_.T_map_camera(), chosen(matches, update)}});
+  if (start_ && has_map) {
+    start_->add(dt_s, told, matches, {filter_.T_map_camera(), inliers(matches, update)});
     mind_the_start(step);
   }
   const bool is_held = step.dof / 2 >= kFewestFound;
   was_held_ = was_held_ || is_held;
   step.lost = was_held_ && !is_held;
   lost_pictures_ = step.lost ? lost_pictures_ + 1 : 0;
-  if (is_starting_ && (agreeing_ < kLeastAgreeing || lost_pictures_ >= kLooksAgain)) {
+  if (start_ && (agreeing_ < kLeastAgreeing || lost_pictures_ >= kLooksAgain)) {
     begin_anew(step);
   }
   const Eigen::AngleAxisd turn(filter_.T_map_camera().rotation * T_map_before.rotation.conjugate());
   turned_rad_ += turn.angle() * turn.axis();
   for (const PointSought& sought : step.sought) {
     MappedPoint& point = points_.at(sought.point);
-    if (!step.lost && !is_starting_) {
+    if (!step.lost && !start_) {
       ++point.sought;
       point.found += sought.inlier ? 1 : 0;
     }
@@ -218,25 +194,23 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
       turned_then = turned_rad_;
     }
   }
-  if (!is_starting_ && step.dof / 2 >= kFewestLearnt) {
+  if (!start_ && step.dof / 2 >= kFewestLearnt) {
     const double ratio = std::min(kMostOff, step.squared_sigmas / step.dof);
     match_sigma_px_ = std::clamp(match_sigma_px_ * std::sqrt(1 + kLearns * (ratio - 1)),
                                  kLeastSigma_px, kMostSigma_px);
   }
   step.match_sigma_px = match_sigma_px_;
   if (!step.lost) {
-    if (!is_starting_) {
+    if (!start_) {
       forget_the_bad();
     }
     const bool is_first = filter_.points().empty();
     grow(grey, step);
     if (is_first) {
       filter_.fix_metre();
-      start_.clear();
-      start_.push_back({0, std::nullopt, {}, {}, {filter_.T_map_camera(), {}}});
     }
-    if (is_starting_) {
-      start_.back().added = step.added;
+    if (start_) {
+      start_->see(step.added);
     }
   } else if (lost_pictures_ % kLooksAgain == 0) {
     find_again(grey);
@@ -254,8 +228,7 @@ void MonoSlam::begin_anew(MonoSlamStep& step) {
   agreeing_ = 1;
   was_held_ = false;
   lost_pictures_ = 0;
-  start_.clear();
-  start_again_px_ = kStartMoves_px;
+  start_.emplace(options_.filter, lens_, options_.match_sigma_px);
   std::fill(try_cell_from_.begin(), try_cell_from_.end(), 0);
   step = {};
   step.begins_anew = true;
@@ -263,121 +236,38 @@ void MonoSlam::begin_anew(MonoSlamStep& step) {
 
 // Until most points are first of known depth.
 void MonoSlam::mind_the_start(MonoSlamStep& step) {
-  std::map<int, Vec2> first_px;
-  for (const PointMatch& added : start_.front().added) {
-    first_px[added.point] = added.px;
-  }
-  std::vector<double> moved_px;
-  for (const PointMatch& match : start_.back().matches) {
-    if (const auto first = first_px.find(match.point); first != first_px.end()) {
-      moved_px.push_back((match.px - first->second).norm());
-    }
-  }
-  const auto middle = moved_px.begin() + static_cast<std::ptrdiff_t>(moved_px.size() / 2);
-  std::nth_element(moved_px.begin(), middle, moved_px.end());
-  const double moved = moved_px.size() < kFewestShared ? 0 : *middle;
-  const bool has_grown = std::any_of(start_.begin() + 1, start_.end(),
-                                     [](const StartPicture& p) { return !p.added.empty(); });
-  if (moved_px.size() >= kFewestShared && moved < kRests_px && !has_grown) {
-    start_.resize(1);
-    return;
-  }
-  const auto known = [&] {
-    return std::count_if(step.sought.begin(), step.sought.end(), [&](const PointSought& sought) {
-      return sought.inlier && !filter_.point(sought.point).is_inverse_depth();
-    });
+  const auto is_over = [&] {
+    const auto known =
+        std::count_if(step.sought.begin(), step.sought.end(), [&](const PointSought& sought) {
+          return sought.inlier && !filter_.point(sought.point).is_inverse_depth();
+        });
+    return 4 * known > step.dof;
   };
-  const double agreeing = share_agreeing(step);
-  const bool is_over = 4 * known() > step.dof;
-  if (moved > start_again_px_ || is_over ||
-      agreeing_ + kForgets * (agreeing - agreeing_) < kLeastAgreeing) {
-    start_again_px_ = std::max(start_again_px_, 2 * moved);
-    start_again(step);
-  }
-  agreeing_ += kForgets * (share_agreeing(step) - agreeing_);
-  is_starting_ = 4 * known() <= step.dof && start_.size() < kLongestStart;
-}
-
-double MonoSlam::share_agreeing(const MonoSlamStep& step) {
-  int found = 0;
-  int agree = 0;
-  for (const PointSought& sought : step.sought) {
-    found += sought.found_px ? 1 : 0;
-    agree += sought.inlier ? 1 : 0;
-  }
-  return found < kFewestLearnt ? agreeing_ : static_cast<double>(agree) / found;
-}
-
-void MonoSlam::start_again(MonoSlamStep& step) {
-  std::map<int, Vec2> first_px;
-  for (const PointMatch& added : start_.front().added) {
-    first_px[added.point] = added.px;
-  }
-  std::vector<StartView> views;
-  const std::size_t count = start_.size() - 1;
-  const std::size_t most = std::min(count, kMostViews);
-  for (std::size_t i = 1; i <= most; ++i) {
-    const StartPicture& picture = start_[i * count / most];
-    StartView view{picture.believed.T_map_camera, {}};
-    for (const PointMatch& match : picture.matches) {
-      if (first_px.contains(match.point)) {
-        view.seen_px[match.point] = match.px;
+  const auto agreeing = [&] {
+    int found = 0;
+    int agree = 0;
+    for (const PointSought& sought : step.sought) {
+      found += sought.found_px ? 1 : 0;
+      agree += sought.inlier ? 1 : 0;
+    }
+    return found < kFewestLearnt
+               ? agreeing_
+               : agreeing_ + kForgets * (static_cast<double>(agree) / found - agreeing_);
+  };
+  if (start_->is_due() || is_over() || agreeing() < kLeastAgreeing) {
+    if (std::optional<MonoStart::Again> again = start_->again()) {
+      filter_ = std::move(again->filter);
+      for (const auto& [number, T] : again->T_map_first) {
+        tracked_.at(number).T_map_first = T;
       }
-    }
-    if (view.seen_px.size() >= kFewestShared) {
-      views.push_back(std::move(view));
-    }
-  }
-  if (views.empty()) {
-    return;
-  }
-  const auto depths =
-      start_inverse_depths({options_.match_sigma_px, options_.filter.inverse_depth_per_m,
-                            options_.filter.inverse_depth_sigma},
-                           lens_, first_px, views);
-  if (!depths) {
-    return;
-  }
-  MonoFilter again(options_.filter, lens_);
-  std::vector<RetoldPicture> retold;
-  FilterUpdate last;
-  std::size_t agreed = 0;
-  std::size_t agreed_before = 0;
-  std::map<int, Pose3> T_map_first;
-  for (const StartPicture& picture : start_) {
-    const bool is_first = retold.empty();
-    if (!is_first) {
-      predict(again, picture.dt_s, picture.told);
-      last = again.update(picture.matches);
-      again.convert();
-    }
-    retold.push_back({again.T_map_camera(), chosen(picture.matches, last)});
-    agreed += retold.back().inliers.size();
-    agreed_before += picture.believed.inliers.size();
-    for (const PointMatch& added : picture.added) {
-      const auto depth = depths->find(added.point);
-      const int number =
-          again.add(added.px, added.sigma_px,
-                    depth != depths->end() ? std::optional(depth->second) : std::nullopt);
-      PANOPTES_CHECK(number == added.point, "points come in the same order again");
-      T_map_first[number] = again.T_map_camera();
-    }
-    if (is_first) {
-      again.fix_metre();
+      believe(again->latest, step);
+      step.retold.assign(again->pictures.begin(), again->pictures.end() - 1);
     }
   }
-  if (agreed < agreed_before) {
-    return;
+  agreeing_ = agreeing();
+  if (is_over() || start_->pictures() >= kLongestStart) {
+    start_.reset();
   }
-  filter_ = std::move(again);
-  for (const auto& [number, T] : T_map_first) {
-    tracked_.at(number).T_map_first = T;
-  }
-  for (std::size_t i = 0; i < start_.size(); ++i) {
-    start_[i].believed = retold[i];
-  }
-  believe(last, step);
-  step.retold.assign(retold.begin() + 1, retold.end() - 1);
 }
 
 // By the looks of its points, wherever it is; the next picture shows whether that holds.

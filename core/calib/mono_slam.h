@@ -9,6 +9,7 @@
 
 #include "core/base/time.h"
 #include "core/calib/mono_filter.h"
+#include "core/calib/mono_start.h"
 #include "core/calib/salient_features.h"
 #include "core/camera/rig.h"
 #include "core/geometry/pose3.h"
@@ -26,24 +27,12 @@ struct MonoSlamOptions {
   double place_sigma_px = 0.1;     ///< what the noise of pictures may leave of a new point's place
 };
 
-/// What else tells of the camera's motion since the picture before: odometry.
-struct MotionTold {
-  Pose3 T_before_now;
-  Eigen::Matrix<double, 6, 6> covariance;  ///< as MonoFilter::predict has it
-};
-
 /// A point that was looked for in a picture.
 struct PointSought {
   int point = 0;
   PointExpected expected;
   std::optional<Vec2> found_px;
   bool inlier = false;
-};
-
-/// A picture since the start, as a later one has it.
-struct RetoldPicture {
-  Pose3 T_map_camera;
-  std::vector<PointMatch> inliers;
 };
 
 struct MonoSlamStep {
@@ -56,7 +45,7 @@ struct MonoSlamStep {
   bool begins_anew = false;   ///< the start contradicted itself: what was mapped is forgotten
   bool lost = false;          ///< it was held by points once, and is not now: nothing is mapped
   bool closes = false;        ///< a point was found again after more than half a turn
-  std::vector<RetoldPicture> retold;  ///< the pictures just before, where this one mends the start
+  std::vector<StartBelieved> retold;  ///< of the pictures just before, where the start is mended
 };
 
 /// A point of the map as pictures show it.
@@ -70,10 +59,9 @@ struct MappedPoint {
 /// MonoSLAM (Davison 2003; thesis 4.3.2) on one camera's pictures, as its lens draws them: points
 /// are sought as patches in the ellipses that the filter expects them in, and found anew as the
 /// most salient feature of each cell of a grid that holds none. While next to no depth is known,
-/// all pictures since the start are adjusted together, again and again, and filtered again with the
-/// depths found (start_inverse_depths); a start that contradicts itself all the same begins anew,
-/// at that picture. A camera that is lost maps nothing, and is found again by the looks of its
-/// points.
+/// all pictures since the start are adjusted together, again and again (MonoStart); a start that
+/// contradicts itself all the same begins anew, at that picture. A camera that is lost maps
+/// nothing, and is found again by the looks of its points.
 class MonoSlam {
  public:
   MonoSlam(const MonoSlamOptions& options, const Intrinsics& lens);
@@ -94,22 +82,12 @@ class MonoSlam {
     Eigen::Matrix<double, 3, 2> direction_by_px;
     Vec3 turned_rad = Vec3::Zero();  // by the camera, when it was last found
   };
-  /// What the filter was told of one of the first pictures.
-  struct StartPicture {
-    double dt_s = 0;
-    std::optional<MotionTold> told;
-    std::vector<PointMatch> matches;
-    std::vector<PointMatch> added;
-    RetoldPicture believed;
-  };
   std::optional<Mat2> source_by_px(const Tracked& tracked, int number) const;
   std::optional<PointSought> seek(const cv::Mat& grey, int number) const;
   void grow(const cv::Mat& grey, MonoSlamStep& step);
   bool add(const cv::Mat& grey, const SalientFeature& feature, MonoSlamStep& step);
   void forget_the_bad();
   void mind_the_start(MonoSlamStep& step);
-  double share_agreeing(const MonoSlamStep& step);
-  void start_again(MonoSlamStep& step);
   void begin_anew(MonoSlamStep& step);
   void find_again(const cv::Mat& grey);
 
@@ -123,12 +101,10 @@ class MonoSlam {
   std::vector<int> try_cell_from_;  // the number of the picture
   Vec3 turned_rad_ = Vec3::Zero();  // since the start, in map: its turns added up
   double noise_grey_ = 0;
-  int lost_pictures_ = 0;    // since it was held
-  bool was_held_ = false;    // by as many points as hold a camera
-  bool is_starting_ = true;  // most points were never of known depth yet
-  std::vector<StartPicture> start_;
-  double start_again_px_;  // how far points move until it is looked at again
-  double agreeing_ = 1;    // share of the matches, lately
+  int lost_pictures_ = 0;           // since it was held
+  bool was_held_ = false;           // by as many points as hold a camera
+  std::optional<MonoStart> start_;  // until most points are first of known depth
+  double agreeing_ = 1;             // share of the matches, lately
   double match_sigma_px_;
 };
 

@@ -2,6 +2,8 @@
 #include "core/calib/start_bundle.h"
 
 #include <cstddef>
+#include <memory>
+#include <numeric>
 
 #include <ceres/ceres.h>
 
@@ -79,7 +81,8 @@ std::optional<std::map<int, double>> start_inverse_depths(const StartBundleOptio
                                                           const std::vector<StartView>& views) {
   ceres::Problem problem;
   auto order = std::make_shared<ceres::ParameterBlockOrdering>();
-  std::map<int, double> per_m;
+  // The solver orders what it eliminates by addresses: neighbours keep their order.
+  std::vector<double> per_m(first_px.size(), options.inverse_depth_per_m);
   std::vector<PoseBlock> T_camera_first;
   T_camera_first.reserve(views.size());
   for (const StartView& view : views) {
@@ -87,12 +90,13 @@ std::optional<std::map<int, double>> start_inverse_depths(const StartBundleOptio
     add_pose(problem, T_camera_first.back());
     order->AddElementToGroup(T_camera_first.back().data(), 1);
   }
+  std::size_t next = 0;
   for (const auto& [number, px] : first_px) {
+    double& inverse_depth = per_m[next++];
     const std::optional<Vec3> ray = lens.direction(px);
     if (!ray) {
       continue;
     }
-    double& inverse_depth = per_m.emplace(number, options.inverse_depth_per_m).first->second;
     problem.AddResidualBlock(new InverseDepthPrior(options), nullptr, &inverse_depth);
     order->AddElementToGroup(&inverse_depth, 0);
     for (std::size_t i = 0; i < views.size(); ++i) {
@@ -111,18 +115,17 @@ std::optional<std::map<int, double>> start_inverse_depths(const StartBundleOptio
   how.num_threads = 1;
   ceres::Solver::Summary summary;
   ceres::Solve(how, &problem, &summary);
-  double sum = 0;
-  for (const auto& [number, inverse_depth] : per_m) {
-    sum += inverse_depth;
-  }
+  const double sum = std::accumulate(per_m.begin(), per_m.end(), 0.0);
   if (!summary.IsSolutionUsable() || sum <= 0) {
     return std::nullopt;
   }
   const double scale = options.inverse_depth_per_m * static_cast<double>(per_m.size()) / sum;
-  for (auto& [number, inverse_depth] : per_m) {
-    inverse_depth *= scale;
+  std::map<int, double> by_number;
+  next = 0;
+  for (const auto& [number, px] : first_px) {
+    by_number[number] = scale * per_m[next++];
   }
-  return per_m;
+  return by_number;
 }
 
 }  // namespace panoptes

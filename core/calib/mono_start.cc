@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/calib/mono_start.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/check.h"
+
+namespace panoptes {
+namespace {
+
+constexpr double kFirstDue_px = 3;
+// What moved less has not moved.
+constexpr double kRests_px = 1;
+// Of the first picture's points, in a later one.
+constexpr std::size_t kFewestShared = 8;
+constexpr std::size_t kMostViews = 12;
+
+}  // namespace
+
+MonoStart::MonoStart(const MonoFilterOptions& options, const Intrinsics& lens,
+                     double match_sigma_px)
+    : options_(options),
+      lens_(lens),
+      match_sigma_px_(match_sigma_px),
+      pictures_(1),
+      due_px_(kFirstDue_px) {}
+
+void MonoStart::see(const std::vector<PointMatch>& first_seen) {
+  pictures_.back().first_seen = first_seen;
+  if (pictures_.size() == 1) {
+    for (const PointMatch& point : first_seen) {
+      first_px_[point.point] = point.px;
+    }
+  }
+}
+
+void MonoStart::add(double dt_s, const std::optional<MotionTold>& told,
+                    const std::vector<PointMatch>& matches, const StartBelieved& believed) {
+  std::vector<double> moved_px;
+  for (const PointMatch& match : matches) {
+    if (const auto first = first_px_.find(match.point); first != first_px_.end()) {
+      moved_px.push_back((match.px - first->second).norm());
+    }
+  }
+  const bool shares = moved_px.size() >= kFewestShared;
+  const auto middle = moved_px.begin() + static_cast<std::ptrdiff_t>(moved_px.size() / 2);
+  std::nth_element(moved_px.begin(), middle, moved_px.end());
+  moved_px_ = shares ? *middle : 0;
+  const bool has_grown = std::any_of(pictures_.begin() + 1, pictures_.end(),
+                                     [](const Picture& p) { return !p.first_seen.empty(); });
+  if (shares && moved_px_ < kRests_px && !has_grown) {
+    pictures_.resize(1);
+  }
+  pictures_.push_back({dt_s, told, matches, {}, believed});
+}
+
+bool MonoStart::is_due() const { return moved_px_ > due_px_; }
+
+// Evenly, the latest among them.
+std::vector<StartView> MonoStart::views() const {
+  std::vector<StartView> views;
+  const std::size_t count = pictures_.size() - 1;
+  const std::size_t most = std::min(count, kMostViews);
+  for (std::size_t i = 1; i <= most; ++i) {
+    const Picture& picture = pictures_[i * count / most];
+    StartView view{picture.believed.T_map_camera, {}};
+    for (const PointMatch& match : picture.matches) {
+      if (first_px_.contains(match.point)) {
+        view.seen_px[match.point] = match.px;
+      }
+    }
+    if (view.seen_px.size() >= kFewestShared) {
+      views.push_back(std::move(view));
+    }
+  }
+  return views;
+}
+
+std::optional<MonoStart::Again> MonoStart::again() {
+  due_px_ = std::max(due_px_, 2 * moved_px_);
+  const std::vector<StartView> views = this->views();
+  if (views.empty()) {
+    return std::nullopt;
+  }
+  const auto depths = start_inverse_depths(
+      {match_sigma_px_, options_.inverse_depth_per_m, options_.inverse_depth_sigma}, lens_,
+      first_px_, views);
+  if (!depths) {
+    return std::nullopt;
+  }
+  Again again{MonoFilter(options_, lens_), {}, {}, {}};
+  std::size_t agreed = 0;
+  std::size_t agreed_before = 0;
+  for (std::size_t i = 0; i < pictures_.size(); ++i) {
+    const Picture& picture = pictures_[i];
+    if (i > 0) {
+      again.filter.predict(picture.dt_s, picture.told);
+      again.latest = again.filter.update(picture.matches);
+      again.filter.convert();
+      again.pictures.push_back(
+          {again.filter.T_map_camera(), inliers(picture.matches, again.latest)});
+      agreed += again.pictures.back().inliers.size();
+      agreed_before += picture.believed.inliers.size();
+    }
+    for (const PointMatch& seen : picture.first_seen) {
+      const auto depth = depths->find(seen.point);
+      const int number =
+          again.filter.add(seen.px, seen.sigma_px,
+                           depth != depths->end() ? std::optional(depth->second) : std::nullopt);
+      PANOPTES_CHECK(number == seen.point, "points come in the same order again");
+      again.T_map_first[number] = again.filter.T_map_camera();
+    }
+    if (i == 0) {
+      again.filter.fix_metre();
+    }
+  }
+  if (agreed < agreed_before) {
+    return std::nullopt;
+  }
+  for (std::size_t i = 1; i < pictures_.size(); ++i) {
+    pictures_[i].believed = again.pictures[i - 1];
+  }
+  return again;
+}
+
+}  // namespace panoptes
