@@ -19,7 +19,7 @@ namespace {
 
 // Of the map's points, in a keyframe that they hold.
 constexpr std::size_t kFewestShown = 8;
-constexpr double kLeastNoise_px = 1e-3;  // of observations without any
+constexpr double kLeastNoise_px = 0.02;  // no better are points seen, however well a few agree
 
 /// What is known of a lens before: both focal lengths move together, and each coefficient of its
 /// distortion is known as well as they are, as a share.

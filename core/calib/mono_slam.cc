@@ -234,15 +234,8 @@ void MonoSlam::begin_anew(MonoSlamStep& step) {
   step.begins_anew = true;
 }
 
-// Until most points are first of known depth.
+// Until depths are known.
 void MonoSlam::mind_the_start(MonoSlamStep& step) {
-  const auto is_over = [&] {
-    const auto known =
-        std::count_if(step.sought.begin(), step.sought.end(), [&](const PointSought& sought) {
-          return sought.inlier && !filter_.point(sought.point).is_inverse_depth();
-        });
-    return 4 * known > step.dof;
-  };
   const auto agreeing = [&] {
     int found = 0;
     int agree = 0;
@@ -254,18 +247,20 @@ void MonoSlam::mind_the_start(MonoSlamStep& step) {
                ? agreeing_
                : agreeing_ + kForgets * (static_cast<double>(agree) / found - agreeing_);
   };
-  if (start_->is_due() || is_over() || agreeing() < kLeastAgreeing) {
+  bool is_over = start_->pictures() >= kLongestStart;
+  if (start_->is_due() || is_over || agreeing() < kLeastAgreeing) {
     if (std::optional<MonoStart::Again> again = start_->again()) {
       filter_ = std::move(again->filter);
       for (const auto& [number, T] : again->T_map_first) {
         tracked_.at(number).T_map_first = T;
       }
       believe(again->latest, step);
+      is_over = is_over || again->is_determined;
       step.retold.assign(again->pictures.begin(), again->pictures.end() - 1);
     }
   }
   agreeing_ = agreeing();
-  if (is_over() || start_->pictures() >= kLongestStart) {
+  if (is_over) {
     start_.reset();
   }
 }

@@ -103,7 +103,7 @@ class MonoSlam {
   double noise_grey_ = 0;
   int lost_pictures_ = 0;           // since it was held
   bool was_held_ = false;           // by as many points as hold a camera
-  std::optional<MonoStart> start_;  // until most points are first of known depth
+  std::optional<MonoStart> start_;  // until depths are known
   double agreeing_ = 1;             // share of the matches, lately
   double match_sigma_px_;
 };

@@ -15,6 +15,10 @@ constexpr double kRests_px = 1;
 // Of the first picture's points, in a later one.
 constexpr std::size_t kFewestShared = 8;
 constexpr std::size_t kMostViews = 12;
+// Depths known to such a share leave the filter little to linearise wrongly.
+constexpr double kKnown = 0.1;
+constexpr double kLeastParallax_px = 1.5;  // ten times as much as points are badly seen
+constexpr double kDueAgain = 1.5;
 
 }  // namespace
 
@@ -64,7 +68,7 @@ std::vector<StartView> MonoStart::views() const {
   const std::size_t most = std::min(count, kMostViews);
   for (std::size_t i = 1; i <= most; ++i) {
     const Picture& picture = pictures_[i * count / most];
-    StartView view{picture.believed.T_map_camera, {}};
+    StartView view;
     for (const PointMatch& match : picture.matches) {
       if (first_px_.contains(match.point)) {
         view.seen_px[match.point] = match.px;
@@ -78,18 +82,22 @@ std::vector<StartView> MonoStart::views() const {
 }
 
 std::optional<MonoStart::Again> MonoStart::again() {
-  due_px_ = std::max(due_px_, 2 * moved_px_);
+  due_px_ = std::max(due_px_, kDueAgain * moved_px_);
   const std::vector<StartView> views = this->views();
   if (views.empty()) {
     return std::nullopt;
   }
-  const auto depths = start_inverse_depths(
-      {match_sigma_px_, options_.inverse_depth_per_m, options_.inverse_depth_sigma}, lens_,
-      first_px_, views);
+  const auto depths =
+      start_depths({match_sigma_px_, options_.inverse_depth_per_m, options_.inverse_depth_sigma},
+                   lens_, first_px_, views);
   if (!depths) {
     return std::nullopt;
   }
-  Again again{MonoFilter(options_, lens_), {}, {}, {}};
+  Again again{MonoFilter(options_, lens_),
+              {},
+              {},
+              {},
+              depths->known_ratio < kKnown && depths->parallax_px > kLeastParallax_px};
   std::size_t agreed = 0;
   std::size_t agreed_before = 0;
   for (std::size_t i = 0; i < pictures_.size(); ++i) {
@@ -104,10 +112,10 @@ std::optional<MonoStart::Again> MonoStart::again() {
       agreed_before += picture.believed.inliers.size();
     }
     for (const PointMatch& seen : picture.first_seen) {
-      const auto depth = depths->find(seen.point);
-      const int number =
-          again.filter.add(seen.px, seen.sigma_px,
-                           depth != depths->end() ? std::optional(depth->second) : std::nullopt);
+      const auto depth = depths->inverse_depth_per_m.find(seen.point);
+      const int number = again.filter.add(
+          seen.px, seen.sigma_px,
+          depth != depths->inverse_depth_per_m.end() ? std::optional(depth->second) : std::nullopt);
       PANOPTES_CHECK(number == seen.point, "points come in the same order again");
       again.T_map_first[number] = again.filter.T_map_camera();
     }

@@ -35,7 +35,7 @@ class MonoStart {
 
   std::size_t pictures() const { return pictures_.size(); }
 
-  /// The first points have moved twice as far as they had when the start was last adjusted.
+  /// The first points have moved clearly farther than when the start was last adjusted.
   bool is_due() const;
 
   struct Again {
@@ -43,9 +43,10 @@ class MonoStart {
     FilterUpdate latest;                  ///< of the latest picture's matches
     std::vector<StartBelieved> pictures;  ///< since the first, the latest among them
     std::map<int, Pose3> T_map_first;     ///< where points were first seen from
+    bool is_determined = false;           ///< depths are known: the start is over
   };
   /// The same pictures through another filter, which begins with depths that all of them have told
-  /// (start_inverse_depths). Empty where it would agree with less.
+  /// (start_depths). Empty where it would agree with less.
   std::optional<Again> again();
 
  private:

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/calib/start_bundle.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
-#include <memory>
-#include <numeric>
+#include <limits>
+#include <utility>
 
+#include <Eigen/SVD>
 #include <ceres/ceres.h>
 
 #include "core/calib/pose_block.h"
@@ -14,8 +18,8 @@
 namespace panoptes {
 namespace {
 
-constexpr double kHuberSigmas = 2;
-constexpr int kMostIterations = 50;
+constexpr double kCauchySigmas = 2;
+constexpr int kMostIterations = 100;
 
 /// A point on a ray of the first picture, against where a later one shows it. Blocks:
 /// T_camera_first, inverse depth.
@@ -73,59 +77,234 @@ class InverseDepthPrior : public ceres::SizedCostFunction<1, 1> {
   StartBundleOptions options_;
 };
 
-}  // namespace
-
-std::optional<std::map<int, double>> start_inverse_depths(const StartBundleOptions& options,
-                                                          const Intrinsics& lens,
-                                                          const std::map<int, Vec2>& first_px,
-                                                          const std::vector<StartView>& views) {
-  ceres::Problem problem;
-  auto order = std::make_shared<ceres::ParameterBlockOrdering>();
-  // The solver orders what it eliminates by addresses: neighbours keep their order.
-  std::vector<double> per_m(first_px.size(), options.inverse_depth_per_m);
-  std::vector<PoseBlock> T_camera_first;
-  T_camera_first.reserve(views.size());
-  for (const StartView& view : views) {
-    T_camera_first.push_back(to_block(view.T_first_camera.inverse()));
-    add_pose(problem, T_camera_first.back());
-    order->AddElementToGroup(T_camera_first.back().data(), 1);
+/// Their mean is the map's metre.
+class MeanKept : public ceres::CostFunction {
+ public:
+  MeanKept(std::size_t count, double mean) : mean_(mean) {
+    set_num_residuals(1);
+    mutable_parameter_block_sizes()->assign(count, 1);
   }
-  std::size_t next = 0;
-  for (const auto& [number, px] : first_px) {
-    double& inverse_depth = per_m[next++];
-    const std::optional<Vec3> ray = lens.direction(px);
-    if (!ray) {
-      continue;
-    }
-    problem.AddResidualBlock(new InverseDepthPrior(options), nullptr, &inverse_depth);
-    order->AddElementToGroup(&inverse_depth, 0);
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      if (const auto seen = views[i].seen_px.find(number); seen != views[i].seen_px.end()) {
-        problem.AddResidualBlock(new RayCost(lens, *ray, seen->second, options.sigma_px),
-                                 new ceres::HuberLoss(kHuberSigmas), T_camera_first[i].data(),
-                                 &inverse_depth);
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    constexpr double kSigma = 1e-3;  // as a share
+    const std::size_t count = parameter_block_sizes().size();
+    const double weight = 1 / (kSigma * mean_ * static_cast<double>(count));
+    residuals[0] = -mean_ * weight * static_cast<double>(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      residuals[0] += weight * blocks[i][0];
+      if (jacobians != nullptr && jacobians[i] != nullptr) {
+        jacobians[i][0] = weight;
       }
     }
+    return true;
   }
-  ceres::Solver::Options how;
-  how.linear_solver_type = ceres::DENSE_SCHUR;
-  how.linear_solver_ordering = order;
-  how.max_num_iterations = kMostIterations;
-  how.logging_type = ceres::SILENT;
-  how.num_threads = 1;
-  ceres::Solver::Summary summary;
-  ceres::Solve(how, &problem, &summary);
-  const double sum = std::accumulate(per_m.begin(), per_m.end(), 0.0);
-  if (!summary.IsSolutionUsable() || sum <= 0) {
+
+ private:
+  double mean_;
+};
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+struct SeenTwice {
+  Vec3 ray_first;
+  Vec3 ray_now;
+  Vec2 px;
+  double off_px = 1;
+};
+
+/// The turn that explains best what a camera sees that has gone `shift_m` from the first picture,
+/// were all at one distance, and what it leaves of it: the median. By distances, not by their
+/// squares: what is false shall not pull (Kabsch 1976, reweighted).
+struct BestTurn {
+  Eigen::Quaterniond R_camera_first = Eigen::Quaterniond::Identity();
+  double off_px = 0;
+};
+
+BestTurn best_turn(const StartBundleOptions& options, const Intrinsics& lens,
+                   std::vector<SeenTwice> seen, const Vec3& shift_m) {
+  if (seen.empty()) {
+    return {};
+  }
+  for (SeenTwice& s : seen) {
+    s.ray_first = (s.ray_first / options.inverse_depth_per_m - shift_m).normalized();
+  }
+  Mat3 turn = Mat3::Identity();
+  constexpr int kTimes = 20;
+  for (int i = 0; i < kTimes; ++i) {
+    Mat3 sum = Mat3::Zero();
+    for (const SeenTwice& s : seen) {
+      sum += s.ray_now * s.ray_first.transpose() / std::max(options.sigma_px, s.off_px);
+    }
+    const Eigen::JacobiSVD<Mat3> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const double mirrored = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+    turn = svd.matrixU() * Vec3(1, 1, mirrored).asDiagonal() * svd.matrixV().transpose();
+    for (SeenTwice& s : seen) {
+      s.off_px = (lens.project(turn * s.ray_first) - s.px).norm();
+    }
+  }
+  std::vector<double> off_px;
+  for (const SeenTwice& s : seen) {
+    off_px.push_back(s.off_px);
+  }
+  return {Eigen::Quaterniond(turn), median(off_px)};
+}
+
+std::vector<SeenTwice> seen_twice(const Intrinsics& lens, const std::map<int, Vec2>& first_px,
+                                  const StartView& view) {
+  std::vector<SeenTwice> seen;
+  for (const auto& [number, px] : view.seen_px) {
+    const std::optional<Vec3> first = lens.direction(first_px.at(number));
+    const std::optional<Vec3> now = lens.direction(px);
+    if (first && now) {
+      seen.push_back({*first, *now, px});
+    }
+  }
+  return seen;
+}
+
+/// What is adjusted. The solver orders by addresses: neighbours keep their order.
+struct Start {
+  std::vector<PoseBlock> T_camera_first;
+  std::vector<double> per_m;
+  double cost = std::numeric_limits<double>::infinity();
+};
+
+/// All costs of a start. It holds on to the start's numbers.
+class StartProblem {
+ public:
+  StartProblem(const StartBundleOptions& options, double sigma_px, const Intrinsics& lens,
+               const std::map<int, Vec2>& first_px, const std::vector<StartView>& views,
+               Start& start)
+      : start_(start) {
+    for (PoseBlock& block : start.T_camera_first) {
+      add_pose(problem_, block);
+    }
+    for (const auto& [number, px] : first_px) {
+      double* inverse_depth = &start.per_m[inverse_depths_.size()];
+      inverse_depths_.push_back(inverse_depth);
+      problem_.AddResidualBlock(new InverseDepthPrior(options), nullptr, inverse_depth);
+      const std::optional<Vec3> ray = lens.direction(px);
+      for (std::size_t i = 0; ray && i < views.size(); ++i) {
+        if (const auto seen = views[i].seen_px.find(number); seen != views[i].seen_px.end()) {
+          seen_.push_back(problem_.AddResidualBlock(new RayCost(lens, *ray, seen->second, sigma_px),
+                                                    new ceres::CauchyLoss(kCauchySigmas),
+                                                    start.T_camera_first[i].data(), inverse_depth));
+        }
+      }
+    }
+    problem_.AddResidualBlock(new MeanKept(inverse_depths_.size(), options.inverse_depth_per_m),
+                              nullptr, inverse_depths_);
+  }
+
+  bool solve() {
+    ceres::Solver::Options how;
+    how.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+    how.max_num_iterations = kMostIterations;
+    how.logging_type = ceres::SILENT;
+    how.num_threads = 1;
+    ceres::Solver::Summary summary;
+    ceres::Solve(how, &problem_, &summary);
+    start_.cost = summary.final_cost;
+    return summary.IsSolutionUsable();
+  }
+
+  /// By the median of what is left over, in sigmas.
+  double noise() {
+    std::vector<double> squares;
+    for (const ceres::ResidualBlockId& id : seen_) {
+      double cost = 0;
+      std::array<double, 2> off{};
+      problem_.EvaluateResidualBlock(id, false, &cost, off.data(), nullptr);
+      squares.push_back(off[0] * off[0] + off[1] * off[1]);
+    }
+    const double median_of_chi2 = 2 * std::log(2);  // of two numbers
+    return std::sqrt(median(squares) / median_of_chi2);
+  }
+
+  /// Of the inverse depths, as shares of them: the median sigma. Empty where they have none.
+  std::optional<double> known_ratio() {
+    ceres::Covariance::Options dense;
+    dense.algorithm_type = ceres::DENSE_SVD;
+    dense.null_space_rank = -1;
+    dense.num_threads = 1;
+    ceres::Covariance covariance(dense);
+    std::vector<std::pair<const double*, const double*>> own;
+    for (const double* block : inverse_depths_) {
+      own.emplace_back(block, block);
+    }
+    if (!covariance.Compute(own, &problem_)) {
+      return std::nullopt;
+    }
+    std::vector<double> ratios;
+    for (const double* block : inverse_depths_) {
+      double variance = 0;
+      covariance.GetCovarianceBlock(block, block, &variance);
+      ratios.push_back(std::sqrt(variance) / std::max(1e-9, std::abs(*block)));
+    }
+    return median(ratios);
+  }
+
+ private:
+  Start& start_;
+  ceres::Problem problem_;
+  std::vector<double*> inverse_depths_;
+  std::vector<ceres::ResidualBlockId> seen_;
+};
+
+}  // namespace
+
+std::optional<StartDepths> start_depths(const StartBundleOptions& options, const Intrinsics& lens,
+                                        const std::map<int, Vec2>& first_px,
+                                        const std::vector<StartView>& views) {
+  if (first_px.empty() || views.empty()) {
     return std::nullopt;
   }
-  const double scale = options.inverse_depth_per_m * static_cast<double>(per_m.size()) / sum;
-  std::map<int, double> by_number;
-  next = 0;
-  for (const auto& [number, px] : first_px) {
-    by_number[number] = scale * per_m[next++];
+  StartDepths depths;
+  // A little shift and a little turn look alike but for their second order: whichever way it goes
+  // is tried.
+  Start best;
+  for (const Vec3& way : {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0),
+                          Vec3(0, -1, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
+    Start start;
+    start.per_m.assign(first_px.size(), options.inverse_depth_per_m);
+    for (const StartView& view : views) {
+      const std::vector<SeenTwice> seen = seen_twice(lens, first_px, view);
+      const double off_px = best_turn(options, lens, seen, Vec3::Zero()).off_px;
+      depths.parallax_px = std::max(depths.parallax_px, off_px);
+      const Vec3 shift_m = off_px / (lens.fx_px * options.inverse_depth_per_m) * way;
+      const Eigen::Quaterniond R = best_turn(options, lens, seen, shift_m).R_camera_first;
+      start.T_camera_first.push_back(to_block({R, -(R * shift_m)}));
+    }
+    if (StartProblem(options, options.sigma_px, lens, first_px, views, start).solve() &&
+        start.cost < best.cost) {
+      best = std::move(start);
+    }
   }
-  return by_number;
+  if (best.per_m.empty()) {
+    return std::nullopt;
+  }
+  // Points are seen as well as what is left over says.
+  constexpr double kLeastNoise = 0.2;
+  double sigma_px = options.sigma_px;
+  sigma_px *=
+      std::max(kLeastNoise, StartProblem(options, sigma_px, lens, first_px, views, best).noise());
+  StartProblem problem(options, sigma_px, lens, first_px, views, best);
+  const bool is_usable = problem.solve();
+  const std::optional<double> known_ratio = problem.known_ratio();
+  if (!is_usable || !known_ratio) {
+    return std::nullopt;
+  }
+  depths.known_ratio = *known_ratio * std::max(1.0, problem.noise());
+  depths.noise_px = problem.noise() * sigma_px;
+  std::size_t next = 0;
+  for (const auto& [number, px] : first_px) {
+    depths.inverse_depth_per_m[number] = best.per_m[next++];
+  }
+  return depths;
 }
 
 }  // namespace panoptes
