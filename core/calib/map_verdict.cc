@@ -24,11 +24,12 @@ Judged judge_map(const MonoMap& map, const AdjustedMap& adjusted, const RigCamer
     judged.reasons.push_back(std::move(why));
   };
   if (map.points.size() < kFewestPoints) {
-    doubt(
-        Verdict::kFailed,
-        fmt::format("only {} points are mapped, fewer than {}: there is too little to see, or the "
-                    "camera never moves from its place",
-                    map.points.size(), kFewestPoints));
+    doubt(Verdict::kFailed,
+          fmt::format(
+              "only {} points are mapped, fewer than {}: there is too little to see, the camera "
+              "never moves from its place, or pictures come too rarely to follow what they "
+              "show",
+              map.points.size(), kFewestPoints));
   }
   if (!map.frames.empty() && map.frames.back().lost) {
     doubt(Verdict::kFailed, fmt::format("it is lost at the end, {:.1f} s in all", map.lost_s));
@@ -55,7 +56,7 @@ Judged judge_map(const MonoMap& map, const AdjustedMap& adjusted, const RigCamer
                         100 * focal_off, centre_off_px));
     }
   }
-  if (!map.closed) {
+  if (!map.closed && map.points.size() >= kFewestPoints) {
     doubt(
         Verdict::kPoor,
         "it never saw again, after a whole turn, what it saw before: drive one that turns by more "
