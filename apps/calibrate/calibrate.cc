@@ -80,6 +80,9 @@ void add_calibrate(CLI::App& app, Command& chosen) {
                   "where the OpenCV at hand has it")
       ->check(CLI::IsMember({"sift", "akaze", "orb", "surf"}))
       ->needs(stage);
+  sub->add_flag("--odometry", args->maps.slam.motion_is_told,
+                "the wheels say how the camera moves between pictures, and what a metre is")
+      ->needs(stage);
   sub->add_option("--rig", args->lens.rig,
                   "the rig file: what the lenses are, or where they are put in; of a dataset its "
                   "own, where it has one")

@@ -8,10 +8,38 @@
 #include "apps/calibrate/true_camera_path.h"
 #include "apps/process/stage_clock.h"
 #include "core/base/error.h"
+#include "core/calib/odometry_prior.h"
 #include "core/io/dataset.h"
+#include "core/io/file.h"
+#include "core/io/frame_set_assembly.h"
 
 namespace panoptes {
 namespace {
+
+/// What the wheels of a recording tell of a camera.
+class Wheels {
+ public:
+  Wheels(const std::filesystem::path& dataset, const RigCamera& camera)
+      : camera_(camera), rows_(recorded_odometry(dataset.string(), [&](const std::string& file) {
+          const std::filesystem::path path = dataset / file;
+          return std::filesystem::exists(path) ? std::optional(read_file(path)) : std::nullopt;
+        })) {}
+
+  /// Between two of the camera's stamps. Empty where the odometry does not reach.
+  std::optional<MotionTold> between(Time before, Time now) const {
+    const Duration late = from_seconds(camera_.clock_offset_s);
+    if (before - late < rows_.front().stamp || now - late > rows_.back().stamp) {
+      return std::nullopt;
+    }
+    return camera_motion(odometry_at(rows_, before - late).T_odom_body.inverse() *
+                             odometry_at(rows_, now - late).T_odom_body,
+                         camera_);
+  }
+
+ private:
+  RigCamera camera_;
+  std::vector<StampedOdometry> rows_;
+};
 
 void add_errors(const TrueCameraPath& truth, CameraMap& told) {
   std::vector<Pose3> path;
@@ -45,6 +73,10 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
   known.filter.focal_ratio = believed.sigma.focal_ratio;
   known.filter.centre_px = believed.sigma.centre_px;
   MonoSlam slam(known, lens);
+  std::optional<Wheels> wheels;
+  if (options.motion_is_told) {
+    wheels.emplace(dataset, believed);
+  }
   MonoMapBuilder builder;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const cv::Mat grey = read_grey_picture(dataset, pictures[i]);
@@ -53,8 +85,10 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
                                     pictures[i].mention, grey.cols, grey.rows, camera,
                                     lens.width_px, lens.height_px));
     }
+    const std::optional<MotionTold> told_motion =
+        wheels && i > 0 ? wheels->between(pictures[i - 1].stamp, pictures[i].stamp) : std::nullopt;
     const double before_s = process_use().cpu_s;
-    const MonoSlamStep step = slam.step(grey, pictures[i].stamp);
+    const MonoSlamStep step = slam.step(grey, pictures[i].stamp, told_motion);
     builder.add(pictures[i].stamp, step);
     told.cpu_s += process_use().cpu_s - before_s;
     if (i == pictures.size() / 2) {

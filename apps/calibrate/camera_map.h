@@ -42,8 +42,9 @@ struct CameraMap {
   double adjust_s = 0;  ///< CPU
 };
 
-/// Maps a recording with one of its cameras, by its pictures alone, and adjusts the map. `progress`
-/// is told the share that is done. Throws ConfigError for pictures that are not as the lens says.
+/// Maps a recording with one of its cameras, by its pictures, alone or with its odometry
+/// (`options.motion_is_told`), and adjusts the map. `progress` is told the share that is done.
+/// Throws ConfigError for pictures that are not as the lens says.
 CameraMap map_camera(const std::filesystem::path& dataset, const std::string& camera,
                      const RigCamera& believed, const MonoSlamOptions& options,
                      const KeyframeBundleOptions& bundle,

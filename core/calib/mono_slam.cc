@@ -89,8 +89,11 @@ MonoSlam::MonoSlam(const MonoSlamOptions& options, const Intrinsics& lens)
       lens_(lens),
       filter_(options.filter, lens),
       try_cell_from_(static_cast<std::size_t>(options.columns * options.rows), 0),
-      start_(std::in_place, options.filter, lens, options.match_sigma_px),
-      match_sigma_px_(options.match_sigma_px) {}
+      match_sigma_px_(options.match_sigma_px) {
+  if (!options.motion_is_told) {
+    start_.emplace(options.filter, lens, options.match_sigma_px);
+  }
+}
 
 // How the place in the first picture moves with one in this picture: the point lies on a little
 // plane that faces where it was first seen from. Empty where it looks too different.
@@ -206,7 +209,7 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
     }
     const bool is_first = filter_.points().empty();
     grow(grey, step);
-    if (is_first) {
+    if (is_first && !options_.motion_is_told) {
       filter_.fix_metre();
     }
     if (start_) {

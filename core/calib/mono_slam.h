@@ -25,6 +25,8 @@ struct MonoSlamOptions {
   double least_correlation = 0.8;  ///< of what is taken for it
   double match_sigma_px = 0.15;    ///< of where it is found, each way, until the run has shown it
   double place_sigma_px = 0.1;     ///< what the noise of pictures may leave of a new point's place
+  /// The motion between pictures is told, and with it the metre and which way a start goes.
+  bool motion_is_told = false;
 };
 
 /// A point that was looked for in a picture.

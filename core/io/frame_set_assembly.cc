@@ -146,15 +146,12 @@ void add_velocities(std::vector<StampedOdometry>& rows) {
   }
 }
 
-namespace {
-
-// Without pictures and without a word of the wheels; in a long pause less often.
-constexpr Duration kLongestWait = std::chrono::milliseconds(500);
-constexpr int kMostWaits = 100;
-
-std::vector<StampedOdometry> read_odometry(const std::string& folder, const DatasetText& text) {
-  const DatasetTable table(in_folder(folder, kOdometryFile),
-                           text(std::string(kOdometryFile)).value(), 4, TableBy::kOthers);
+std::vector<StampedOdometry> recorded_odometry(const std::string& folder, const DatasetText& text) {
+  const std::optional<std::string> found = text(std::string(kOdometryFile));
+  if (!found) {
+    throw ConfigError(in_folder(folder, kOdometryFile) + ": is missing");
+  }
+  const DatasetTable table(in_folder(folder, kOdometryFile), *found, 4, TableBy::kOthers);
   if (table.columns() != 4 && table.columns() != 6) {
     throw ConfigError(table.place(0) + ": has " + std::to_string(table.columns()) +
                       " fields, must have 4 or 6: #timestamp [ns], x [m], y [m], theta [rad], and "
@@ -179,6 +176,12 @@ std::vector<StampedOdometry> read_odometry(const std::string& folder, const Data
   }
   return rows;
 }
+
+namespace {
+
+// Without pictures and without a word of the wheels; in a long pause less often.
+constexpr Duration kLongestWait = std::chrono::milliseconds(500);
+constexpr int kMostWaits = 100;
 
 Cameras read_cameras(const Dataset& dataset, const Rig& rig, const DatasetText& text) {
   Cameras cameras;
@@ -238,7 +241,7 @@ void keep_covered(std::vector<RecordedObservation>& sets, const std::vector<Stam
 }  // namespace
 
 void assemble_observations(Dataset& dataset, const Rig& rig, const DatasetText& text) {
-  const std::vector<StampedOdometry> rows = read_odometry(dataset.folder, text);
+  const std::vector<StampedOdometry> rows = recorded_odometry(dataset.folder, text);
   std::vector<RecordedObservation> sets = assemble_frame_sets(read_cameras(dataset, rig, text));
   keep_covered(sets, rows, dataset);
   dataset.epoch = sets.front().stamp.time_since_epoch();

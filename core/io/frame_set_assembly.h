@@ -23,6 +23,10 @@ struct StampedOdometry {
 std::vector<RecordedObservation> assemble_frame_sets(
     std::map<std::string, std::vector<RecordedPicture>> cameras);
 
+/// The odometry of a dataset, ours or somebody else's, in the order of time: a row at least. Throws
+/// ConfigError with the file and line for what is missing or wrong.
+std::vector<StampedOdometry> recorded_odometry(const std::string& folder, const DatasetText& text);
+
 /// Odometry at an instant between two rows: the pose on the arc between theirs, the velocity
 /// between theirs. The instant lies within the rows, which are in the order of time.
 Odometry odometry_at(const std::vector<StampedOdometry>& rows, Time stamp);

@@ -166,6 +166,13 @@ TEST_F(CalibrateMaps, EachCameraMapsWhatItPasses) {
     }
   }
 
+  EXPECT_EQ(maps({"--cameras", "left", "--odometry", "--out", "wheels"}).status, 0);
+  EXPECT_NEAR(metrics("wheels")["cameras"]["left"]["map"]["scale"].get<double>(), 1, 0.1);
+  std::filesystem::remove(folder_ / "work/rose/mav0/odom0/data.csv");
+  const Said without = maps({"--odometry", "--out", "none"});
+  EXPECT_EQ(without.status, 2);
+  EXPECT_THAT(without.err, HasSubstr("mav0/odom0/data.csv: is missing"));
+
   EXPECT_EQ(maps({"--out", "run"}).status, 2);  // is not empty
   const Said nobody = maps({"--cameras", "up", "--out", "none"});
   EXPECT_EQ(nobody.status, 2);

@@ -155,5 +155,32 @@ TEST(MonoSlam, AJumpInThePicturesIsTold) {
   }
 }
 
+// Then the metre of the map is a metre.
+TEST(MonoSlam, TakesTheMotionThatIsTold) {
+  Rng rng(3);
+  const RoomPainter room(kLens, 120, rng.fork("room"));
+  Rng noise = rng.fork("noise");
+  MonoSlamOptions options;
+  options.motion_is_told = true;
+  MonoSlam slam(options, kLens);
+  const Eigen::Matrix<double, 6, 1> sigma = Eigen::Matrix<double, 6, 1>::Constant(0.002);
+  Pose3 before = driven(0);
+  MonoSlamStep step;
+  for (int i = 0; i <= 120; ++i) {
+    const Pose3 here = driven(i / 15.0);
+    std::optional<MotionTold> told;
+    if (i > 0) {
+      told = MotionTold{before.inverse() * here, sigma.cwiseAbs2().asDiagonal()};
+    }
+    step = slam.step(room.draw(here, noise), time_at(i / 15.0), told);
+    before = here;
+    EXPECT_FALSE(step.begins_anew);
+    EXPECT_FALSE(step.lost) << i;
+  }
+  const Pose3 T_true = driven(0).inverse() * driven(8);
+  EXPECT_LT(rad_to_deg(step.T_map_camera.rotation.angularDistance(T_true.rotation)), 0.5);
+  EXPECT_LT((step.T_map_camera.translation - T_true.translation).norm(), 0.02);
+}
+
 }  // namespace
 }  // namespace panoptes
