@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/calibrate/camera_map.h"
 
+#include <algorithm>
 #include <vector>
 
 #include <fmt/format.h>
@@ -10,7 +11,7 @@
 #include "core/base/error.h"
 #include "core/calib/odometry_prior.h"
 #include "core/io/dataset.h"
-#include "core/io/file.h"
+#include "core/io/dataset_rows.h"
 #include "core/io/frame_set_assembly.h"
 
 namespace panoptes {
@@ -21,22 +22,39 @@ class Wheels {
  public:
   Wheels(const std::filesystem::path& dataset, const RigCamera& camera)
       : camera_(camera), rows_(recorded_odometry(dataset.string(), [&](const std::string& file) {
-          const std::filesystem::path path = dataset / file;
-          return std::filesystem::exists(path) ? std::optional(read_file(path)) : std::nullopt;
+          return read_part(dataset / file);
         })) {}
+
+  /// Throws ConfigError where it does not reach over most of a camera's pictures.
+  void check_reach(const std::vector<RecordedPicture>& pictures) const {
+    const auto outside =
+        std::count_if(pictures.begin(), pictures.end(),
+                      [this](const RecordedPicture& picture) { return !reaches(picture.stamp); });
+    if (2 * outside > static_cast<std::ptrdiff_t>(pictures.size())) {
+      throw ConfigError(
+          fmt::format("{}: is not of the time of the camera's pictures, of which it "
+                      "misses {} of {}; are both by one clock?",
+                      kOdometryFile, outside, pictures.size()));
+    }
+  }
 
   /// Between two of the camera's stamps. Empty where the odometry does not reach.
   std::optional<MotionTold> between(Time before, Time now) const {
-    const Duration late = from_seconds(camera_.clock_offset_s);
-    if (before - late < rows_.front().stamp || now - late > rows_.back().stamp) {
+    if (!reaches(before) || !reaches(now)) {
       return std::nullopt;
     }
+    const Duration late = from_seconds(camera_.clock_offset_s);
     return camera_motion(odometry_at(rows_, before - late).T_odom_body.inverse() *
                              odometry_at(rows_, now - late).T_odom_body,
                          camera_);
   }
 
  private:
+  bool reaches(Time stamp) const {
+    const Time instant = stamp - from_seconds(camera_.clock_offset_s);
+    return instant >= rows_.front().stamp && instant <= rows_.back().stamp;
+  }
+
   RigCamera camera_;
   std::vector<StampedOdometry> rows_;
 };
@@ -76,6 +94,7 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
   std::optional<Wheels> wheels;
   if (options.motion_is_told) {
     wheels.emplace(dataset, believed);
+    wheels->check_reach(pictures);
   }
   MonoMapBuilder builder;
   for (std::size_t i = 0; i < pictures.size(); ++i) {

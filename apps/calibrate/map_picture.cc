@@ -143,7 +143,7 @@ cv::Mat draw_reprojection(const CameraMap& told) {
                      [&point](const MonoMap::Point& p) { return p.number == point.number; });
     for (const MonoMap::Seen& seen : in_map->seen) {
       if (seen.frame == frame) {
-        draw_off(seen.px, told.lens, T_before, in_map->p_map, kWrongColour);
+        draw_off(seen.px, told.map.lens, T_before, in_map->p_map, kWrongColour);
         draw_off(seen.px, adjusted.lens, T_after, point.p_map, kTruthColour);
         canvas.ring(at(seen.px), 4, kFoundColour, 1.5);
       }

@@ -21,8 +21,8 @@ namespace {
 constexpr std::size_t kFewestShown = 8;
 constexpr double kLeastNoise_px = 0.02;  // no better are points seen, however well a few agree
 
-/// What is known of a lens before: both focal lengths move together, and each coefficient of its
-/// distortion is known as well as they are, as a share.
+/// What is known of a lens before: both focal lengths move together, and what they are known to as
+/// a share is the sigma of each coefficient of its distortion.
 class LensPrior : public ceres::CostFunction {
  public:
   LensPrior(const Intrinsics& lens, const CameraSigmas& known) : before_(lens_parameters(lens)) {
@@ -260,7 +260,9 @@ AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& l
   out.keyframes = keyframes(options.keyframes, map);
   out.lens = lens;
   Bundle bundle;
-  const Intrinsics before_lens = options.adjust_lens ? map.lens : lens;
+  KeyframeBundleOptions how = options;
+  how.adjust_lens = options.adjust_lens && known.focal_ratio > 0 && known.centre_px > 0;
+  const Intrinsics before_lens = how.adjust_lens ? map.lens : lens;
   bundle.lens = lens_parameters(before_lens);
   std::map<int, std::size_t> at;  // of frames
   for (const int frame : out.keyframes) {
@@ -292,7 +294,7 @@ AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& l
   // What is far off pulls no more than what is near, then hardly at all.
   for (const Loss loss : {Loss::kHuber, Loss::kCauchy}) {
     const double sigma_px = noise_px(bundle, with_parameters(lens, bundle.lens));
-    solve(options, lens, known, std::max(kLeastNoise_px, sigma_px), loss, bundle);
+    solve(how, lens, known, std::max(kLeastNoise_px, sigma_px), loss, bundle);
   }
   // What is believed is judged twice: the second time without what the first left out.
   constexpr int kJudged = 2;
@@ -305,13 +307,15 @@ AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& l
       o.believed = off && off->norm() < options.inlier_sigma * std::sqrt(2.0) * sigma_px;
       believed[o.keyframe] += o.believed ? 1 : 0;
     }
+    for (std::size_t k = 0; k < believed.size(); ++k) {
+      bundle.is_held[k] = believed[k] >= kFewestShown;
+    }
     out.observations = 0;
     for (PointSeenIn& o : bundle.seen) {
-      bundle.is_held[o.keyframe] = believed[o.keyframe] >= kFewestShown;
       o.believed = o.believed && bundle.is_held[o.keyframe];
       out.observations += o.believed ? 1 : 0;
     }
-    out.converged = solve(options, lens, known, sigma_px, Loss::kSquare, bundle);
+    out.converged = solve(how, lens, known, sigma_px, Loss::kSquare, bundle);
   }
   out.left_out = static_cast<int>(bundle.seen.size()) - out.observations;
   out.lens = with_parameters(lens, bundle.lens);

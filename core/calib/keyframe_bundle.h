@@ -36,7 +36,7 @@ struct AdjustedMap {
     int number = 0;  ///< as in the map
     Vec3 p_map = Vec3::Zero();
   };
-  std::vector<Point> points;  ///< those that at least two keyframes show
+  std::vector<Point> points;  ///< those that at least two keyframes show, believed or not
   Intrinsics lens;
   int observations = 0;  ///< that are believed
   int left_out = 0;

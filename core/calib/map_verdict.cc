@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::size_t kFewestPoints = 20;
 constexpr double kMostReprojection_px = 0.8;
-constexpr double kMostSigmas = 3;  // of a lens, from what is known of it
+constexpr double kMostLeftOut = 0.15;  // as a share: some are always seen wrong
+constexpr double kMostSigmas = 3;      // of a lens, from what is known of it
 
 }  // namespace
 
@@ -37,7 +38,16 @@ Judged judge_map(const MonoMap& map, const AdjustedMap& adjusted, const RigCamer
     doubt(Verdict::kPoor, fmt::format("it was lost for {:.1f} s", map.lost_s));
   }
   if (!adjusted.T_map_camera.empty()) {
-    if (!adjusted.converged || adjusted.rms_after_px > kMostReprojection_px) {
+    const int seen = adjusted.observations + adjusted.left_out;
+    if (adjusted.left_out > kMostLeftOut * seen) {
+      doubt(Verdict::kPoor,
+            fmt::format("its keyframes contradict one another: {} of {} observations are left out",
+                        adjusted.left_out, seen));
+    }
+    if (!adjusted.converged) {
+      doubt(Verdict::kPoor, "the adjustment of its keyframes did not converge");
+    }
+    if (adjusted.rms_after_px > kMostReprojection_px) {
       doubt(Verdict::kPoor, fmt::format("its keyframes do not agree: {:.2f} px of reprojection are "
                                         "left, more than {:g}",
                                         adjusted.rms_after_px, kMostReprojection_px));
@@ -55,6 +65,14 @@ Judged judge_map(const MonoMap& map, const AdjustedMap& adjusted, const RigCamer
                         "known",
                         100 * focal_off, centre_off_px));
     }
+  }
+  if (adjusted.T_map_camera.empty() && map.points.size() >= kFewestPoints) {
+    doubt(Verdict::kPoor, "no keyframes hold together: nothing is adjusted");
+  }
+  if (!map.start_is_known && !map.closed && map.points.size() >= kFewestPoints) {
+    doubt(Verdict::kPoor,
+          "its first pictures did not tell how far things are: its beginning may be bent; begin "
+          "with a drive past things near and far, or use --odometry");
   }
   if (!map.closed && map.points.size() >= kFewestPoints) {
     doubt(

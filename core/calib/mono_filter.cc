@@ -540,8 +540,6 @@ const MonoFilter::Held& MonoFilter::held(int number) const {
   return *found;
 }
 
-bool MonoFilter::has(int number) const { return find(number) != nullptr; }
-
 const FilteredPoint& MonoFilter::point(int number) const { return held(number).point; }
 
 Mat3 MonoFilter::point_covariance(int number) const {

@@ -95,7 +95,6 @@ class MonoFilter {
   const Vec3& velocity_map() const { return velocity_map_; }
   const Vec3& turn_rate_radps() const { return turn_rate_radps_; }  ///< about its own axes
   std::vector<int> points() const;  ///< their numbers, from the oldest on
-  bool has(int point) const;
   const FilteredPoint& point(int number) const;
   Mat3 point_covariance(int number) const;  ///< of x, y, z
 

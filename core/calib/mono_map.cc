@@ -18,7 +18,9 @@ void MonoMapBuilder::add(Time stamp, const MonoSlamStep& step) {
   }
   for (std::size_t i = 0; i < step.retold.size(); ++i) {
     const int retold = first_retold + static_cast<int>(i);
-    frames_[static_cast<std::size_t>(retold)].T_map_camera = step.retold[i].T_map_camera;
+    MonoMap::Frame& before = frames_[static_cast<std::size_t>(retold)];
+    before.T_map_camera = step.retold[i].T_map_camera;
+    before.lost = before.lost && step.retold[i].inliers.empty();
     for (const PointMatch& match : step.retold[i].inliers) {
       seen_[match.point].push_back({retold, match.px});
     }
@@ -51,6 +53,7 @@ MonoMap MonoMapBuilder::map(const MonoSlam& slam) const {
   }
   const MonoFilter& filter = slam.filter();
   map.lens = filter.lens();
+  map.start_is_known = slam.start_is_known();
   for (const auto& [number, point] : slam.points()) {
     const Vec3 p_map = filter.point(number).p_map();
     if (!filter.point(number).is_inverse_depth() && p_map.allFinite()) {

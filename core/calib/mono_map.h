@@ -40,6 +40,7 @@ struct MonoMap {
   /// The innovations' squared sigmas over their number: 1 where the filter knows what it knows.
   double normalised_innovation = 0;
   double lost_s = 0;
+  bool start_is_known = false;        ///< see MonoSlam
   std::optional<std::size_t> closed;  ///< the frame at which a point was first seen again all round
 };
 

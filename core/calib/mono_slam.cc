@@ -90,6 +90,7 @@ MonoSlam::MonoSlam(const MonoSlamOptions& options, const Intrinsics& lens)
       filter_(options.filter, lens),
       try_cell_from_(static_cast<std::size_t>(options.columns * options.rows), 0),
       match_sigma_px_(options.match_sigma_px) {
+  start_is_known_ = options.motion_is_told;
   if (!options.motion_is_told) {
     start_.emplace(options.filter, lens, options.match_sigma_px);
   }
@@ -185,18 +186,20 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   }
   const Eigen::AngleAxisd turn(filter_.T_map_camera().rotation * T_map_before.rotation.conjugate());
   turned_rad_ += turn.angle() * turn.axis();
+  int back_again = 0;
   for (const PointSought& sought : step.sought) {
     MappedPoint& point = points_.at(sought.point);
     if (!step.lost && !start_) {
       ++point.sought;
       point.found += sought.inlier ? 1 : 0;
     }
-    if (sought.inlier) {
+    if (sought.inlier && !step.lost) {
       Vec3& turned_then = tracked_.at(sought.point).turned_rad;
-      step.closes |= (turned_rad_ - turned_then).norm() > std::numbers::pi;
+      back_again += (turned_rad_ - turned_then).norm() > std::numbers::pi ? 1 : 0;
       turned_then = turned_rad_;
     }
   }
+  step.closes = back_again > 0;
   if (!start_ && step.dof / 2 >= kFewestLearnt) {
     const double ratio = std::min(kMostOff, step.squared_sigmas / step.dof);
     match_sigma_px_ = std::clamp(match_sigma_px_ * std::sqrt(1 + kLearns * (ratio - 1)),
@@ -230,6 +233,7 @@ void MonoSlam::begin_anew(MonoSlamStep& step) {
   turned_rad_.setZero();
   agreeing_ = 1;
   was_held_ = false;
+  start_is_known_ = options_.motion_is_told;
   lost_pictures_ = 0;
   start_.emplace(options_.filter, lens_, options_.match_sigma_px);
   std::fill(try_cell_from_.begin(), try_cell_from_.end(), 0);
@@ -258,6 +262,7 @@ void MonoSlam::mind_the_start(MonoSlamStep& step) {
         tracked_.at(number).T_map_first = T;
       }
       believe(again->latest, step);
+      start_is_known_ = again->is_determined;
       is_over = is_over || again->is_determined;
       step.retold.assign(again->pictures.begin(), again->pictures.end() - 1);
     }

@@ -61,7 +61,7 @@ struct MappedPoint {
 /// MonoSLAM (Davison 2003; thesis 4.3.2) on one camera's pictures, as its lens draws them: points
 /// are sought as patches in the ellipses that the filter expects them in, and found anew as the
 /// most salient feature of each cell of a grid that holds none. While next to no depth is known,
-/// all pictures since the start are adjusted together, again and again (MonoStart); a start that
+/// the pictures since the start are adjusted together, again and again (MonoStart); a start that
 /// contradicts itself all the same begins anew, at that picture. A camera that is lost maps
 /// nothing, and is found again by the looks of its points.
 class MonoSlam {
@@ -73,6 +73,8 @@ class MonoSlam {
                     const std::optional<MotionTold>& told = std::nullopt);
 
   const MonoFilter& filter() const { return filter_; }
+  /// Its first pictures told depths, or the motion between pictures is told.
+  bool start_is_known() const { return start_is_known_; }
   /// By the points' numbers.
   const std::map<int, MappedPoint>& points() const { return points_; }
 
@@ -103,8 +105,9 @@ class MonoSlam {
   std::vector<int> try_cell_from_;  // the number of the picture
   Vec3 turned_rad_ = Vec3::Zero();  // since the start, in map: its turns added up
   double noise_grey_ = 0;
-  int lost_pictures_ = 0;           // since it was held
-  bool was_held_ = false;           // by as many points as hold a camera
+  int lost_pictures_ = 0;  // since it was held
+  bool was_held_ = false;  // by as many points as hold a camera
+  bool start_is_known_ = false;
   std::optional<MonoStart> start_;  // until depths are known
   double agreeing_ = 1;             // share of the matches, lately
   double match_sigma_px_;

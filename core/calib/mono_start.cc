@@ -2,6 +2,7 @@
 #include "core/calib/mono_start.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/base/check.h"
@@ -15,8 +16,10 @@ constexpr double kRests_px = 1;
 // Of the first picture's points, in a later one.
 constexpr std::size_t kFewestShared = 8;
 constexpr std::size_t kMostViews = 12;
-// Depths known to such a share leave the filter little to linearise wrongly.
+// Depths known to such a share, and a turn to less than a pixel, leave the filter little to
+// linearise wrongly: before one flat wall a turn and a shift are told apart late.
 constexpr double kKnown = 0.1;
+constexpr double kKnown_px = 0.7;
 constexpr double kLeastParallax_px = 1.5;  // ten times as much as points are badly seen
 constexpr double kDueAgain = 1.5;
 
@@ -93,11 +96,7 @@ std::optional<MonoStart::Again> MonoStart::again() {
   if (!depths) {
     return std::nullopt;
   }
-  Again again{MonoFilter(options_, lens_),
-              {},
-              {},
-              {},
-              depths->known_ratio < kKnown && depths->parallax_px > kLeastParallax_px};
+  Again again{MonoFilter(options_, lens_), {}, {}, {}, false};
   std::size_t agreed = 0;
   std::size_t agreed_before = 0;
   for (std::size_t i = 0; i < pictures_.size(); ++i) {
@@ -126,6 +125,10 @@ std::optional<MonoStart::Again> MonoStart::again() {
   if (agreed < agreed_before) {
     return std::nullopt;
   }
+  const double turn_sigma_rad =
+      std::sqrt(again.filter.pose_covariance().bottomRightCorner<3, 3>().trace() / 3);
+  again.is_determined = depths->known_ratio < kKnown && depths->parallax_px > kLeastParallax_px &&
+                        turn_sigma_rad * lens_.fx_px < kKnown_px;
   for (std::size_t i = 1; i < pictures_.size(); ++i) {
     pictures_[i].believed = again.pictures[i - 1];
   }

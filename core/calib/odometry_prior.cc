@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/calib/odometry_prior.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "core/geometry/cross_matrix.h"
@@ -23,7 +22,8 @@ MotionTold camera_motion(const Pose2& T_before_now, const RigCamera& camera) {
   const double moved_m = T_before_now.position().norm();
   const double turned_rad = std::abs(T_before_now.theta_rad);
   const double mounted_rad = camera.sigma.rotation_rad.maxCoeff();
-  const double shift_m = std::hypot(kShift_m, kSlips * moved_m, mounted_rad * moved_m);
+  const double shift_m = std::hypot(kShift_m, kSlips * moved_m, mounted_rad * moved_m) +
+                         camera.sigma.position_m.maxCoeff() * turned_rad;
   const double turn_rad = std::hypot(kTurn_rad, kSlips * turned_rad, mounted_rad * turned_rad);
   Eigen::Matrix<double, 6, 1> sigma_body;
   sigma_body << Vec3::Constant(shift_m), Vec3::Constant(turn_rad);

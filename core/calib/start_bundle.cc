@@ -103,6 +103,7 @@ class MeanKept : public ceres::CostFunction {
   double mean_;
 };
 
+/// Of some.
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -260,7 +261,9 @@ class StartProblem {
 std::optional<StartDepths> start_depths(const StartBundleOptions& options, const Intrinsics& lens,
                                         const std::map<int, Vec2>& first_px,
                                         const std::vector<StartView>& views) {
-  if (first_px.empty() || views.empty()) {
+  const bool sees = std::any_of(views.begin(), views.end(),
+                                [](const StartView& view) { return !view.seen_px.empty(); });
+  if (first_px.empty() || !sees) {
     return std::nullopt;
   }
   StartDepths depths;
@@ -299,7 +302,6 @@ std::optional<StartDepths> start_depths(const StartBundleOptions& options, const
     return std::nullopt;
   }
   depths.known_ratio = *known_ratio * std::max(1.0, problem.noise());
-  depths.noise_px = problem.noise() * sigma_px;
   std::size_t next = 0;
   for (const auto& [number, px] : first_px) {
     depths.inverse_depth_per_m[number] = best.per_m[next++];

@@ -29,7 +29,6 @@ struct StartDepths {
   /// What no turn of the camera explains: the median of a view, of the view with most. Without any,
   /// depths all alike and a shift explain a turn.
   double parallax_px = 0;
-  double noise_px = 0;  ///< of where points are seen, each way, by the median of what is left over
 };
 
 /// How far the points of a first picture are, as all views together have it: bundle adjustment of a

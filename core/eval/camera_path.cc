@@ -31,7 +31,7 @@ CameraPathErrors camera_path_errors(const std::vector<Pose3>& T_map_camera,
     both += moved.dot(T.translation - start);
     own += moved.squaredNorm();
   }
-  errors.scale = own > 0 ? both / own : 1;
+  errors.scale = own > 0 && both > 0 ? both / own : 1;
   double squares = 0;
   for (std::size_t i = 0; i < T_map_camera.size(); ++i) {
     const Vec3 moved = T_map_camera[i].translation - start;

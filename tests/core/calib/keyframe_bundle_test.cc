@@ -122,10 +122,15 @@ TEST(KeyframeBundle, AWholeTurnTellsTheFocalLength) {
   r.map.lens = wrong;
   const AdjustedMap adjusted = adjust_map(every_picture(), wrong, {}, r.map);
   EXPECT_NEAR(adjusted.lens.fx_px / kLens.fx_px, 1, 0.0005);
-  // nor where it is told to leave it
+  // nor where it is told to leave it, or that it is known exactly
   KeyframeBundleOptions held = every_picture();
   held.adjust_lens = false;
   EXPECT_EQ(adjust_map(held, wrong, {}, r.map).lens.fx_px, wrong.fx_px);
+  CameraSigmas exact;
+  exact.focal_ratio = 0;
+  const AdjustedMap by_exact = adjust_map(every_picture(), wrong, exact, r.map);
+  EXPECT_TRUE(by_exact.converged);
+  EXPECT_EQ(by_exact.lens.fx_px, wrong.fx_px);
 }
 
 // A wrong distortion that nothing can mend is taken for a wrong focal length.

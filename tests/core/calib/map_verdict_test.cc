@@ -22,6 +22,7 @@ Case good() {
   c.map.frames.resize(100);
   c.map.points.resize(60);
   c.map.closed = 80;
+  c.map.start_is_known = true;
   c.adjusted.T_map_camera.resize(20);
   c.adjusted.lens = c.believed.intrinsics;
   c.adjusted.converged = true;
@@ -43,6 +44,25 @@ TEST(MapVerdict, AnotherLensIsTold) {
   EXPECT_THAT(judged(c).reasons, ElementsAre(HasSubstr("another lens: focal length +3.00 %")));
   c.believed.sigma.focal_ratio = 0.02;  // it is said to be known no better
   EXPECT_EQ(judged(c).verdict, Verdict::kGood);
+}
+
+TEST(MapVerdict, WhatContradictsItselfIsPoor) {
+  Case c = good();
+  c.adjusted.observations = 600;
+  c.adjusted.left_out = 400;
+  EXPECT_EQ(judged(c).verdict, Verdict::kPoor);
+  EXPECT_THAT(judged(c).reasons.at(0), HasSubstr("400 of 1000 observations"));
+  c = good();
+  c.adjusted = {};
+  EXPECT_EQ(judged(c).verdict, Verdict::kPoor);
+}
+
+TEST(MapVerdict, AStartThatNothingIsKnownOfIsPoorUntilTheTurnCloses) {
+  Case c = good();
+  c.map.start_is_known = false;
+  EXPECT_EQ(judged(c).verdict, Verdict::kGood);
+  c.map.closed.reset();
+  EXPECT_THAT(judged(c).reasons.at(0), HasSubstr("how far things are"));
 }
 
 TEST(MapVerdict, WhatIsLostAtTheEndIsNone) {
