@@ -8,8 +8,10 @@
 #include <limits>
 #include <utility>
 
+#include <Eigen/Cholesky>
 #include <Eigen/SVD>
 #include <ceres/ceres.h>
+#include <ceres/crs_matrix.h>
 
 #include "core/calib/pose_block.h"
 #include "core/calib/reprojection_cost.h"
@@ -228,23 +230,39 @@ class StartProblem {
 
   /// Of the inverse depths, as shares of them: the median sigma. Empty where they have none.
   std::optional<double> known_ratio() {
-    ceres::Covariance::Options dense;
-    dense.algorithm_type = ceres::DENSE_SVD;
-    dense.null_space_rank = -1;
-    dense.num_threads = 1;
-    ceres::Covariance covariance(dense);
-    std::vector<std::pair<const double*, const double*>> own;
-    for (const double* block : inverse_depths_) {
-      own.emplace_back(block, block);
+    ceres::Problem::EvaluateOptions how;
+    how.num_threads = 1;
+    how.parameter_blocks = inverse_depths_;
+    for (PoseBlock& block : start_.T_camera_first) {
+      how.parameter_blocks.push_back(block.data());
     }
-    if (!covariance.Compute(own, &problem_)) {
+    ceres::CRSMatrix J;
+    if (!problem_.Evaluate(how, nullptr, nullptr, nullptr, &J)) {
       return std::nullopt;
     }
+    Eigen::MatrixXd information = Eigen::MatrixXd::Zero(J.num_cols, J.num_cols);
+    for (std::size_t row = 0; row + 1 < J.rows.size(); ++row) {
+      const auto from = static_cast<std::size_t>(J.rows[row]);
+      const auto to = static_cast<std::size_t>(J.rows[row + 1]);
+      for (std::size_t i = from; i < to; ++i) {
+        for (std::size_t k = from; k < to; ++k) {
+          information(J.cols[i], J.cols[k]) += J.values[i] * J.values[k];
+        }
+      }
+    }
+    constexpr double kDamped = 1e-9;  // what nothing is known of is known hardly at all
+    information.diagonal().array() += kDamped * information.diagonal().maxCoeff();
+    const Eigen::LLT<Eigen::MatrixXd> factor(information);
+    if (factor.info() != Eigen::Success) {
+      return std::nullopt;
+    }
+    const Eigen::MatrixXd covariance =
+        factor.solve(Eigen::MatrixXd::Identity(J.num_cols, J.num_cols));
     std::vector<double> ratios;
-    for (const double* block : inverse_depths_) {
-      double variance = 0;
-      covariance.GetCovarianceBlock(block, block, &variance);
-      ratios.push_back(std::sqrt(variance) / std::max(1e-9, std::abs(*block)));
+    for (std::size_t i = 0; i < inverse_depths_.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(i);
+      ratios.push_back(std::sqrt(covariance(at, at)) /
+                       std::max(1e-9, std::abs(*inverse_depths_[i])));
     }
     return median(ratios);
   }
