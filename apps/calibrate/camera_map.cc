@@ -21,9 +21,10 @@ namespace {
 class Wheels {
  public:
   Wheels(const std::filesystem::path& dataset, const RigCamera& camera)
-      : camera_(camera), rows_(recorded_odometry(dataset.string(), [&](const std::string& file) {
-          return read_part(dataset / file);
-        })) {}
+      : camera_(camera),
+        rows_(recorded_odometry(
+            dataset.string(), [&](const std::string& file) { return read_part(dataset / file); },
+            written_by(dataset.string()))) {}
 
   /// Throws ConfigError where it does not reach over most of a camera's pictures.
   void check_reach(const std::vector<RecordedPicture>& pictures) const {

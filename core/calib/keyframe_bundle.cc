@@ -126,13 +126,7 @@ double noise_px(const Bundle& bundle, const Intrinsics& lens) {
       squares.push_back(off->squaredNorm());
     }
   }
-  if (squares.empty()) {
-    return 0;
-  }
-  const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-  std::nth_element(squares.begin(), middle, squares.end());
-  const double median_of_chi2 = 2 * std::log(2);  // of two numbers
-  return std::sqrt(*middle / median_of_chi2);
+  return squares.empty() ? 0 : sigma_by_median(squares);
 }
 
 enum class Loss { kSquare, kHuber, kCauchy };

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Dense>
@@ -15,6 +16,7 @@
 #include <fmt/format.h>
 
 #include "core/base/check.h"
+#include "core/base/median.h"
 #include "core/calib/pose_block.h"
 #include "core/calib/reprojection_cost.h"
 #include "core/camera/lens_parameters.h"
@@ -128,15 +130,6 @@ Estimate posed(const Intrinsics& lens, const Board& board, const std::vector<Vie
   return at;
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) {
-    return std::numeric_limits<double>::infinity();
-  }
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// By the pictures in the middle: what fits none does not decide.
 double typical_rms_px(const Estimate& at, const Board& board, const std::vector<View>& views) {
   std::vector<double> all;
@@ -144,7 +137,7 @@ double typical_rms_px(const Estimate& at, const Board& board, const std::vector<
     all.push_back(at.T_camera_board[i] ? rms_px(at, board, views[i], *at.T_camera_board[i])
                                        : std::numeric_limits<double>::infinity());
   }
-  return median(all);
+  return all.empty() ? std::numeric_limits<double>::infinity() : median(std::move(all));
 }
 
 /// Lens and poses moved to where the corners fit best, each by its picture's standard deviation;
@@ -266,6 +259,9 @@ void weigh(Estimate& at, const Board& board, std::vector<View>& views,
     for (int k = 0; at.T_camera_board[i] && k < board.corners(); ++k) {
       off_px.push_back(corner_off_px(i, k));
     }
+  }
+  if (off_px.empty()) {
+    return;
   }
   constexpr double kMedianOfTwo = 1.1774;  // of the length of two normal numbers
   const double usual_px = std::max(median(off_px) / kMedianOfTwo, 1e-9);

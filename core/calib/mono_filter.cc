@@ -298,7 +298,7 @@ std::vector<std::size_t> MonoFilter::take_in(const std::vector<PointMatch>& matc
   return which;
 }
 
-FilterUpdate MonoFilter::update(const std::vector<PointMatch>& matches) {
+FilterUpdate MonoFilter::update(const std::vector<PointMatch>& matches, int fewest) {
   FilterUpdate result;
   result.inlier.assign(matches.size(), false);
   struct Hypothesis {
@@ -367,8 +367,8 @@ FilterUpdate MonoFilter::update(const std::vector<PointMatch>& matches) {
       result.dof += 2;
     }
   };
-  if (2 * agreed.size() < matches.size()) {
-    return result;  // most say something else: chance finds a few that agree
+  if (2 * agreed.size() < matches.size() || agreed.size() < static_cast<std::size_t>(fewest)) {
+    return result;  // chance finds a few that agree
   }
   take(agreed);
   // Those that agree with all of these, if not with the one alone.

@@ -73,8 +73,8 @@ class MonoFilter {
 
   /// Which of the matches agree is found by the hypotheses that each alone makes (1-point RANSAC of
   /// Civera, Grasa, Davison and Montiel 2010, all hypotheses tried), then by what all the others
-  /// tell of each; what agrees is taken in.
-  FilterUpdate update(const std::vector<PointMatch>& matches);
+  /// tell of each; what agrees is taken in, where it is so many and not less than half of them.
+  FilterUpdate update(const std::vector<PointMatch>& matches, int fewest = 1);
 
   /// A new point at a pixel that has a direction. Its depth is as those on the picture have it,
   /// where some are known, or about what is told. Returns its number, never used before.
@@ -92,9 +92,7 @@ class MonoFilter {
   const Intrinsics& lens() const { return lens_; }  ///< as it is believed by now
   const Pose3& T_map_camera() const { return T_map_camera_; }
   Eigen::Matrix<double, 6, 6> pose_covariance() const;  ///< shift in map, turn about its own axes
-  const Vec3& velocity_map() const { return velocity_map_; }
-  const Vec3& turn_rate_radps() const { return turn_rate_radps_; }  ///< about its own axes
-  std::vector<int> points() const;  ///< their numbers, from the oldest on
+  std::vector<int> points() const;                      ///< their numbers, from the oldest on
   const FilteredPoint& point(int number) const;
   Mat3 point_covariance(int number) const;  ///< of x, y, z
 

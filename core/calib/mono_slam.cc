@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 
 #include "core/base/check.h"
+#include "core/base/median.h"
 #include "core/calib/camera_by_points.h"
 #include "core/calib/patch.h"
 #include "core/camera/lens_parameters.h"
@@ -60,17 +61,21 @@ double noise_of(const cv::Mat& grey) {
                                      below[x + 1]));
     }
   }
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
   constexpr double kMedianOfNormal = 0.6745;
   constexpr double kGain = 6;
   constexpr double kRounding = 0.29;
-  return std::max(kRounding, *middle / (kMedianOfNormal * kGain));
+  return std::max(kRounding, median(std::move(differences)) / (kMedianOfNormal * kGain));
 }
 
 bool is_inside(const Intrinsics& lens, const Vec2& px, double border_px) {
   return px.x() >= border_px && px.y() >= border_px && px.x() <= lens.width_px - 1 - border_px &&
          px.y() <= lens.height_px - 1 - border_px;
+}
+
+/// About the map's axes.
+Vec3 turn_between(const Pose3& T_map_before, const Pose3& T_map_now) {
+  const Eigen::AngleAxisd turn(T_map_now.rotation * T_map_before.rotation.conjugate());
+  return turn.angle() * turn.axis();
 }
 
 void believe(const FilterUpdate& update, MonoSlamStep& step) {
@@ -151,6 +156,7 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   PANOPTES_CHECK(
       grey.type() == CV_8U && grey.cols == lens_.width_px && grey.rows == lens_.height_px,
       "a picture is grey and of the lens's size");
+  PANOPTES_CHECK(!told || options_.motion_is_told, "told motion is announced by an option");
   const Pose3 T_map_before = filter_.T_map_camera();
   const double dt_s = before_ ? to_seconds(stamp - *before_) : 0;
   if (before_) {
@@ -170,11 +176,12 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
       step.sought.push_back(*sought);
     }
   }
-  const FilterUpdate update = filter_.update(matches);
+  // A few matches that agree by chance do not bring back a lost camera.
+  const FilterUpdate update = filter_.update(matches, lost_pictures_ > 0 ? kFewestFound : 1);
   believe(update, step);
   filter_.convert();
   if (start_ && has_map) {
-    start_->add(dt_s, told, matches, {filter_.T_map_camera(), inliers(matches, update)});
+    start_->add(dt_s, matches, {filter_.T_map_camera(), inliers(matches, update)});
     mind_the_start(step);
   }
   const bool is_held = step.dof / 2 >= kFewestFound;
@@ -184,8 +191,7 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   if (start_ && (agreeing_ < kLeastAgreeing || lost_pictures_ >= kLooksAgain)) {
     begin_anew(step);
   }
-  const Eigen::AngleAxisd turn(filter_.T_map_camera().rotation * T_map_before.rotation.conjugate());
-  turned_rad_ += turn.angle() * turn.axis();
+  turned_rad_ += turn_between(T_map_before, filter_.T_map_camera());
   int back_again = 0;
   for (const PointSought& sought : step.sought) {
     MappedPoint& point = points_.at(sought.point);
@@ -233,7 +239,7 @@ void MonoSlam::begin_anew(MonoSlamStep& step) {
   turned_rad_.setZero();
   agreeing_ = 1;
   was_held_ = false;
-  start_is_known_ = options_.motion_is_told;
+  start_is_known_ = false;
   lost_pictures_ = 0;
   start_.emplace(options_.filter, lens_, options_.match_sigma_px);
   std::fill(try_cell_from_.begin(), try_cell_from_.end(), 0);
@@ -295,6 +301,7 @@ void MonoSlam::find_again(const cv::Mat& grey) {
   }
   Eigen::Matrix<double, 6, 1> sigma;
   sigma << Vec3::Constant(kFoundAgain_rad * depth_m), Vec3::Constant(kFoundAgain_rad);
+  turned_rad_ += turn_between(filter_.T_map_camera(), *T_map_camera);
   filter_.place(*T_map_camera, sigma.cwiseAbs2().asDiagonal());
 }
 

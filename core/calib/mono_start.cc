@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/base/median.h"
 
 namespace panoptes {
 namespace {
@@ -42,8 +43,8 @@ void MonoStart::see(const std::vector<PointMatch>& first_seen) {
   }
 }
 
-void MonoStart::add(double dt_s, const std::optional<MotionTold>& told,
-                    const std::vector<PointMatch>& matches, const StartBelieved& believed) {
+void MonoStart::add(double dt_s, const std::vector<PointMatch>& matches,
+                    const StartBelieved& believed) {
   std::vector<double> moved_px;
   for (const PointMatch& match : matches) {
     if (const auto first = first_px_.find(match.point); first != first_px_.end()) {
@@ -51,15 +52,13 @@ void MonoStart::add(double dt_s, const std::optional<MotionTold>& told,
     }
   }
   const bool shares = moved_px.size() >= kFewestShared;
-  const auto middle = moved_px.begin() + static_cast<std::ptrdiff_t>(moved_px.size() / 2);
-  std::nth_element(moved_px.begin(), middle, moved_px.end());
-  moved_px_ = shares ? *middle : 0;
+  moved_px_ = shares ? median(std::move(moved_px)) : 0;
   const bool has_grown = std::any_of(pictures_.begin() + 1, pictures_.end(),
                                      [](const Picture& p) { return !p.first_seen.empty(); });
   if (shares && moved_px_ < kRests_px && !has_grown) {
     pictures_.resize(1);
   }
-  pictures_.push_back({dt_s, told, matches, {}, believed});
+  pictures_.push_back({dt_s, matches, {}, believed});
 }
 
 bool MonoStart::is_due() const { return moved_px_ > due_px_; }
@@ -102,7 +101,7 @@ std::optional<MonoStart::Again> MonoStart::again() {
   for (std::size_t i = 0; i < pictures_.size(); ++i) {
     const Picture& picture = pictures_[i];
     if (i > 0) {
-      again.filter.predict(picture.dt_s, picture.told);
+      again.filter.predict(picture.dt_s);
       again.latest = again.filter.update(picture.matches);
       again.filter.convert();
       again.pictures.push_back(

@@ -30,8 +30,7 @@ class MonoStart {
   void see(const std::vector<PointMatch>& first_seen);
 
   /// The next picture. While the camera rests, pictures are forgotten again.
-  void add(double dt_s, const std::optional<MotionTold>& told,
-           const std::vector<PointMatch>& matches, const StartBelieved& believed);
+  void add(double dt_s, const std::vector<PointMatch>& matches, const StartBelieved& believed);
 
   std::size_t pictures() const { return pictures_.size(); }
 
@@ -52,7 +51,6 @@ class MonoStart {
  private:
   struct Picture {
     double dt_s = 0;
-    std::optional<MotionTold> told;
     std::vector<PointMatch> matches;
     std::vector<PointMatch> first_seen;
     StartBelieved believed;

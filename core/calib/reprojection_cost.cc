@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/calib/reprojection_cost.h"
 
+#include <cmath>
 #include <optional>
+#include <utility>
 #include <variant>
 
 #include <ceres/cost_function.h>
 
+#include "core/base/median.h"
 #include "core/calib/pose_block.h"
 #include "core/camera/lens_parameters.h"
 
@@ -67,6 +70,11 @@ bool can_draw(const Intrinsics& lens, const Vec3& p_camera) {
   return std::holds_alternative<Equidistant>(lens.distortion)
              ? p_camera.z() > 0 || p_camera.head<2>().norm() > kNearest_m
              : p_camera.z() > kNearest_m;
+}
+
+double sigma_by_median(std::vector<double> squared_px) {
+  const double median_of_chi2 = 2 * std::log(2);  // of two numbers
+  return std::sqrt(median(std::move(squared_px)) / median_of_chi2);
 }
 
 ceres::CostFunction* reprojection_cost(const Intrinsics& lens, const Vec2& seen_px,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <vector>
+
 #include <Eigen/Core>
 
 #include "core/camera/rig.h"
@@ -23,5 +25,9 @@ ceres::CostFunction* reprojection_cost(const Intrinsics& lens, const Vec2& seen_
 /// The same of a point whose place is known: without its block.
 ceres::CostFunction* reprojection_cost(const Intrinsics& lens, const Vec2& seen_px, double sigma_px,
                                        const Vec3& p_map);
+
+/// How far observations are off, each way, by the median of their squared distances: what is false
+/// hardly counts. Of one at least.
+double sigma_by_median(std::vector<double> squared_px);
 
 }  // namespace panoptes

@@ -13,6 +13,7 @@
 #include <ceres/ceres.h>
 #include <ceres/crs_matrix.h>
 
+#include "core/base/median.h"
 #include "core/calib/pose_block.h"
 #include "core/calib/reprojection_cost.h"
 #include "core/camera/lens_parameters.h"
@@ -104,13 +105,6 @@ class MeanKept : public ceres::CostFunction {
  private:
   double mean_;
 };
-
-/// Of some.
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 struct SeenTwice {
   Vec3 ray_first;
@@ -224,8 +218,7 @@ class StartProblem {
       problem_.EvaluateResidualBlock(id, false, &cost, off.data(), nullptr);
       squares.push_back(off[0] * off[0] + off[1] * off[1]);
     }
-    const double median_of_chi2 = 2 * std::log(2);  // of two numbers
-    return std::sqrt(median(squares) / median_of_chi2);
+    return sigma_by_median(squares);
   }
 
   /// Of the inverse depths, as shares of them: the median sigma. Empty where they have none.
@@ -285,6 +278,13 @@ std::optional<StartDepths> start_depths(const StartBundleOptions& options, const
     return std::nullopt;
   }
   StartDepths depths;
+  std::vector<std::vector<SeenTwice>> seen;
+  std::vector<double> parallax_px;
+  for (const StartView& view : views) {
+    seen.push_back(seen_twice(lens, first_px, view));
+    parallax_px.push_back(best_turn(options, lens, seen.back(), Vec3::Zero()).off_px);
+  }
+  depths.parallax_px = *std::max_element(parallax_px.begin(), parallax_px.end());
   // A little shift and a little turn look alike but for their second order: whichever way it goes
   // is tried.
   Start best;
@@ -292,12 +292,9 @@ std::optional<StartDepths> start_depths(const StartBundleOptions& options, const
                           Vec3(0, -1, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
     Start start;
     start.per_m.assign(first_px.size(), options.inverse_depth_per_m);
-    for (const StartView& view : views) {
-      const std::vector<SeenTwice> seen = seen_twice(lens, first_px, view);
-      const double off_px = best_turn(options, lens, seen, Vec3::Zero()).off_px;
-      depths.parallax_px = std::max(depths.parallax_px, off_px);
-      const Vec3 shift_m = off_px / (lens.fx_px * options.inverse_depth_per_m) * way;
-      const Eigen::Quaterniond R = best_turn(options, lens, seen, shift_m).R_camera_first;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const Vec3 shift_m = parallax_px[i] / (lens.fx_px * options.inverse_depth_per_m) * way;
+      const Eigen::Quaterniond R = best_turn(options, lens, seen[i], shift_m).R_camera_first;
       start.T_camera_first.push_back(to_block({R, -(R * shift_m)}));
     }
     if (StartProblem(options, options.sigma_px, lens, first_px, views, start).solve() &&

@@ -547,10 +547,8 @@ std::vector<RecordedPicture> recorded_pictures(const fs::path& folder, const std
   if (!text) {
     throw no_pictures(folder.string(), camera);
   }
-  std::error_code error;
-  const TableBy by =
-      fs::exists(folder / "recording.yaml", error) ? TableBy::kPanoptes : TableBy::kOthers;
-  return picture_rows(DatasetTable(in_folder(folder.string(), data_csv(camera)), *text, 2, by),
+  return picture_rows(DatasetTable(in_folder(folder.string(), data_csv(camera)), *text, 2,
+                                   written_by(folder.string())),
                       camera);
 }
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <system_error>
 
 #include "core/io/digits.h"
 
@@ -10,6 +11,12 @@ namespace panoptes {
 
 std::string in_folder(const std::string& folder, std::string_view file) {
   return (std::filesystem::path(folder) / file).string();
+}
+
+TableBy written_by(const std::string& folder) {
+  std::error_code error;
+  return std::filesystem::exists(in_folder(folder, "recording.yaml"), error) ? TableBy::kPanoptes
+                                                                             : TableBy::kOthers;
 }
 
 std::string data_csv(const std::string& camera) { return "mav0/" + camera + "/data.csv"; }

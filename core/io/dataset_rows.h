@@ -21,6 +21,9 @@ inline constexpr Duration kLongestGap = std::chrono::hours(1);
 /// `folder` and a file of it, for messages.
 std::string in_folder(const std::string& folder, std::string_view file);
 
+/// Who has written a dataset: `panoptes record`, which says so in recording.yaml, or others.
+TableBy written_by(const std::string& folder);
+
 /// A camera's table, from the dataset's folder; and what is said where it is missing.
 std::string data_csv(const std::string& camera);
 ConfigError no_pictures(const std::string& folder, const std::string& camera);

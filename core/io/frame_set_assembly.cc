@@ -146,12 +146,14 @@ void add_velocities(std::vector<StampedOdometry>& rows) {
   }
 }
 
-std::vector<StampedOdometry> recorded_odometry(const std::string& folder, const DatasetText& text) {
+std::vector<StampedOdometry> recorded_odometry(const std::string& folder, const DatasetText& text,
+                                               TableBy by) {
   const std::optional<std::string> found = text(std::string(kOdometryFile));
   if (!found) {
     throw ConfigError(in_folder(folder, kOdometryFile) + ": is missing");
   }
-  const DatasetTable table(in_folder(folder, kOdometryFile), *found, 4, TableBy::kOthers);
+  const DatasetTable table(in_folder(folder, kOdometryFile), *found,
+                           by == TableBy::kPanoptes ? 6 : 4, by);
   if (table.columns() != 4 && table.columns() != 6) {
     throw ConfigError(table.place(0) + ": has " + std::to_string(table.columns()) +
                       " fields, must have 4 or 6: #timestamp [ns], x [m], y [m], theta [rad], and "
@@ -241,7 +243,8 @@ void keep_covered(std::vector<RecordedObservation>& sets, const std::vector<Stam
 }  // namespace
 
 void assemble_observations(Dataset& dataset, const Rig& rig, const DatasetText& text) {
-  const std::vector<StampedOdometry> rows = recorded_odometry(dataset.folder, text);
+  const std::vector<StampedOdometry> rows =
+      recorded_odometry(dataset.folder, text, TableBy::kOthers);
   std::vector<RecordedObservation> sets = assemble_frame_sets(read_cameras(dataset, rig, text));
   keep_covered(sets, rows, dataset);
   dataset.epoch = sets.front().stamp.time_since_epoch();

@@ -7,6 +7,7 @@
 
 #include "core/base/time.h"
 #include "core/io/dataset.h"
+#include "core/io/dataset_table.h"
 
 namespace panoptes {
 
@@ -25,7 +26,8 @@ std::vector<RecordedObservation> assemble_frame_sets(
 
 /// The odometry of a dataset, ours or somebody else's, in the order of time: a row at least. Throws
 /// ConfigError with the file and line for what is missing or wrong.
-std::vector<StampedOdometry> recorded_odometry(const std::string& folder, const DatasetText& text);
+std::vector<StampedOdometry> recorded_odometry(const std::string& folder, const DatasetText& text,
+                                               TableBy by);
 
 /// Odometry at an instant between two rows: the pose on the arc between theirs, the velocity
 /// between theirs. The instant lies within the rows, which are in the order of time.

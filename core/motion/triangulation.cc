@@ -7,6 +7,8 @@
 #include <iterator>
 #include <limits>
 
+#include "core/base/median.h"
+
 namespace panoptes {
 namespace {
 
@@ -69,12 +71,6 @@ Fit fit_depth(const std::vector<Partner>& seen, double variance_px2) {
   }
 }
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // How the depths of a place are distributed, by those that are known best; robustly, since some
 // partners are none. Without it noise would make near things of many far ones in a large hall, and
 // each would claim to show where the robot is.
@@ -101,11 +97,11 @@ InverseDepth room_of(const PlaceDepths& depths) {
     values.push_back(depth.mean_per_m);
     variance += depth.sigma_per_m * depth.sigma_per_m / static_cast<double>(known.size());
   }
-  const double mean = median_of(values);
+  const double mean = median(values);
   for (double& value : values) {
     value = std::abs(value - mean);
   }
-  const double seen = kMad * median_of(values);
+  const double seen = kMad * median(values);
   const double narrowest = std::max(kNarrowest * mean, 1e-3);
   return {mean, kWide * std::sqrt(std::max(seen * seen - variance, narrowest * narrowest))};
 }
