@@ -134,9 +134,13 @@ std::optional<PointSought> MonoSlam::seek(const cv::Mat& grey, int number) const
   }
   const Tracked& tracked = tracked_.at(number);
   const std::optional<Mat2> by_px = source_by_px(tracked, number);
-  const Mat2 S = expected->covariance_px2 + match_sigma_px_ * match_sigma_px_ * Mat2::Identity();
-  const double reach_px = options_.search_sigmas * std::sqrt(S.diagonal().maxCoeff());
-  const std::optional<Patch> patch = by_px && reach_px < kFarthest_px
+  Mat2 S = expected->covariance_px2 + match_sigma_px_ * match_sigma_px_ * Mat2::Identity();
+  double reach_px = options_.search_sigmas * std::sqrt(S.diagonal().maxCoeff());
+  if (start_ && reach_px > kFarthest_px) {  // how it moves is not known yet: near first
+    S *= kFarthest_px * kFarthest_px / (reach_px * reach_px);
+    reach_px = kFarthest_px;
+  }
+  const std::optional<Patch> patch = by_px && reach_px <= kFarthest_px
                                          ? Patch::seen(tracked.source, tracked.offset_px, *by_px)
                                          : std::nullopt;
   if (!patch) {
