@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/io/frame_set_assembly.h"
 
+#include <optional>
+#include <string>
+
 #include <gmock/gmock.h>
 
 #include "core/base/error.h"
@@ -75,6 +78,19 @@ TEST(FrameSetAssembly, OdometryLiesOnTheArcBetweenRows) {
   EXPECT_NEAR((between.T_odom_body.position() - driven.position()).norm(), 0, kRoundoff);
   EXPECT_NEAR(wrap_angle(between.T_odom_body.theta_rad - driven.theta_rad), 0, kRoundoff);
   EXPECT_NEAR(between.twist_body.v_mps, 0.55, kRoundoff);
+}
+
+TEST(FrameSetAssembly, OfARecordingThatWasCutShortTheLastRowIsLeftOut) {
+  const std::string table =
+      "#timestamp [ns],x [m],y [m],theta [rad],v [m/s],w [rad/s]\n0,0,0,0,0,0\n"
+      "100000000,0.01,0,0,0.1,0\n200000000,0.02,0";
+  const auto text = [&table](const std::string&) { return std::optional(table); };
+  const auto rows = recorded_odometry("run", text, TableBy::kPanoptes);
+  ASSERT_THAT(rows, SizeIs(2));
+  EXPECT_EQ(rows[1].odometry.T_odom_body.x_m, 0.01);
+  EXPECT_THROW(recorded_odometry("run", text, TableBy::kOthers), ConfigError);
+  const auto none = [](const std::string&) { return std::optional<std::string>(); };
+  EXPECT_THROW(recorded_odometry("run", none, TableBy::kPanoptes), ConfigError);
 }
 
 TEST(FrameSetAssembly, VelocitiesFollowFromTheMotion) {
