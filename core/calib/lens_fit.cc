@@ -26,6 +26,7 @@ namespace {
 
 constexpr int kFewestBoards = 5;     // with fewer the corners' scatter tells nothing of the lens
 constexpr double kHopeless = 10;     // times what is asked: no number is told
+constexpr double kSigmas = 2;        // by which the field is as good as asked, 95 of 100 times
 constexpr double kLeastHalf = 0.35;  // use of each half of the picture: a lens is not told by one
 
 using Matrix26 = Eigen::Matrix<double, 2, 6>;
@@ -432,8 +433,8 @@ void judge(LensFit& fit, const LensFitOptions& asked, const std::array<Half, 4>&
   const double focal = std::max(sigma[0] / fit.lens.fx_px, sigma[1] / fit.lens.fy_px);
   const double centre_px = std::max(sigma[2], sigma[3]);
   bool hopeless = false;
-  const auto ask = [&](double figure, double most, const std::string& words) {
-    if (!(figure <= most)) {
+  const auto ask = [&](double figure, double most, const std::string& words, double sigmas = 1) {
+    if (!(sigmas * figure <= most)) {
       hopeless = hopeless || !(figure <= kHopeless * most);
       fit.reasons.push_back(words);
     }
@@ -450,10 +451,13 @@ void judge(LensFit& fit, const LensFitOptions& asked, const std::array<Half, 4>&
       fmt::format("the principal point is known to {:.2f} px (at most {:.2f}): slant the board "
                   "both ways, left, right, up and down",
                   centre_px, asked.centre_sigma_px));
-  ask(fit.field_sigma_rms_px, asked.field_sigma_px,
-      fmt::format("over the picture directions are known to {:.2f} px (at most {:.2f}), where it "
-                  "is worst to {:.2f} px: more boards near its edges and corners",
-                  fit.field_sigma_rms_px, asked.field_sigma_px, fit.field_sigma_most_px));
+  ask(fit.field_sigma_rms_px, asked.field_px,
+      fmt::format(
+          "over the picture directions are known to {:.2f} px ({:g} sigma, at most {:.2f}), "
+          "where it is worst to {:.2f} px: more boards near its edges and corners",
+          kSigmas * fit.field_sigma_rms_px, kSigmas, asked.field_px,
+          kSigmas * fit.field_sigma_most_px),
+      kSigmas);
   if (fit.picture_use < asked.picture_use) {
     fit.reasons.push_back(
         fmt::format("corners were seen in {:.0f} % of the picture (at least {:.0f}): move the "

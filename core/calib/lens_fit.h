@@ -21,9 +21,9 @@ enum class LensModel { kBrownConrady, kEquidistant };
 struct LensFitOptions {
   double focal_sigma_ratio = 0.001;  ///< of each focal length
   double centre_sigma_px = 0.3;      ///< of the principal point, each way
-  double field_sigma_px = 0.1;       ///< of where a direction is drawn, over the picture
-  double picture_use = 0.7;          ///< share of the picture where corners were seen
-  double noise_px = 0.3;             ///< of a corner, each way: more is no sharp picture of a board
+  double field_px = 0.1;     ///< of where a direction is drawn, over the picture, at two sigmas
+  double picture_use = 0.7;  ///< share of the picture where corners were seen
+  double noise_px = 0.3;     ///< of a corner, each way: more is no sharp picture of a board
 };
 
 /// How one picture fits.

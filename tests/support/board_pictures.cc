@@ -64,6 +64,20 @@ std::vector<Pose3> board_poses(const Board& board, const Intrinsics& lens, const
   return poses;
 }
 
+std::vector<Pose3> board_poses_in_corners(const Board& board, const Intrinsics& lens, int count,
+                                          Rng& rng) {
+  constexpr double kNear = 0.3;  // of the picture
+  std::vector<Pose3> poses;
+  for (int i = 0; i < count; ++i) {
+    BoardPoses held;
+    held.most_width = 0.35;
+    held.from = Vec2(i % 2 == 0 ? 0 : 1 - kNear, i / 2 % 2 == 0 ? 0 : 1 - kNear);
+    held.to = held.from + Vec2(kNear, kNear);
+    poses.push_back(board_poses(board, lens, held, 1, rng).front());
+  }
+  return poses;
+}
+
 std::vector<BoardCorners> seen_corners(const Board& board, const Intrinsics& lens,
                                        const std::vector<Pose3>& poses, double noise_px, Rng& rng) {
   std::vector<BoardCorners> views;

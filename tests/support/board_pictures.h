@@ -26,6 +26,10 @@ struct BoardPoses {
 std::vector<Pose3> board_poses(const Board& board, const Intrinsics& lens, const BoardPoses& held,
                                int count, Rng& rng);
 
+/// The same in each corner of the picture by turns, for those who were told to.
+std::vector<Pose3> board_poses_in_corners(const Board& board, const Intrinsics& lens, int count,
+                                          Rng& rng);
+
 /// Where a lens draws the corners, each off by so much noise each way.
 std::vector<BoardCorners> seen_corners(const Board& board, const Intrinsics& lens,
                                        const std::vector<Pose3>& poses, double noise_px, Rng& rng);

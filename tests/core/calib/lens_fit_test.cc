@@ -131,6 +131,26 @@ TEST(LensFit, BoardsInOnePartOfThePictureAreRefused) {
   EXPECT_THAT(found.reasons, Contains(HasSubstr("right half of the picture")));
 }
 
+TEST(LensFit, BoardsFarFromTheCornersAreTooFewUntilThereAreSomeInThem) {
+  constexpr double kSharp_px = 0.015;  // as corners are found
+  const Intrinsics lens = wide();
+  Rng rng(7);
+  BoardPoses middle;
+  middle.from = Vec2(0.3, 0.3);
+  middle.to = Vec2(0.7, 0.7);
+  auto views =
+      seen_corners(kBoard, lens, board_poses(kBoard, lens, middle, kPictures, rng), kSharp_px, rng);
+  const LensFit poor = fit(lens, views);
+  EXPECT_EQ(poor.verdict, Verdict::kPoor);
+  EXPECT_THAT(poor.reasons, Contains(HasSubstr("more boards near its edges and corners")));
+  const auto more = seen_corners(kBoard, lens, board_poses_in_corners(kBoard, lens, kPictures, rng),
+                                 kSharp_px, rng);
+  views.insert(views.end(), more.begin(), more.end());
+  const LensFit good = fit(lens, views);
+  EXPECT_EQ(good.verdict, Verdict::kGood) << testing::PrintToString(good.reasons);
+  EXPECT_LT(field_difference(lens, good.lens).rms_px, 0.1);
+}
+
 TEST(LensFit, CornersOfNoBoardAreRefused) {
   Rng rng(6);
   std::vector<BoardCorners> views(kPictures);
