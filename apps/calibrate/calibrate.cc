@@ -87,11 +87,12 @@ void add_calibrate(CLI::App& app, Command& chosen) {
                   "the rig file: what the lenses are, or where they are put in; of a dataset its "
                   "own, where it has one")
       ->type_name("FILE");
-  sub->add_option("--out", args->lens.out,
-                  "where the results go: with --board rig_calibrated.yaml (lenses.yaml without a "
-                  "rig), boards_CAMERA.png and boards.csv, with --stage maps map_CAMERA.png, "
-                  "search_CAMERA.png, reprojection_CAMERA.png, points_CAMERA.csv and "
-                  "path_CAMERA.tum; metrics.json")
+  sub->add_option(
+         "--out", args->lens.out,
+         "where the results go: with --board rig_calibrated.yaml (lenses.yaml without a "
+         "rig), boards_CAMERA.png and boards.csv, with --stage maps map_CAMERA.png, "
+         "growth_CAMERA.png, search_CAMERA.png, reprojection_CAMERA.png, points_CAMERA.csv and "
+         "path_CAMERA.tum; metrics.json")
       ->required()
       ->type_name("DIR");
   sub->add_option("--threads", args->lens.threads, "to look for boards with; changes no result")

@@ -17,6 +17,8 @@
 namespace panoptes {
 namespace {
 
+constexpr std::size_t kQuarters = 4;
+
 /// What the wheels of a recording tell of a camera.
 class Wheels {
  public:
@@ -98,6 +100,7 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
     wheels->check_reach(pictures);
   }
   MonoMapBuilder builder;
+  told.growth_from = pictures.empty() ? Time{} : pictures.front().stamp;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const cv::Mat grey = read_grey_picture(dataset, pictures[i]);
     if (grey.cols != lens.width_px || grey.rows != lens.height_px) {
@@ -113,6 +116,9 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
     told.cpu_s += process_use().cpu_s - before_s;
     if (i == pictures.size() / 2) {
       told.looked_at = {grey, step, options.columns, options.rows, options.search_sigmas};
+    }
+    if ((i + 1) * kQuarters / pictures.size() > told.growth.size()) {
+      told.growth.push_back(builder.map(slam));
     }
     progress(static_cast<double>(i + 1) / static_cast<double>(pictures.size()));
   }

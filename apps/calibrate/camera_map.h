@@ -6,9 +6,11 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <opencv2/core/mat.hpp>
 
+#include "core/base/time.h"
 #include "core/calib/keyframe_bundle.h"
 #include "core/calib/mono_map.h"
 #include "core/camera/rig.h"
@@ -30,8 +32,10 @@ struct CameraMap {
   std::string camera;
   Intrinsics lens;
   MonoMap map;
-  LookedAt looked_at;  ///< the middle one
-  double cpu_s = 0;    ///< of the filter, without reading pictures
+  LookedAt looked_at;           ///< the middle one
+  std::vector<MonoMap> growth;  ///< the map after each quarter of the pictures
+  Time growth_from;             ///< when the first was taken
+  double cpu_s = 0;             ///< of the filter, without reading pictures
   AdjustedMap adjusted;
   cv::Mat keyframe_grey;           ///< the picture of
   std::size_t keyframe_shown = 0;  ///< this one of its keyframes, the middle one

@@ -13,6 +13,8 @@
 
 #include "apps/draw/canvas.h"
 #include "apps/draw/pictures.h"
+#include "core/base/time.h"
+#include "core/eval/statistics.h"
 
 namespace panoptes {
 namespace {
@@ -63,6 +65,90 @@ struct PictureSheet {
 };
 
 Vec2 from_above(const Vec3& p_map) { return {p_map.x(), p_map.z()}; }
+
+std::vector<Vec2> path_of(const MonoMap& map) {
+  std::vector<Vec2> path;
+  for (const MonoMap::Frame& frame : map.frames) {
+    path.push_back(from_above(frame.T_map_camera.translation));
+  }
+  return path;
+}
+
+/// Half the side of what nine tenths of the points and all of the path lie in.
+double reach_of(const MonoMap& map) {
+  std::vector<double> reach;
+  for (const MonoMap::Point& point : map.points) {
+    reach.push_back(from_above(point.p_map).norm());
+  }
+  double half = reach.empty() ? 1 : quantile(reach, 0.9);
+  for (const Vec2& p : path_of(map)) {
+    half = std::max(half, p.norm());
+  }
+  return 1.1 * half;
+}
+
+/// A map from above on a square of the canvas, its first camera in the middle.
+class Plan {
+ public:
+  Plan(Canvas& canvas, const Vec2& low, double side, double half_m)
+      : canvas_(canvas), low_(low), side_(side), half_m_(half_m) {}
+
+  /// Returns the side of one, map metres.
+  double draw_squares() {
+    const double step = round_step(2 * half_m_, 10);
+    for (const double value : round_values(-half_m_, half_m_, step)) {
+      canvas_.line(at({value, -half_m_}), at({value, half_m_}), kGridColour, 1);
+      canvas_.line(at({-half_m_, value}), at({half_m_, value}), kGridColour, 1);
+    }
+    return step;
+  }
+
+  void draw_points(const MonoMap& map) {
+    for (const MonoMap::Point& point : map.points) {
+      const Vec2 p = from_above(point.p_map);
+      if (!is_shown(p)) {
+        continue;
+      }
+      Mat2 covariance;
+      covariance << point.covariance(0, 0), point.covariance(0, 2), point.covariance(2, 0),
+          point.covariance(2, 2);
+      std::vector<Vec2> line = ellipse(p, covariance, 3);
+      std::erase_if(line, [this](const Vec2& corner) { return !is_shown(corner); });
+      std::transform(line.begin(), line.end(), line.begin(),
+                     [this](const Vec2& q) { return at(q); });
+      canvas_.polyline(line, kFaint, 1);
+      canvas_.disc(at(p), 2.5, kInk);
+    }
+  }
+
+  void draw_path(std::vector<Vec2> line, const Colour& colour) {
+    std::transform(line.begin(), line.end(), line.begin(), [this](const Vec2& p) { return at(p); });
+    canvas_.polyline(line, colour, 2);
+    if (!line.empty()) {
+      canvas_.ring(line.front(), 6, colour, 2);
+    }
+  }
+
+  void draw_frame() { canvas_.frame(low_, low_ + Vec2::Constant(side_), kFaint, 1); }
+
+ private:
+  Vec2 at(const Vec2& p) const {
+    return low_ + Vec2::Constant(side_ / 2) + side_ / (2 * half_m_) * Vec2(p.x(), -p.y());
+  }
+  bool is_shown(const Vec2& p) const { return p.cwiseAbs().maxCoeff() < half_m_; }
+
+  Canvas& canvas_;
+  Vec2 low_;
+  double side_;
+  double half_m_;
+};
+
+void draw_legend(Canvas& canvas, double y) {
+  canvas.disc({kMargin + 6, y - 5}, 2.5, kInk);
+  canvas.text("point, 3 sigma", {kMargin + 16, y}, kInk);
+  canvas.line({kMargin + 150, y - 5}, {kMargin + 170, y - 5}, kEstimateColour, 2);
+  canvas.text("camera, from the ring on", {kMargin + 178, y}, kInk);
+}
 
 }  // namespace
 
@@ -162,77 +248,63 @@ cv::Mat draw_reprojection(const CameraMap& told) {
 cv::Mat draw_camera_map(const CameraMap& told) {
   constexpr double kSide = 860;
   const MonoMap& map = told.map;
-  std::vector<Vec2> path;
   std::vector<Vec2> true_path;
-  for (std::size_t i = 0; i < map.frames.size(); ++i) {
-    path.push_back(from_above(map.frames[i].T_map_camera.translation));
-    if (told.errors) {
-      const Vec3 start = map.frames.front().T_map_camera.translation;
-      true_path.push_back(
-          from_above(start + (told.errors->true_map[i] - start) / told.errors->scale));
-    }
+  for (std::size_t i = 0; told.errors && i < map.frames.size(); ++i) {
+    const Vec3 start = map.frames.front().T_map_camera.translation;
+    true_path.push_back(
+        from_above(start + (told.errors->true_map[i] - start) / told.errors->scale));
   }
-  // What nine tenths of the points and all of the path lie in.
-  std::vector<double> reach;
-  for (const MonoMap::Point& point : map.points) {
-    reach.push_back(from_above(point.p_map).norm());
-  }
-  std::sort(reach.begin(), reach.end());
-  double half = reach.empty() ? 1 : reach[reach.size() * 9 / 10];
-  for (const Vec2& p : path) {
-    half = std::max(half, p.norm());
-  }
-  half *= 1.1;
-  const double px_per_m = kSide / (2 * half);
-  const Vec2 low(kMargin, kTitle);
-  const Vec2 middle = low + Vec2::Constant(kSide / 2);
-  const auto at = [&](const Vec2& p) { return Vec2(middle + px_per_m * Vec2(p.x(), -p.y())); };
   Canvas canvas(static_cast<int>(kSide + 2 * kMargin),
                 static_cast<int>(kSide + kTitle + kLegend + kMargin), kPaper);
-  const double step = round_step(2 * half, 10);
-  for (const double value : round_values(-half, half, step)) {
-    canvas.line(at({value, -half}), at({value, half}), kGridColour, 1);
-    canvas.line(at({-half, value}), at({half, value}), kGridColour, 1);
-  }
-  const auto is_shown = [half](const Vec2& p) { return p.cwiseAbs().maxCoeff() < half; };
-  for (const MonoMap::Point& point : map.points) {
-    const Vec2 p = from_above(point.p_map);
-    if (!is_shown(p)) {
-      continue;
-    }
-    Mat2 covariance;
-    covariance << point.covariance(0, 0), point.covariance(0, 2), point.covariance(2, 0),
-        point.covariance(2, 2);
-    std::vector<Vec2> line = ellipse(p, covariance, 3);
-    std::erase_if(line, [&](const Vec2& corner) { return !is_shown(corner); });
-    std::transform(line.begin(), line.end(), line.begin(), at);
-    canvas.polyline(line, kFaint, 1);
-    canvas.disc(at(p), 2.5, kInk);
-  }
-  const auto draw_path = [&](std::vector<Vec2> line, const Colour& colour) {
-    std::transform(line.begin(), line.end(), line.begin(), at);
-    canvas.polyline(line, colour, 2);
-  };
-  draw_path(true_path, kTruthColour);
-  draw_path(path, kEstimateColour);
-  if (!path.empty()) {
-    canvas.ring(at(path.front()), 6, kEstimateColour, 2);
-  }
-  canvas.frame(low, low + Vec2::Constant(kSide), kFaint, 1);
+  Plan plan(canvas, {kMargin, kTitle}, kSide, reach_of(map));
+  const double square = plan.draw_squares();
+  plan.draw_points(map);
+  plan.draw_path(true_path, kTruthColour);
+  plan.draw_path(path_of(map), kEstimateColour);
+  plan.draw_frame();
   canvas.text(fmt::format("{}: {} points, {} pictures{}", told.camera, map.points.size(),
                           map.frames.size(), map.closed ? "" : "; not closed all round"),
               {kMargin, 30}, kInk, 18);
   const double y = kTitle + kSide + 26;
-  canvas.disc({kMargin + 6, y - 5}, 2.5, kInk);
-  canvas.text("point, 3 sigma", {kMargin + 16, y}, kInk);
-  canvas.line({kMargin + 150, y - 5}, {kMargin + 170, y - 5}, kEstimateColour, 2);
-  canvas.text("camera, from the ring on", {kMargin + 178, y}, kInk);
+  draw_legend(canvas, y);
   if (told.errors) {
     canvas.line({kMargin + 396, y - 5}, {kMargin + 416, y - 5}, kTruthColour, 2);
     canvas.text("truth, scaled", {kMargin + 424, y}, kInk);
   }
-  canvas.text(fmt::format("a square: {} map metres", short_number(step)), {kMargin + kSide, y},
+  canvas.text(fmt::format("a square: {} map metres", short_number(square)), {kMargin + kSide, y},
               kInk, 15, 1);
+  return canvas.shrunk();
+}
+
+cv::Mat draw_growth(const CameraMap& told) {
+  constexpr double kSide = 460;
+  constexpr int kAcross = 2;
+  const auto count = static_cast<int>(told.growth.size());
+  const int down = (count + kAcross - 1) / kAcross;
+  const double step = kSide + kMargin;
+  Canvas canvas(static_cast<int>(kAcross * step + kMargin),
+                static_cast<int>(down * (step + kLegend) + kTitle + kLegend), kPaper);
+  canvas.text(fmt::format("{}: its map as it grew", told.camera), {kMargin, 30}, kInk, 18);
+  double half = 0;  // one scale for all
+  for (const MonoMap& map : told.growth) {
+    half = std::max(half, reach_of(map));
+  }
+  for (int i = 0; i < count; ++i) {
+    const MonoMap& map = told.growth[static_cast<std::size_t>(i)];
+    const Vec2 low(kMargin + (i % kAcross) * step,
+                   kTitle + kLegend - kMargin + (i / kAcross) * (step + kLegend));
+    Plan plan(canvas, low, kSide, half);
+    plan.draw_squares();
+    plan.draw_points(map);
+    plan.draw_path(path_of(map), kEstimateColour);
+    plan.draw_frame();
+    const double t_s =
+        map.frames.empty() ? 0 : to_seconds(map.frames.back().stamp - told.growth_from);
+    canvas.text(fmt::format("{:.0f} s: {} points{}", t_s, map.points.size(),
+                            map.closed ? ", closed all round" : ""),
+                low - Vec2(0, 8), kInk);
+  }
+  draw_legend(canvas, kTitle + down * (step + kLegend) + 20);
   return canvas.shrunk();
 }
 

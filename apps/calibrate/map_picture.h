@@ -19,4 +19,7 @@ cv::Mat draw_reprojection(const CameraMap& told);
 /// their covariance, the path, and the true one where it is known, in the map's own metre.
 cv::Mat draw_camera_map(const CameraMap& told);
 
+/// The same as it grew, as it was believed then. 8-bit BGR.
+cv::Mat draw_growth(const CameraMap& told);
+
 }  // namespace panoptes

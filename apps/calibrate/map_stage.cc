@@ -202,6 +202,8 @@ int calibrate_maps(const MapStage& args) {
     faults.attempt([&] { write_points(out.path() / ("points_" + camera + ".csv"), told.map); });
     faults.attempt(
         [&] { write_file(out.path() / ("map_" + camera + ".png"), png(draw_camera_map(told))); });
+    faults.attempt(
+        [&] { write_file(out.path() / ("growth_" + camera + ".png"), png(draw_growth(told))); });
     if (!told.looked_at.grey.empty()) {
       faults.attempt(
           [&] { write_file(out.path() / ("search_" + camera + ".png"), png(draw_search(told))); });
