@@ -7,6 +7,7 @@
 
 #include "apps/calibrate/lens_stage.h"
 #include "apps/calibrate/map_stage.h"
+#include "apps/calibrate/rig_stage.h"
 #include "apps/command/command.h"
 #include "core/base/error.h"
 
@@ -43,6 +44,16 @@ int calibrate(CalibrateArguments args) {
     args.maps.quiet = args.lens.quiet;
     return calibrate_maps(args.maps);
   }
+  if (args.stage == "rig") {
+    RigStage rig;
+    rig.dataset = args.lens.pictures;
+    rig.rig = args.lens.rig;
+    rig.cameras = args.maps.cameras;
+    rig.out = args.lens.out;
+    rig.slam.features = method_of(args.features);
+    rig.quiet = args.lens.quiet;
+    return calibrate_rig_of(rig);
+  }
   return calibrate_lenses(args.lens);
 }
 
@@ -65,7 +76,7 @@ void add_calibrate(CLI::App& app, Command& chosen) {
       sub->add_option("--stage", args->stage,
                       "maps: each camera's own map of the room, by MonoSLAM, from a dataset of a "
                       "drive that turns all round")
-          ->check(CLI::IsMember({"maps"}))
+          ->check(CLI::IsMember({"maps", "rig"}))
           ->excludes(board);
   sub->add_option("--lens", args->lens.lens,
                   "auto (what explains the corners better), brown_conrady or equidistant")

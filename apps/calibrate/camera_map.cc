@@ -1,66 +1,32 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/calibrate/camera_map.h"
 
-#include <algorithm>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "apps/calibrate/recorded_wheels.h"
 #include "apps/calibrate/true_camera_path.h"
 #include "apps/process/stage_clock.h"
 #include "core/base/error.h"
 #include "core/calib/odometry_prior.h"
 #include "core/io/dataset.h"
-#include "core/io/dataset_rows.h"
-#include "core/io/frame_set_assembly.h"
 
 namespace panoptes {
 namespace {
 
 constexpr std::size_t kQuarters = 4;
 
-/// What the wheels of a recording tell of a camera.
-class Wheels {
- public:
-  Wheels(const std::filesystem::path& dataset, const RigCamera& camera)
-      : camera_(camera),
-        rows_(recorded_odometry(
-            dataset.string(), [&](const std::string& file) { return read_part(dataset / file); },
-            written_by(dataset.string()))) {}
-
-  /// Throws ConfigError where it does not reach over most of a camera's pictures.
-  void check_reach(const std::vector<RecordedPicture>& pictures) const {
-    const auto outside =
-        std::count_if(pictures.begin(), pictures.end(),
-                      [this](const RecordedPicture& picture) { return !reaches(picture.stamp); });
-    if (2 * outside > static_cast<std::ptrdiff_t>(pictures.size())) {
-      throw ConfigError(
-          fmt::format("{}: is not of the time of the camera's pictures, of which it "
-                      "misses {} of {}; are both by one clock?",
-                      kOdometryFile, outside, pictures.size()));
-    }
-  }
-
-  /// Between two of the camera's stamps. Empty where the odometry does not reach.
-  std::optional<MotionTold> between(Time before, Time now) const {
-    if (!reaches(before) || !reaches(now)) {
-      return std::nullopt;
-    }
-    const Duration late = from_seconds(camera_.clock_offset_s);
-    return camera_motion(odometry_at(rows_, before - late).T_odom_body.inverse() *
-                             odometry_at(rows_, now - late).T_odom_body,
-                         camera_);
-  }
-
- private:
-  bool reaches(Time stamp) const {
-    const Time instant = stamp - from_seconds(camera_.clock_offset_s);
-    return instant >= rows_.front().stamp && instant <= rows_.back().stamp;
-  }
-
-  RigCamera camera_;
-  std::vector<StampedOdometry> rows_;
-};
+/// Between two of the camera's stamps. Empty where the odometry does not reach.
+std::optional<MotionTold> told_between(const RecordedWheels& wheels, const RigCamera& camera,
+                                       Time before, Time now) {
+  const Duration late = from_seconds(camera.clock_offset_s);
+  const std::optional<Odometry> from = wheels.at(before - late);
+  const std::optional<Odometry> to = wheels.at(now - late);
+  return from && to
+             ? std::optional(camera_motion(from->T_odom_body.inverse() * to->T_odom_body, camera))
+             : std::nullopt;
+}
 
 void add_errors(const TrueCameraPath& truth, CameraMap& told) {
   std::vector<Pose3> path;
@@ -94,10 +60,10 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
   known.filter.focal_ratio = believed.sigma.focal_ratio;
   known.filter.centre_px = believed.sigma.centre_px;
   MonoSlam slam(known, lens);
-  std::optional<Wheels> wheels;
+  std::optional<RecordedWheels> wheels;
   if (options.motion_is_told) {
-    wheels.emplace(dataset, believed);
-    wheels->check_reach(pictures);
+    wheels.emplace(dataset.string());
+    wheels->check_reach(pictures, believed);
   }
   MonoMapBuilder builder;
   told.growth_from = pictures.empty() ? Time{} : pictures.front().stamp;
@@ -109,7 +75,8 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
                                     lens.width_px, lens.height_px));
     }
     const std::optional<MotionTold> told_motion =
-        wheels && i > 0 ? wheels->between(pictures[i - 1].stamp, pictures[i].stamp) : std::nullopt;
+        wheels && i > 0 ? told_between(*wheels, believed, pictures[i - 1].stamp, pictures[i].stamp)
+                        : std::nullopt;
     const double before_s = process_use().cpu_s;
     const MonoSlamStep step = slam.step(grey, pictures[i].stamp, told_motion);
     builder.add(pictures[i].stamp, step);

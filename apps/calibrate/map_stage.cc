@@ -14,8 +14,8 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/calibrate/camera_map.h"
-#include "apps/calibrate/camera_pictures.h"
 #include "apps/calibrate/map_picture.h"
+#include "apps/calibrate/stage_cameras.h"
 #include "apps/command/out_dir.h"
 #include "apps/draw/pictures.h"
 #include "apps/process/fault.h"
@@ -37,36 +37,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-/// The cameras that are mapped, with their lenses.
-std::vector<std::pair<std::string, RigCamera>> lenses_of(const MapStage& args) {
-  const std::optional<Rig> rig =
-      args.rig.empty() ? rig_beside(args.dataset) : read_settings<Rig>(args.rig);
-  if (!rig) {
-    throw ConfigError(args.dataset +
-                      ": has no rig.yaml, which says what its lenses are; give one with --rig");
-  }
-  std::vector<std::string> names = args.cameras;
-  if (names.empty()) {
-    for (const std::string& name : camera_folders(fs::path(args.dataset) / "mav0")) {
-      if (rig->cameras.contains(name)) {
-        names.push_back(name);
-      }
-    }
-  }
-  std::vector<std::pair<std::string, RigCamera>> lenses;
-  for (const std::string& name : names) {
-    const auto found = rig->cameras.find(name);
-    if (found == rig->cameras.end()) {
-      throw ConfigError("the rig has no camera " + name);
-    }
-    lenses.emplace_back(name, found->second);
-  }
-  if (lenses.empty()) {
-    throw ConfigError(args.dataset + ": has pictures of no camera of the rig");
-  }
-  return lenses;
-}
 
 double percent(const CameraPathErrors& errors) {
   return errors.path_m > 0 ? 100 * errors.position_rms_m / errors.path_m : 0;
@@ -170,7 +140,7 @@ void say(const CameraMap& told, const Judged& judged, const Json& figures) {
 }  // namespace
 
 int calibrate_maps(const MapStage& args) {
-  const auto lenses = lenses_of(args);
+  const auto lenses = stage_cameras(args.dataset, args.rig, args.cameras);
   OutDir out(args.out);
   Json figures{{"schema", "panoptes.metrics/1"},
                {"command", "calibrate"},

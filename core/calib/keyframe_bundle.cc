@@ -12,6 +12,7 @@
 
 #include "core/calib/pose_block.h"
 #include "core/calib/reprojection_cost.h"
+#include "core/calib/rig_costs.h"
 #include "core/camera/lens_parameters.h"
 
 namespace panoptes {
@@ -20,40 +21,6 @@ namespace {
 // Of the map's points, in a keyframe that they hold.
 constexpr std::size_t kFewestShown = 8;
 constexpr double kLeastNoise_px = 0.02;  // no better are points seen, however well a few agree
-
-/// What is known of a lens before: both focal lengths move together, and what they are known to as
-/// a share is the sigma of each coefficient of its distortion.
-class LensPrior : public ceres::CostFunction {
- public:
-  LensPrior(const Intrinsics& lens, const CameraSigmas& known) : before_(lens_parameters(lens)) {
-    // One focal length may differ from the other by a tenth of what both may be off.
-    constexpr double kTogether = 0.1;
-    const Eigen::Index count = before_.size();
-    weight_.setZero(count, count);
-    weight_.diagonal().setConstant(1 / known.focal_ratio);
-    weight_.diagonal().head<2>() << 1 / (known.focal_ratio * lens.fx_px),
-        -1 / (kTogether * known.focal_ratio * lens.fx_px);
-    weight_(1, 0) = -weight_(1, 1);
-    weight_.diagonal().segment<2>(2).setConstant(1 / known.centre_px);
-    set_num_residuals(static_cast<int>(count));
-    *mutable_parameter_block_sizes() = {static_cast<int>(count)};
-  }
-
-  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    const Eigen::Index count = before_.size();
-    Eigen::Map<Eigen::VectorXd>(residuals, count) =
-        weight_ * (Eigen::Map<const Eigen::VectorXd>(blocks[0], count) - before_);
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<RowMajor>(jacobians[0], count, count) = weight_;
-    }
-    return true;
-  }
-
- private:
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Eigen::VectorXd before_;
-  RowMajor weight_;
-};
 
 /// A map has no metre of its own: how far two cameras are from each other is kept. Blocks:
 /// T_camera_map of both.
@@ -181,7 +148,7 @@ bool solve(const KeyframeBundleOptions& options, const Intrinsics& lens, const C
   if (problem.HasParameterBlock(bundle.lens.data())) {
     order->AddElementToGroup(bundle.lens.data(), 2);  // within a group, addresses order
     if (options.adjust_lens) {
-      problem.AddResidualBlock(new LensPrior(lens, known), nullptr, bundle.lens.data());
+      problem.AddResidualBlock(lens_known_cost(lens, known), nullptr, bundle.lens.data());
     } else {
       problem.SetParameterBlockConstant(bundle.lens.data());
     }

@@ -6,12 +6,11 @@
 #include <numbers>
 #include <utility>
 
-#include <Eigen/LU>
-
 #include "core/base/check.h"
 #include "core/base/median.h"
 #include "core/calib/camera_by_points.h"
 #include "core/calib/patch.h"
+#include "core/calib/patch_warp.h"
 #include "core/camera/lens_parameters.h"
 
 namespace panoptes {
@@ -19,10 +18,6 @@ namespace {
 
 // A cell in which nothing was found is looked at again after so many pictures.
 constexpr int kCellRests = 8;
-// A point looks too different from where it is seen so much larger or smaller, or from so far
-// aside.
-constexpr double kMostScale = 2;
-constexpr double kLeastCosine = 0.6;
 // Farther than this it is not looked for: whatever is found there is chance.
 constexpr double kFarthest_px = 80;
 // Of a point that is found less often than every second time of at least so many.
@@ -101,29 +96,21 @@ MonoSlam::MonoSlam(const MonoSlamOptions& options, const Intrinsics& lens)
   }
 }
 
-// How the place in the first picture moves with one in this picture: the point lies on a little
-// plane that faces where it was first seen from. Empty where it looks too different.
+// How the place in the first picture moves with one in this picture. Empty where it looks too
+// different.
 std::optional<Mat2> MonoSlam::source_by_px(const Tracked& tracked, int number) const {
   const Pose3& T_map_camera = filter_.T_map_camera();
   const FilteredPoint& point = filter_.point(number);
   const Vec3 p_map = point.p_map();
   const bool is_far = !p_map.allFinite();
-  const Vec3 from_first = is_far ? ray_of_angles(point.state[3], point.state[4])
-                                 : Vec3(p_map - tracked.T_map_first.translation);
-  const Vec3 from_now = is_far ? from_first : Vec3(p_map - T_map_camera.translation);
-  if (from_first.dot(from_now) < kLeastCosine * from_first.norm() * from_now.norm()) {
-    return std::nullopt;
-  }
-  const Mat3 R_now_first =
+  PointFromBoth both;
+  both.from_first = is_far ? ray_of_angles(point.state[3], point.state[4])
+                           : Vec3(p_map - tracked.T_map_first.translation);
+  both.from_now = is_far ? both.from_first : Vec3(p_map - T_map_camera.translation);
+  both.R_now_first =
       (T_map_camera.rotation.conjugate() * tracked.T_map_first.rotation).toRotationMatrix();
-  const Vec3 p_camera = T_map_camera.rotation.conjugate() * from_now;
-  const Mat2 px_by_source = project_with_jacobian(filter_.lens(), p_camera).px_by_point *
-                            R_now_first * (from_first.norm() * tracked.direction_by_px);
-  const double larger = std::sqrt(std::abs(px_by_source.determinant()));
-  if (!(larger < kMostScale && larger > 1 / kMostScale)) {
-    return std::nullopt;
-  }
-  return px_by_source.inverse();
+  both.p_now = T_map_camera.rotation.conjugate() * both.from_now;
+  return panoptes::source_by_px(both, filter_.lens(), tracked.direction_by_px);
 }
 
 // Empty for a point that cannot be looked for from here.

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/calibrate/stage_cameras.h"
+
+#include <filesystem>
+#include <optional>
+
+#include "apps/calibrate/camera_pictures.h"
+#include "core/base/error.h"
+#include "core/config/fields.h"
+#include "core/io/dataset.h"
+
+namespace panoptes {
+
+namespace fs = std::filesystem;
+
+std::vector<std::pair<std::string, RigCamera>> stage_cameras(const std::string& dataset,
+                                                             const std::string& rig_file,
+                                                             std::vector<std::string> names) {
+  const std::optional<Rig> rig =
+      rig_file.empty() ? rig_beside(dataset) : read_settings<Rig>(rig_file);
+  if (!rig) {
+    throw ConfigError(dataset +
+                      ": has no rig.yaml, which says what its lenses are; give one with --rig");
+  }
+  if (names.empty()) {
+    for (const std::string& name : camera_folders(fs::path(dataset) / "mav0")) {
+      if (rig->cameras.contains(name)) {
+        names.push_back(name);
+      }
+    }
+  }
+  std::vector<std::pair<std::string, RigCamera>> lenses;
+  for (const std::string& name : names) {
+    const auto found = rig->cameras.find(name);
+    if (found == rig->cameras.end()) {
+      throw ConfigError("the rig has no camera " + name);
+    }
+    lenses.emplace_back(name, found->second);
+  }
+  if (lenses.empty()) {
+    throw ConfigError(dataset + ": has pictures of no camera of the rig");
+  }
+  return lenses;
+}
+
+}  // namespace panoptes

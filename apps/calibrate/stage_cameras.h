@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/camera/rig.h"
+
+namespace panoptes {
+
+/// The cameras of a dataset that are calibrated, as a rig file (the dataset's own where `rig` is
+/// empty) has them: those of `names`, or all that have pictures. Throws ConfigError where there is
+/// no rig or no such camera.
+std::vector<std::pair<std::string, RigCamera>> stage_cameras(const std::string& dataset,
+                                                             const std::string& rig,
+                                                             std::vector<std::string> names);
+
+}  // namespace panoptes

@@ -1,0 +1,679 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/calib/rig_bundle.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <numeric>
+#include <optional>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SparseCore>
+#include <ceres/ceres.h>
+
+#include "core/base/check.h"
+#include "core/base/median.h"
+#include "core/calib/pose_block.h"
+#include "core/calib/reprojection_cost.h"
+#include "core/camera/lens_parameters.h"
+#include "core/geometry/cross_matrix.h"
+
+namespace panoptes {
+namespace {
+
+constexpr double kLeastNoise_px = 0.02;  // no better are points seen, however well a few agree
+constexpr std::size_t kFewestToLearn = 20;
+// Mountings are held by so little that it counts for nothing beside what is seen of them; but the
+// height of one of those that share points, of which a level floor shows nothing.
+constexpr double kHeld_m = 0.1;
+constexpr double kHeld_rad = 0.2;
+constexpr double kFixed_m = 1e-4;
+constexpr int kFewestShared = 20;
+constexpr double kSystematic_px = 0.05;
+constexpr double kAway_m = 2;  // of what is seen
+// So that what nothing shows stays where it is, and the normal equations keep a solution.
+constexpr double kLargestRadius = 1e8;
+// What is not known to this is not seen.
+constexpr double kSeen_m = 0.1;
+constexpr double kSeen_rad = deg_to_rad(3);
+
+/// How far wheels and floor are off, learned from the run.
+struct MotionNoise {
+  double way_m = 0.005;  ///< of a metre; grows with the root of the way
+  double across_m = 0.005;
+  double turn_rad = 0.02;  ///< of a radian; grows with the root of the turn
+  double height_m = 0.001;
+  double tilt_rad = deg_to_rad(0.1);
+};
+constexpr MotionNoise kLeastNoise{0.0005, 0.0005, 0.001, 0.00002, deg_to_rad(0.002)};
+constexpr double kStep_m = 0.0003;  // a tick of the wheels
+constexpr double kStep_rad = 0.0005;
+constexpr double kLeastMoved = 0.01;  // m or rad: less is steps
+
+WheelSigma sigma_of(const MotionNoise& noise, const Pose2& moved) {
+  const double root_m = std::sqrt(moved.position().norm());
+  return {std::hypot(kStep_m, noise.way_m * root_m), std::hypot(kStep_m, noise.across_m * root_m),
+          std::hypot(kStep_rad, noise.turn_rad * std::sqrt(std::abs(moved.theta_rad)))};
+}
+
+/// All that is adjusted, as the solver holds it.
+struct Blocks {
+  std::vector<PoseBlock> T_body_start;
+  std::vector<PoseBlock> T_camera_body;
+  std::vector<Eigen::VectorXd> lens;
+  std::vector<double> clock_offset_s;
+  std::array<double, kWheelErrors> wheel_errors{};
+  std::vector<std::array<double, 3>> p_start;
+};
+
+Blocks to_blocks(const RigState& state) {
+  Blocks blocks;
+  for (const Pose3& T : state.T_start_body) {
+    blocks.T_body_start.push_back(to_block(T.inverse()));
+  }
+  for (const Pose3& T : state.T_body_camera) {
+    blocks.T_camera_body.push_back(to_block(T.inverse()));
+  }
+  for (const Intrinsics& lens : state.lenses) {
+    blocks.lens.push_back(lens_parameters(lens));
+  }
+  blocks.clock_offset_s = state.clock_offset_s;
+  for (int i = 0; i < kWheelErrors; ++i) {
+    blocks.wheel_errors[static_cast<std::size_t>(i)] = state.wheel_errors[i];
+  }
+  for (const Vec3& p : state.points_start) {
+    blocks.p_start.push_back({p.x(), p.y(), p.z()});
+  }
+  return blocks;
+}
+
+RigState to_state(const Blocks& blocks, const RigState& before) {
+  RigState state = before;
+  for (std::size_t i = 0; i < blocks.T_body_start.size(); ++i) {
+    state.T_start_body[i] = from_block(blocks.T_body_start[i].data()).inverse();
+  }
+  for (std::size_t i = 0; i < blocks.T_camera_body.size(); ++i) {
+    state.T_body_camera[i] = from_block(blocks.T_camera_body[i].data()).inverse();
+    state.lenses[i] = with_parameters(before.lenses[i], blocks.lens[i]);
+  }
+  state.clock_offset_s = blocks.clock_offset_s;
+  state.wheel_errors = Eigen::Map<const Vec3>(blocks.wheel_errors.data());
+  for (std::size_t i = 0; i < blocks.p_start.size(); ++i) {
+    state.points_start[i] = Eigen::Map<const Vec3>(blocks.p_start[i].data());
+  }
+  return state;
+}
+
+/// What the wheels say about a view: empty where they do not reach.
+std::optional<BodyMoved> body_moved(const WheelReadings& wheels, Time instant, Time stamp,
+                                    double clock_offset_s) {
+  const std::optional<Odometry> then = wheels(instant);
+  const std::optional<Odometry> taken = wheels(stamp - from_seconds(clock_offset_s));
+  if (!then || !taken) {
+    return std::nullopt;
+  }
+  return BodyMoved{then->T_odom_body.inverse() * taken->T_odom_body, taken->twist_body,
+                   clock_offset_s};
+}
+
+enum class Loss { kSquare, kHuber, kCauchy };
+
+ceres::LossFunction* made(Loss loss) {
+  constexpr double kSigmas = 2;
+  return loss == Loss::kHuber    ? static_cast<ceres::LossFunction*>(new ceres::HuberLoss(kSigmas))
+         : loss == Loss::kCauchy ? new ceres::CauchyLoss(kSigmas)
+                                 : nullptr;
+}
+
+class Adjustment {
+ public:
+  Adjustment(const RigBundleOptions& options, const std::vector<RigCamera>& believed,
+             const WheelReadings& wheels, RigTracks& tracks, const RigState& start)
+      : options_(options),
+        believed_(believed),
+        tracks_(tracks),
+        state_(start),
+        blocks_(to_blocks(start)),
+        sigma_px_(2 * believed.size(), 1) {
+    for (const RigView& view : tracks.views) {
+      moved_.push_back(body_moved(wheels, tracks.instants[view.instant], view.stamp,
+                                  start.clock_offset_s[view.camera]));
+    }
+    for (std::size_t i = 0; i + 1 < tracks.instants.size(); ++i) {
+      const std::optional<Odometry> here = wheels(tracks.instants[i]);
+      const std::optional<Odometry> next = wheels(tracks.instants[i + 1]);
+      driven_.push_back(here && next
+                            ? std::optional<Pose2>(here->T_odom_body.inverse() * next->T_odom_body)
+                            : std::nullopt);
+    }
+    camera_of_point_.assign(start.points_start.size(), 0);
+    for (RigSeen& seen : tracks.seen) {
+      seen.believed = off_px(seen).has_value();
+      if (seen.own) {
+        camera_of_point_[seen.point] = tracks.views[seen.view].camera;
+      }
+    }
+  }
+
+  RigBundle run() {
+    RigBundle out;
+    for (const Loss loss : {Loss::kHuber, Loss::kCauchy}) {
+      learn_noise();
+      solve(loss);
+    }
+    // What is believed is judged twice: the second time without what the first left out.
+    constexpr int kJudged = 2;
+    for (int i = 0; i < kJudged; ++i) {
+      learn_noise();
+      judge();
+      out.converged = solve(Loss::kSquare);
+    }
+    learn_noise();
+    put_at_believed_height();
+    out.rms_after_px = rms_px();
+    const Blocks adjusted = blocks_;
+    blocks_ = to_blocks(state_);
+    out.rms_before_px = rms_px();
+    blocks_ = adjusted;
+    for (const RigSeen& seen : tracks_.seen) {
+      out.observations += seen.believed ? 1 : 0;
+      out.observations_other += seen.believed && !seen.own ? 1 : 0;
+    }
+    out.left_out = static_cast<int>(tracks_.seen.size()) - out.observations;
+    for (std::size_t c = 0; c < believed_.size(); ++c) {
+      out.sigma_own_px.push_back(sigma_px_[2 * c]);
+      out.sigma_other_px.push_back(sigma_px_[2 * c + 1]);
+    }
+    std::fprintf(stderr, "noise way %.5f %.5f turn %.5f height %.6f tilt %.5f deg\n", noise_.way_m,
+                 noise_.across_m, noise_.turn_rad, noise_.height_m,
+                 rad_to_deg(noise_.tilt_rad));  // DBG
+    out.state = to_state(blocks_, state_);
+    out.known = covariance(out.state);
+    return out;
+  }
+
+ private:
+  std::size_t group(const RigSeen& seen) const {
+    return 2 * tracks_.views[seen.view].camera + (seen.own ? 0 : 1);
+  }
+
+  std::optional<Vec2> off_px(const RigSeen& seen) const {
+    const RigView& view = tracks_.views[seen.view];
+    const std::optional<BodyMoved>& moved = moved_[seen.view];
+    if (!moved) {
+      return std::nullopt;
+    }
+    const Intrinsics lens = with_parameters(state_.lenses[view.camera], blocks_.lens[view.camera]);
+    const Vec3 p = from_block(blocks_.T_camera_body[view.camera].data()) *
+                   (on_floor(moved->with_offset(blocks_.clock_offset_s[view.camera])).inverse() *
+                    (from_block(blocks_.T_body_start[view.instant].data()) *
+                     Vec3(Eigen::Map<const Vec3>(blocks_.p_start[seen.point].data()))));
+    return can_draw(lens, p) ? std::optional<Vec2>(lens.project(p) - seen.px) : std::nullopt;
+  }
+
+  double rms_px() const {
+    double sum = 0;
+    int count = 0;
+    for (const RigSeen& seen : tracks_.seen) {
+      if (const auto off = seen.believed ? off_px(seen) : std::nullopt) {
+        sum += off->squaredNorm();
+        ++count;
+      }
+    }
+    return count > 0 ? std::sqrt(sum / count) : 0;
+  }
+
+  // By medians: what is false hardly counts.
+  void learn_noise() {
+    std::vector<std::vector<double>> squares(sigma_px_.size());
+    for (const RigSeen& seen : tracks_.seen) {
+      if (const auto off = off_px(seen)) {
+        squares[group(seen)].push_back(off->squaredNorm());
+      }
+    }
+    for (std::size_t g = 0; g < squares.size(); ++g) {
+      if (squares[g].size() >= kFewestToLearn) {
+        sigma_px_[g] = std::max(kLeastNoise_px, sigma_by_median(squares[g]));
+      }
+    }
+    // What a motion is off by, as shares of what noise of one would make of it: only what is more
+    // than a step of the wheels tells of it.
+    std::vector<double> along;
+    std::vector<double> across;
+    std::vector<double> turn;
+    std::vector<double> height;
+    std::vector<double> tilt;
+    for (std::size_t i = 0; i < tracks_.instants.size(); ++i) {
+      const Pose3 T = from_block(blocks_.T_body_start[i].data());
+      const Vec3 up = T.rotation * Vec3::UnitZ();
+      tilt.push_back(up.head<2>().squaredNorm());
+      height.push_back(std::abs(up.dot(T.translation)));
+      if (i + 1 < tracks_.instants.size() && driven_[i]) {
+        const std::unique_ptr<ceres::CostFunction> cost(wheels_cost(*driven_[i], {}));
+        const double* all[] = {blocks_.T_body_start[i].data(), blocks_.T_body_start[i + 1].data(),
+                               blocks_.wheel_errors.data()};
+        Vec3 off;
+        cost->Evaluate(all, off.data(), nullptr);
+        const double root_m = std::sqrt(driven_[i]->position().norm());
+        const double root_rad = std::sqrt(std::abs(driven_[i]->theta_rad));
+        if (root_m > std::sqrt(kLeastMoved)) {
+          along.push_back(std::abs(off.x()) / root_m);
+          across.push_back(std::abs(off.y()) / root_m);
+        }
+        if (root_rad > std::sqrt(kLeastMoved)) {
+          turn.push_back(std::abs(off.z()) / root_rad);
+        }
+      }
+    }
+    const auto learn = [](double& sigma, double least, const std::vector<double>& off) {
+      constexpr double kMedianOfNormal = 0.6745;
+      if (off.size() >= kFewestToLearn) {
+        sigma = std::max(least, median(std::vector<double>(off)) / kMedianOfNormal);
+      }
+    };
+    learn(noise_.way_m, kLeastNoise.way_m, along);
+    learn(noise_.across_m, kLeastNoise.across_m, across);
+    learn(noise_.turn_rad, kLeastNoise.turn_rad, turn);
+    learn(noise_.height_m, kLeastNoise.height_m, height);
+    if (tilt.size() >= kFewestToLearn) {
+      noise_.tilt_rad = std::max(kLeastNoise.tilt_rad, sigma_by_median(tilt));
+    }
+  }
+
+  /// For each camera the first of those that it shares points with, over others too: by a
+  /// camera's height alone they are all higher.
+  std::vector<std::size_t> sharing() const {
+    const std::size_t count = believed_.size();
+    std::vector<std::vector<int>> shared(count, std::vector<int>(count, 0));
+    for (const RigSeen& seen : tracks_.seen) {
+      if (seen.believed && !seen.own) {
+        ++shared[tracks_.views[seen.view].camera][camera_of_point_[seen.point]];
+      }
+    }
+    std::vector<std::size_t> first(count);
+    std::iota(first.begin(), first.end(), std::size_t{0});
+    for (std::size_t again = 0; again < count; ++again) {
+      for (std::size_t a = 0; a < count; ++a) {
+        for (std::size_t b = 0; b < count; ++b) {
+          if (shared[a][b] + shared[b][a] >= kFewestShared) {
+            first[a] = first[b] = std::min(first[a], first[b]);
+          }
+        }
+      }
+    }
+    return first;
+  }
+
+  /// A height that all of those share is the one that was believed of them, on the mean.
+  void put_at_believed_height() {
+    const std::vector<std::size_t> first = sharing();
+    std::vector<double> off_m(first.size(), 0);
+    std::vector<int> count(first.size(), 0);
+    RigState state = to_state(blocks_, state_);
+    for (std::size_t c = 0; c < first.size(); ++c) {
+      off_m[first[c]] +=
+          believed_[c].T_body_camera.translation.z() - state.T_body_camera[c].translation.z();
+      ++count[first[c]];
+    }
+    for (std::size_t c = 0; c < first.size(); ++c) {
+      state.T_body_camera[c].translation.z() += off_m[first[c]] / count[first[c]];
+    }
+    for (std::size_t p = 0; p < state.points_start.size(); ++p) {
+      const std::size_t of = first[camera_of_point_[p]];
+      state.points_start[p].z() += off_m[of] / count[of];
+    }
+    blocks_ = to_blocks(state);
+  }
+
+  void judge() {
+    for (RigSeen& seen : tracks_.seen) {
+      const std::optional<Vec2> off = off_px(seen);
+      seen.believed =
+          off && off->norm() < options_.inlier_sigma * std::sqrt(2.0) * sigma_px_[group(seen)];
+    }
+  }
+
+  /// All but what holds the mountings.
+  void build(ceres::Problem& problem, Loss loss) {
+    for (PoseBlock& block : blocks_.T_body_start) {
+      add_pose(problem, block);
+      problem.AddResidualBlock(level_cost(noise_.height_m, noise_.tilt_rad), nullptr, block.data());
+    }
+    problem.AddResidualBlock(start_cost(), nullptr, blocks_.T_body_start.front().data());
+    problem.AddParameterBlock(blocks_.wheel_errors.data(), kWheelErrors);
+    for (std::size_t i = 0; i < driven_.size(); ++i) {
+      if (driven_[i]) {
+        problem.AddResidualBlock(wheels_cost(*driven_[i], sigma_of(noise_, *driven_[i])),
+                                 made(Loss::kHuber), blocks_.T_body_start[i].data(),
+                                 blocks_.T_body_start[i + 1].data(), blocks_.wheel_errors.data());
+      }
+    }
+    problem.AddResidualBlock(known_cost(Vec3::Zero(), options_.wheels.sigma), nullptr,
+                             blocks_.wheel_errors.data());
+    for (std::size_t c = 0; c < believed_.size(); ++c) {
+      const RigCamera& camera = believed_[c];
+      add_pose(problem, blocks_.T_camera_body[c]);
+      problem.AddResidualBlock(lens_known_cost(camera.intrinsics, camera.sigma), nullptr,
+                               blocks_.lens[c].data());
+      problem.AddResidualBlock(known_cost(Eigen::VectorXd::Constant(1, camera.clock_offset_s),
+                                          Eigen::VectorXd::Constant(1, camera.sigma.clock_s)),
+                               nullptr, &blocks_.clock_offset_s[c]);
+    }
+    for (const RigSeen& seen : tracks_.seen) {
+      if (seen.believed) {
+        const RigView& view = tracks_.views[seen.view];
+        const std::size_t c = view.camera;
+        problem.AddResidualBlock(rig_reprojection_cost(state_.lenses[c], seen.px,
+                                                       sigma_px_[group(seen)], *moved_[seen.view]),
+                                 made(loss), blocks_.lens[c].data(),
+                                 blocks_.T_camera_body[c].data(),
+                                 blocks_.T_body_start[view.instant].data(),
+                                 &blocks_.clock_offset_s[c], blocks_.p_start[seen.point].data());
+      }
+    }
+  }
+
+  bool solve(Loss loss) {
+    ceres::Problem problem;
+    build(problem, loss);
+    const std::vector<std::size_t> first = sharing();
+    for (std::size_t c = 0; c < believed_.size(); ++c) {
+      problem.AddResidualBlock(
+          mounting_known_cost(believed_[c].T_body_camera, kHeld_rad,
+                              Vec3(kHeld_m, kHeld_m, first[c] == c ? kFixed_m : kHeld_m)),
+          nullptr, blocks_.T_camera_body[c].data());
+    }
+    auto order = std::make_shared<ceres::ParameterBlockOrdering>();
+    for (auto& p : blocks_.p_start) {
+      if (problem.HasParameterBlock(p.data())) {
+        order->AddElementToGroup(p.data(), 0);
+      }
+    }
+    for (auto& T : blocks_.T_body_start) {
+      order->AddElementToGroup(T.data(), 1);
+    }
+    // Within a group, addresses order: one for each kind.
+    int next = 2;
+    for (std::size_t c = 0; c < believed_.size(); ++c) {
+      order->AddElementToGroup(blocks_.T_camera_body[c].data(), next++);
+      order->AddElementToGroup(blocks_.lens[c].data(), next++);
+      order->AddElementToGroup(&blocks_.clock_offset_s[c], next++);
+    }
+    order->AddElementToGroup(blocks_.wheel_errors.data(), next);
+    ceres::Solver::Options how;
+    how.linear_solver_type = ceres::SPARSE_SCHUR;
+    how.linear_solver_ordering = order;
+    how.max_num_iterations = options_.iterations;
+    how.max_trust_region_radius = kLargestRadius;
+    how.logging_type = ceres::SILENT;
+    how.num_threads = 1;
+    ceres::Solver::Summary summary;
+    ceres::Solve(how, &problem, &summary);
+    return summary.termination_type == ceres::CONVERGENCE;
+  }
+
+  RigCovariance covariance(const RigState& state);
+
+  RigBundleOptions options_;
+  const std::vector<RigCamera>& believed_;
+  RigTracks& tracks_;
+  RigState state_;
+  Blocks blocks_;
+  std::vector<std::optional<BodyMoved>> moved_;  // by view
+  std::vector<std::optional<Pose2>> driven_;     // from each instant to the next
+  std::vector<std::size_t> camera_of_point_;
+  std::vector<double> sigma_px_;  // by group
+  MotionNoise noise_;
+};
+
+/// How turn and shift about the body's axes move with the solver's six moves of T_camera_body.
+Eigen::Matrix<double, 6, 6> body_by_moves(const Pose3& T_body_camera) {
+  const Mat3 R = T_body_camera.rotation.toRotationMatrix();
+  const Vec3 t = -(R.transpose() * T_body_camera.translation);  // of T_camera_body
+  Eigen::Matrix<double, 6, 6> G = Eigen::Matrix<double, 6, 6>::Zero();
+  G.topLeftCorner<3, 3>() = -R;
+  G.bottomLeftCorner<3, 3>() = -R * cross_matrix(t);
+  G.bottomRightCorner<3, 3>() = -R;
+  return G;
+}
+
+/// What the rows of a Jacobian tell of all but the points: each point is eliminated by its own
+/// rows' QR, which keeps the digits that the normal equations of what is hardly seen lose.
+Eigen::MatrixXd information_without_points(const Eigen::SparseMatrix<double, Eigen::RowMajor>& J,
+                                           Eigen::Index all_but_points) {
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(all_but_points, all_but_points);
+  std::map<Eigen::Index, std::vector<Eigen::Index>> rows_of_point;
+  for (Eigen::Index row = 0; row < J.outerSize(); ++row) {
+    Eigen::Index last = -1;
+    for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(J, row); it; ++it) {
+      last = std::max<Eigen::Index>(last, it.col());
+    }
+    rows_of_point[last < all_but_points ? -1 : (last - all_but_points) / 3].push_back(row);
+  }
+  for (const auto& [point, rows] : rows_of_point) {
+    std::map<Eigen::Index, Eigen::Index> at;  // where a column is among those of this point
+    for (const Eigen::Index row : rows) {
+      for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(J, row); it; ++it) {
+        if (it.col() < all_but_points) {
+          at.emplace(it.col(), 0);
+        }
+      }
+    }
+    std::vector<Eigen::Index> columns;
+    for (auto& [column, place] : at) {
+      place = static_cast<Eigen::Index>(columns.size());
+      columns.push_back(column);
+    }
+    const auto count = static_cast<Eigen::Index>(rows.size());
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(columns.size()));
+    Eigen::MatrixXd B = Eigen::MatrixXd::Zero(count, 3);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(
+               J, rows[static_cast<std::size_t>(i)]);
+           it; ++it) {
+        if (it.col() < all_but_points) {
+          A(i, at.at(it.col())) = it.value();
+        } else {
+          B(i, it.col() - all_but_points - 3 * point) = it.value();
+        }
+      }
+    }
+    if (point >= 0 && count > 3) {
+      const Eigen::HouseholderQR<Eigen::MatrixXd> qr(B);
+      A = (qr.householderQ().adjoint() * A).bottomRows(count - 3).eval();
+    } else if (point >= 0) {
+      continue;  // its own place takes all that is seen of it
+    }
+    const Eigen::MatrixXd told = A.transpose() * A;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      for (std::size_t j = 0; j < columns.size(); ++j) {
+        information(columns[i], columns[j]) +=
+            told(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+      }
+    }
+  }
+  return information;
+}
+
+// The points are eliminated first, then the poses (Schur): what is left tells of the rig alone.
+RigCovariance Adjustment::covariance(const RigState& state) {
+  RigCovariance out;
+  ceres::Problem problem;
+  build(problem, Loss::kSquare);
+  ceres::Problem::EvaluateOptions how;
+  how.apply_loss_function = false;
+  Eigen::Index count = 0;
+  for (std::size_t c = 0; c < believed_.size(); ++c) {
+    out.camera.push_back(count);
+    how.parameter_blocks.insert(
+        how.parameter_blocks.end(),
+        {blocks_.T_camera_body[c].data(), blocks_.lens[c].data(), &blocks_.clock_offset_s[c]});
+    count += 6 + blocks_.lens[c].size() + 1;
+  }
+  out.wheels = count;
+  how.parameter_blocks.push_back(blocks_.wheel_errors.data());
+  count += kWheelErrors;
+  const Eigen::Index rig = count;
+  for (PoseBlock& block : blocks_.T_body_start) {
+    how.parameter_blocks.push_back(block.data());
+    count += 6;
+  }
+  const Eigen::Index all_but_points = count;
+  for (auto& p : blocks_.p_start) {
+    if (problem.HasParameterBlock(p.data())) {
+      how.parameter_blocks.push_back(p.data());
+    }
+  }
+  ceres::CRSMatrix crs;
+  problem.Evaluate(how, nullptr, nullptr, nullptr, &crs);
+  const Eigen::SparseMatrix<double, Eigen::RowMajor> J =
+      Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>>(
+          crs.num_rows, crs.num_cols, static_cast<int>(crs.values.size()), crs.rows.data(),
+          crs.cols.data(), crs.values.data());
+  // What is common to cameras and poses is a small difference of large numbers.
+  using Long = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+  Eigen::MatrixXd G = Eigen::MatrixXd::Identity(rig, rig);  // to the body's own axes
+  for (std::size_t c = 0; c < believed_.size(); ++c) {
+    G.block<6, 6>(out.camera[c], out.camera[c]) = body_by_moves(state.T_body_camera[c]);
+  }
+  const Long S = information_without_points(J, all_but_points).cast<long double>();
+  const Eigen::Index poses = all_but_points - rig;
+  const Long B = S.topRightCorner(rig, poses);
+  const Long left =
+      S.topLeftCorner(rig, rig) - B * S.bottomRightCorner(poses, poses).ldlt().solve(B.transpose());
+  const Long G_inverse = G.inverse().cast<long double>();
+  const Eigen::MatrixXd information = (G_inverse.transpose() * left * G_inverse).cast<double>();
+  // In units of what is to be seen; a height that cameras share is not.
+  constexpr double kWide = 3;  // priors say more than this of what they are of
+  const std::vector<std::size_t> first = sharing();
+  Eigen::VectorXd unit = Eigen::VectorXd::Zero(rig);
+  for (std::size_t c = 0; c < believed_.size(); ++c) {
+    const CameraSigmas& sigma = believed_[c].sigma;
+    const Eigen::Index at = out.camera[c];
+    const Eigen::Index lens = blocks_.lens[c].size();
+    unit.segment<3>(at).setConstant(kSeen_rad);
+    unit.segment<3>(at + 3) << kSeen_m, kSeen_m, first[c] == c ? 0 : kSeen_m;
+    unit.segment(at + 6, lens).setConstant(kWide * sigma.focal_ratio);
+    unit.segment<2>(at + 6).setConstant(kWide * sigma.focal_ratio * state.lenses[c].fx_px);
+    unit.segment<2>(at + 8).setConstant(kWide * sigma.centre_px);
+    unit[at + 6 + lens] = kWide * sigma.clock_s;
+  }
+  unit.tail<kWheelErrors>() = kWide * options_.wheels.sigma;
+  Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
+  scaled = 0.5 * (scaled + scaled.transpose()).eval();
+  for (std::size_t c = 0; c < believed_.size(); ++c) {
+    if (first[c] == c) {
+      scaled(out.camera[c] + 5, out.camera[c] + 5) = 1e12;  // left out here, see below
+    }
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(scaled);
+  std::fprintf(stderr, "eigenvalues %g %g %g\n", axes.eigenvalues()[0], axes.eigenvalues()[1],
+               axes.eigenvalues()[2]);  // DBG
+  std::vector<std::array<bool, 6>> is_open(believed_.size(), std::array<bool, 6>{});
+  out.covariance = Eigen::MatrixXd::Zero(rig, rig);
+  Eigen::MatrixXd free = Eigen::MatrixXd::Zero(rig, rig);
+  for (Eigen::Index i = 0; i < rig; ++i) {
+    const Eigen::VectorXd direction = axes.eigenvectors().col(i);
+    if (axes.eigenvalues()[i] >= 1) {
+      const Eigen::VectorXd v = unit.cwiseProduct(direction);
+      out.covariance += v * v.transpose() / axes.eigenvalues()[i];
+      continue;
+    }
+    free += direction * direction.transpose();
+    const double most = direction.cwiseAbs().maxCoeff();
+    for (std::size_t c = 0; c < believed_.size(); ++c) {
+      for (Eigen::Index k = 0; k < 6; ++k) {
+        if (std::abs(direction[out.camera[c] + k]) > most / 2) {
+          is_open[c][static_cast<std::size_t>(k)] = true;
+        }
+      }
+    }
+  }
+  // What nothing shows is known as it was before, and so is the height that cameras share.
+  Eigen::VectorXd before = Eigen::VectorXd::Zero(rig);
+  for (std::size_t c = 0; c < believed_.size(); ++c) {
+    before.segment<3>(out.camera[c]) = believed_[c].sigma.rotation_rad.cwiseAbs2();
+    before.segment<3>(out.camera[c] + 3) = believed_[c].sigma.position_m.cwiseAbs2();
+  }
+  Eigen::VectorXd per_unit = Eigen::VectorXd::Zero(rig);
+  for (Eigen::Index i = 0; i < rig; ++i) {
+    per_unit[i] = unit[i] > 0 ? 1 / unit[i] : 0;
+  }
+  const Eigen::MatrixXd project = unit.asDiagonal() * free * per_unit.asDiagonal();
+  out.covariance += project * before.asDiagonal() * project.transpose();
+  for (std::size_t c = 0; c < believed_.size(); ++c) {
+    Eigen::VectorXd mean = Eigen::VectorXd::Zero(rig);
+    Eigen::VectorXd together = Eigen::VectorXd::Zero(rig);
+    for (std::size_t other = 0; first[c] == c && other < believed_.size(); ++other) {
+      if (first[other] == c) {
+        mean[out.camera[other] + 5] = 1 / 1.0;
+        together[out.camera[other] + 5] = 1;
+        is_open[other][5] = true;
+      }
+    }
+    if (first[c] == c) {
+      mean /= mean.sum();
+      out.covariance +=
+          together * (mean.transpose() * before.asDiagonal() * mean) * together.transpose();
+    }
+  }
+  // What no run makes surer: a lens is not what its model says, and of every thing a picture shows,
+  // places lie off the same way whenever it is seen.
+  for (std::size_t c = 0; c < believed_.size(); ++c) {
+    const double turn_rad = kSystematic_px / state.lenses[c].fx_px;
+    out.covariance.diagonal().segment<3>(out.camera[c]).array() += turn_rad * turn_rad;
+    out.covariance.diagonal().segment<3>(out.camera[c] + 3).array() +=
+        turn_rad * turn_rad * kAway_m * kAway_m;
+    out.covariance.diagonal().segment<2>(out.camera[c] + 8).array() +=
+        kSystematic_px * kSystematic_px;
+  }
+  out.unobservable.resize(believed_.size());
+  const std::array<const char*, 6> names{"its roll",          "its pitch",         "its yaw",
+                                         "its place along x", "its place along y", "its height"};
+  for (std::size_t c = 0; c < believed_.size(); ++c) {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (is_open[c][i]) {
+        out.unobservable[c].emplace_back(names[i]);
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 6, 6> RigCovariance::relative(const RigState& state, std::size_t reference,
+                                                    std::size_t camera_seen) const {
+  const Pose3& a = state.T_body_camera[reference];
+  const Pose3& b = state.T_body_camera[camera_seen];
+  const Mat3 R = a.rotation.conjugate().toRotationMatrix();
+  Eigen::Matrix<double, 6, 12> J = Eigen::Matrix<double, 6, 12>::Zero();
+  J.block<3, 3>(0, 0) = -R;
+  J.block<3, 3>(0, 6) = R;
+  J.block<3, 3>(3, 0) = R * cross_matrix(b.translation - a.translation);
+  J.block<3, 3>(3, 3) = -R;
+  J.block<3, 3>(3, 9) = R;
+  Eigen::Matrix<double, 12, 12> both;
+  const std::array<Eigen::Index, 2> at{camera[reference], camera[camera_seen]};
+  for (int i = 0; i < 2; ++i) {
+    for (int j = 0; j < 2; ++j) {
+      both.block<6, 6>(6 * i, 6 * j) = covariance.block<6, 6>(at[i], at[j]);
+    }
+  }
+  return J * both * J.transpose();
+}
+
+RigBundle adjust_rig(const RigBundleOptions& options, const std::vector<RigCamera>& believed,
+                     const WheelReadings& wheels, RigTracks& tracks, const RigState& start) {
+  PANOPTES_CHECK(start.T_body_camera.size() == believed.size() &&
+                     start.T_start_body.size() == tracks.instants.size(),
+                 "a state of the cameras and instants of the tracks");
+  return Adjustment(options, believed, wheels, tracks, start).run();
+}
+
+}  // namespace panoptes

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "core/base/time.h"
+#include "core/calib/rig_costs.h"
+#include "core/calib/wheel_readings.h"
+#include "core/camera/rig.h"
+#include "core/geometry/pose3.h"
+
+namespace panoptes {
+
+/// A picture of one of the rig's cameras, of about one of the instants.
+struct RigView {
+  std::size_t camera = 0;
+  std::size_t instant = 0;
+  Time stamp;  ///< by the camera's clock
+};
+
+/// A point where a view shows it.
+struct RigSeen {
+  std::size_t view = 0;
+  std::size_t point = 0;
+  Vec2 px = Vec2::Zero();
+  bool own = true;  ///< the point is of this camera's map; else it was found by another one's
+  bool believed = true;
+};
+
+/// What all cameras of a rig saw while it drove: instants by the odometry's clock, in order.
+struct RigTracks {
+  std::vector<Time> instants;
+  std::vector<RigView> views;
+  std::vector<RigSeen> seen;
+};
+
+/// What is estimated. `start` is the body at the first instant.
+struct RigState {
+  std::vector<Pose3> T_start_body;  ///< at the instants
+  std::vector<Pose3> T_body_camera;
+  std::vector<Intrinsics> lenses;
+  std::vector<double> clock_offset_s;
+  Vec3 wheel_errors = Vec3::Zero();  ///< WheelError
+  std::vector<Vec3> points_start;
+};
+
+/// Standard deviations of what wheels err by (WheelError), before anything is seen. Of the way no
+/// picture tells: what is left of it is of every distance that is told.
+struct WheelsKnown {
+  Vec3 sigma = Vec3(0.005, 0.03, 0.02);
+};
+
+struct RigBundleOptions {
+  WheelsKnown wheels;
+  double inlier_sigma = 3;  ///< by which an observation may be off
+  int iterations = 50;
+};
+
+/// How well a rig is known by what was seen. The rows: for each camera its turn (rad) and its shift
+/// (m) about and along the body's axes, its lens (lens_parameters) and its clock (s); then the
+/// wheels' errors.
+struct RigCovariance {
+  std::vector<Eigen::Index> camera;  ///< where each camera's rows begin,
+  Eigen::Index wheels = 0;           ///< and the wheels'
+  Eigen::MatrixXd covariance;
+  /// In words, by camera: what nothing has shown, and so stays as it was believed.
+  std::vector<std::vector<std::string>> unobservable;
+
+  /// Of the turn and the shift of a camera as another one sees it, about and along that one's axes.
+  Eigen::Matrix<double, 6, 6> relative(const RigState& state, std::size_t reference,
+                                       std::size_t camera_seen) const;
+};
+
+struct RigBundle {
+  RigState state;
+  RigCovariance known;
+  std::vector<double> sigma_own_px;    ///< of observations, each way, by camera
+  std::vector<double> sigma_other_px;  ///< of points of other cameras' maps
+  int observations = 0;                ///< that are believed
+  int observations_other = 0;          ///< of these, of points of other cameras' maps
+  int left_out = 0;
+  double rms_before_px = 0;  ///< sqrt(mean(dx^2 + dy^2)) of the believed
+  double rms_after_px = 0;
+  bool converged = false;
+};
+
+/// Bundle adjustment of a rig that drives over a level floor (thesis 4.3.6): its motion, mounting,
+/// lenses and clocks within their sigmas, the wheels' errors and the points. Mountings are held by
+/// what is seen alone; what nothing shows stays as `believed` has it, and is named. `tracks` are
+/// told what is believed of them.
+RigBundle adjust_rig(const RigBundleOptions& options, const std::vector<RigCamera>& believed,
+                     const WheelReadings& wheels, RigTracks& tracks, const RigState& start);
+
+}  // namespace panoptes

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/calib/rig_calibration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/calib/patch.h"
+#include "core/calib/patch_warp.h"
+#include "core/camera/lens_parameters.h"
+
+namespace panoptes {
+namespace {
+
+constexpr double kNearest_m = 0.2;
+constexpr double kSearchSigmas = 3;
+// A picture is of an instant when it was taken so little from it.
+constexpr double kSameInstant_s = 0.1;
+// To see heights, one view of so many will do.
+constexpr std::size_t kFirstSearched = 3;
+
+/// How a point looked where it was first seen.
+struct PointSource {
+  std::size_t camera = 0;
+  Pose3 T_start_camera;
+  Vec2 px = Vec2::Zero();
+  Vec2 offset_px = Vec2::Zero();
+  cv::Mat grey;  ///< empty where it was seen too near to the picture's edge
+};
+
+class Calibration {
+ public:
+  Calibration(const RigCalibrationOptions& options, const std::vector<MappedCamera>& cameras,
+              const WheelReadings& wheels, const FramePicture& picture)
+      : options_(options), cameras_(cameras), wheels_(wheels), picture_(picture) {
+    for (const MappedCamera& camera : cameras) {
+      believed_.push_back(camera.believed);
+      out_.cameras.push_back(camera.name);
+    }
+  }
+
+  RigCalibration run(const std::function<void(double)>& progress) {
+    for (const MappedCamera& camera : cameras_) {
+      out_.hand_eye.push_back(hand_eye_of(camera));
+    }
+    choose_views();
+    begin();
+    adjust();
+    progress(0.15);
+    cut_sources([&](double done) { progress(0.15 + 0.2 * done); });
+    search(options_.first_search_px, options_.height_sigma_m, kFirstSearched,
+           [&](double done) { progress(0.35 + 0.2 * done); });
+    adjust();
+    progress(0.65);
+    search(options_.search_px, 0, 1, [&](double done) { progress(0.65 + 0.25 * done); });
+    adjust();
+    progress(1);
+    return std::move(out_);
+  }
+
+ private:
+  using Progress = std::function<void(double)>;
+
+  static PlanarHandEye hand_eye_of(const MappedCamera& camera, const WheelReadings& wheels) {
+    std::vector<StampedCamera> path;
+    for (std::size_t i = 0; i < camera.adjusted.keyframes.size(); ++i) {
+      const auto frame = static_cast<std::size_t>(camera.adjusted.keyframes[i]);
+      path.push_back({camera.map.frames[frame].stamp, camera.adjusted.T_map_camera[i]});
+    }
+    try {
+      return planar_hand_eye(path, wheels, camera.believed);
+    } catch (const HandEyeError& error) {
+      throw HandEyeError(camera.name + ": " + error.what());
+    }
+  }
+  PlanarHandEye hand_eye_of(const MappedCamera& camera) const {
+    return hand_eye_of(camera, wheels_);
+  }
+
+  void adjust() {
+    out_.bundle = adjust_rig(options_.bundle, believed_, wheels_, out_.tracks, state_);
+    state_ = out_.bundle.state;
+  }
+
+  /// The instants of the first camera's keyframes, and of each camera the picture nearest to each.
+  void choose_views() {
+    const MappedCamera& first = cameras_.front();
+    for (const int keyframe : first.adjusted.keyframes) {
+      const Time instant = first.map.frames[static_cast<std::size_t>(keyframe)].stamp -
+                           from_seconds(out_.hand_eye.front().clock_offset_s);
+      if (wheels_(instant)) {
+        out_.tracks.instants.push_back(instant);
+      }
+    }
+    for (std::size_t c = 0; c < cameras_.size(); ++c) {
+      const auto& frames = cameras_[c].map.frames;
+      const Duration offset = from_seconds(out_.hand_eye[c].clock_offset_s);
+      for (std::size_t k = 0; k < out_.tracks.instants.size(); ++k) {
+        const Time stamp = out_.tracks.instants[k] + offset;
+        auto nearest =
+            std::lower_bound(frames.begin(), frames.end(), stamp,
+                             [](const MonoMap::Frame& frame, Time at) { return frame.stamp < at; });
+        if (nearest == frames.end() ||
+            (nearest != frames.begin() &&
+             stamp - std::prev(nearest)->stamp < nearest->stamp - stamp)) {
+          if (nearest == frames.begin()) {
+            continue;
+          }
+          --nearest;
+        }
+        if (std::abs(to_seconds(nearest->stamp - stamp)) < kSameInstant_s && !nearest->lost) {
+          out_.tracks.views.push_back({c, k, nearest->stamp});
+          frame_of_view_.push_back(static_cast<std::size_t>(nearest - frames.begin()));
+        }
+      }
+    }
+  }
+
+  /// What each camera knows by itself, laid on what the first one knows.
+  void begin() {
+    const std::size_t instants = out_.tracks.instants.size();
+    const MappedCamera& first = cameras_.front();
+    const PlanarHandEye& by_first = out_.hand_eye.front();
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < first.adjusted.keyframes.size() && k < instants; ++i) {
+      const auto frame = static_cast<std::size_t>(first.adjusted.keyframes[i]);
+      const Time instant = first.map.frames[frame].stamp - from_seconds(by_first.clock_offset_s);
+      if (instant == out_.tracks.instants[k]) {
+        state_.T_start_body.push_back(
+            in_start(by_first, by_first.T_start_map, first.adjusted.T_map_camera[i]) *
+            by_first.T_body_camera.inverse());
+        ++k;
+      }
+    }
+    for (std::size_t c = 0; c < cameras_.size(); ++c) {
+      const MappedCamera& camera = cameras_[c];
+      const PlanarHandEye& by_itself = out_.hand_eye[c];
+      state_.T_body_camera.push_back(by_itself.T_body_camera);
+      state_.lenses.push_back(camera.adjusted.lens);
+      state_.clock_offset_s.push_back(by_itself.clock_offset_s);
+      // Its own start is the body at its first keyframe.
+      const auto frame = static_cast<std::size_t>(camera.adjusted.keyframes.front());
+      const Pose3 T_start_map =
+          body_at(camera.map.frames[frame].stamp - from_seconds(by_itself.clock_offset_s)) *
+          by_itself.T_start_map;
+      add_points(c, T_start_map);
+    }
+  }
+
+  static Pose3 in_start(const PlanarHandEye& by, const Pose3& T_start_map,
+                        const Pose3& T_map_camera) {
+    return T_start_map * Pose3{T_map_camera.rotation, by.map_metre_m * T_map_camera.translation};
+  }
+
+  /// By the nearest instant and what the wheels say since.
+  Pose3 body_at(Time instant) const {
+    const auto& instants = out_.tracks.instants;
+    std::size_t k = 0;
+    for (std::size_t i = 1; i < instants.size(); ++i) {
+      if (std::chrono::abs(instants[i] - instant) < std::chrono::abs(instants[k] - instant)) {
+        k = i;
+      }
+    }
+    const std::optional<Odometry> then = wheels_(instants[k]);
+    const std::optional<Odometry> now = wheels_(instant);
+    return now ? state_.T_start_body[k] * on_floor(then->T_odom_body.inverse() * now->T_odom_body)
+               : state_.T_start_body[k];
+  }
+
+  void add_points(std::size_t c, const Pose3& T_start_map) {
+    const MappedCamera& camera = cameras_[c];
+    const PlanarHandEye& by_itself = out_.hand_eye[c];
+    std::vector<std::optional<std::size_t>> view_of_frame(camera.map.frames.size());
+    for (std::size_t v = 0; v < out_.tracks.views.size(); ++v) {
+      if (out_.tracks.views[v].camera == c) {
+        view_of_frame[frame_of_view_[v]] = v;
+      }
+    }
+    std::size_t next = 0;
+    for (const MonoMap::Point& point : camera.map.points) {
+      while (next < camera.adjusted.points.size() &&
+             camera.adjusted.points[next].number < point.number) {
+        ++next;
+      }
+      if (next == camera.adjusted.points.size() ||
+          camera.adjusted.points[next].number != point.number) {
+        continue;
+      }
+      std::vector<RigSeen> seen;
+      for (const MonoMap::Seen& each : point.seen) {
+        if (const auto view = view_of_frame[static_cast<std::size_t>(each.frame)]) {
+          seen.push_back({*view, state_.points_start.size(), each.px, true, true});
+        }
+      }
+      if (seen.size() < 2) {
+        continue;
+      }
+      out_.tracks.seen.insert(out_.tracks.seen.end(), seen.begin(), seen.end());
+      state_.points_start.push_back(
+          T_start_map * Vec3(by_itself.map_metre_m * camera.adjusted.points[next].p_map));
+      out_.map_of_point.push_back(static_cast<int>(c));
+      first_seen_.push_back(point.seen.front());
+    }
+  }
+
+  void cut_sources(const Progress& progress) {
+    std::vector<std::size_t> order(first_seen_.size());
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      order[i] = i;
+    }
+    const auto of = [this](std::size_t i) {
+      return std::pair(out_.map_of_point[i], first_seen_[i].frame);
+    };
+    std::stable_sort(order.begin(), order.end(),
+                     [&of](std::size_t a, std::size_t b) { return of(a) < of(b); });
+    sources_.resize(order.size());
+    cv::Mat grey;
+    for (std::size_t n = 0; n < order.size(); ++n) {
+      const std::size_t i = order[n];
+      const auto c = static_cast<std::size_t>(out_.map_of_point[i]);
+      const auto frame = static_cast<std::size_t>(first_seen_[i].frame);
+      if (n == 0 || of(order[n - 1]) != of(i)) {
+        grey = picture_(c, frame);
+        progress(static_cast<double>(n) / static_cast<double>(order.size()));
+      }
+      PointSource& source = sources_[i];
+      source.camera = c;
+      source.px = first_seen_[i].px;
+      source.T_start_camera =
+          body_at(cameras_[c].map.frames[frame].stamp - from_seconds(state_.clock_offset_s[c])) *
+          state_.T_body_camera[c];
+      const Vec2 pixel(std::round(source.px.x()), std::round(source.px.y()));
+      source.offset_px = source.px - pixel;
+      const cv::Rect around(static_cast<int>(pixel.x()) - Patch::kSourceHalf_px,
+                            static_cast<int>(pixel.y()) - Patch::kSourceHalf_px,
+                            2 * Patch::kSourceHalf_px + 1, 2 * Patch::kSourceHalf_px + 1);
+      if ((around & cv::Rect(0, 0, grey.cols, grey.rows)) == around) {
+        source.grey = grey(around).clone();
+      }
+    }
+  }
+
+  /// Every camera's points in the other cameras' views.
+  void search(double sigma_px, double height_sigma_m, std::size_t every, const Progress& progress) {
+    std::erase_if(out_.tracks.seen, [](const RigSeen& seen) { return !seen.own; });
+    for (std::size_t v = 0; v < out_.tracks.views.size(); v += every) {
+      search_view(v, sigma_px, height_sigma_m);
+      progress(static_cast<double>(v + 1) / static_cast<double>(out_.tracks.views.size()));
+    }
+  }
+
+  void search_view(std::size_t v, double sigma_px, double height_sigma_m) {
+    const RigView& view = out_.tracks.views[v];
+    const Intrinsics& lens = state_.lenses[view.camera];
+    const cv::Mat grey = picture_(view.camera, frame_of_view_[v]);
+    const Pose3 T_start_camera = body_of_view(view) * state_.T_body_camera[view.camera];
+    const Pose3 T_camera_start = T_start_camera.inverse();
+    for (std::size_t i = 0; i < sources_.size(); ++i) {
+      const PointSource& source = sources_[i];
+      if (source.camera == view.camera || source.grey.empty()) {
+        continue;
+      }
+      const Vec3& p_start = state_.points_start[i];
+      PointFromBoth both;
+      both.p_now = T_camera_start * p_start;
+      if (both.p_now.z() < kNearest_m || !lens.sees(both.p_now)) {
+        continue;
+      }
+      const Projection drawn = project_with_jacobian(lens, both.p_now);
+      const double border = Patch::kHalf_px + 1;
+      if (drawn.px.x() < border || drawn.px.y() < border ||
+          drawn.px.x() > lens.width_px - 1 - border || drawn.px.y() > lens.height_px - 1 - border) {
+        continue;
+      }
+      both.from_first = p_start - source.T_start_camera.translation;
+      both.from_now = p_start - T_start_camera.translation;
+      both.R_now_first =
+          (T_camera_start.rotation * source.T_start_camera.rotation).toRotationMatrix();
+      const auto by_px = first_direction(source);
+      const std::optional<Mat2> warp = by_px ? source_by_px(both, lens, *by_px) : std::nullopt;
+      const std::optional<Patch> patch =
+          warp ? Patch::seen(source.grey, source.offset_px, *warp) : std::nullopt;
+      if (!patch) {
+        continue;
+      }
+      const Vec2 by_height = drawn.px_by_point * (T_camera_start.rotation * Vec3::UnitZ());
+      const Mat2 covariance = sigma_px * sigma_px * Mat2::Identity() +
+                              height_sigma_m * height_sigma_m * by_height * by_height.transpose();
+      const std::optional<Patch::Found> found =
+          patch->find(grey, drawn.px, covariance, kSearchSigmas, options_.least_correlation);
+      if (found) {
+        out_.tracks.seen.push_back({v, i, found->px, false, true});
+      }
+    }
+  }
+
+  Pose3 body_of_view(const RigView& view) const {
+    const Time instant = out_.tracks.instants[view.instant];
+    const std::optional<Odometry> then = wheels_(instant);
+    const std::optional<Odometry> taken =
+        wheels_(view.stamp - from_seconds(state_.clock_offset_s[view.camera]));
+    const Pose3& T = state_.T_start_body[view.instant];
+    return then && taken ? T * on_floor(then->T_odom_body.inverse() * taken->T_odom_body) : T;
+  }
+
+  std::optional<Eigen::Matrix<double, 3, 2>> first_direction(const PointSource& source) const {
+    const Intrinsics& lens = state_.lenses[source.camera];
+    const std::optional<Vec3> direction = lens.direction(source.px);
+    return direction ? direction_by_px(lens, *direction) : std::nullopt;
+  }
+
+  RigCalibrationOptions options_;
+  const std::vector<MappedCamera>& cameras_;
+  const WheelReadings& wheels_;
+  const FramePicture& picture_;
+  std::vector<RigCamera> believed_;
+  std::vector<std::size_t> frame_of_view_;
+  std::vector<MonoMap::Seen> first_seen_;  // by point
+  std::vector<PointSource> sources_;       // by point
+  RigState state_;
+  RigCalibration out_;
+};
+
+}  // namespace
+
+RigCalibration calibrate_rig(const RigCalibrationOptions& options,
+                             const std::vector<MappedCamera>& cameras, const WheelReadings& wheels,
+                             const FramePicture& picture,
+                             const std::function<void(double)>& progress) {
+  return Calibration(options, cameras, wheels, picture).run(progress);
+}
+
+}  // namespace panoptes

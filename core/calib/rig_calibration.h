@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include "core/calib/keyframe_bundle.h"
+#include "core/calib/mono_map.h"
+#include "core/calib/planar_hand_eye.h"
+#include "core/calib/rig_bundle.h"
+#include "core/calib/wheel_readings.h"
+#include "core/camera/rig.h"
+
+namespace panoptes {
+
+/// One camera of a recorded drive, with the map that it has made by itself.
+struct MappedCamera {
+  std::string name;
+  RigCamera believed;
+  MonoMap map;
+  AdjustedMap adjusted;
+};
+
+struct RigCalibrationOptions {
+  RigBundleOptions bundle;
+  double height_sigma_m = 0.05;  ///< of cameras against each other, before anything is seen of it
+  double first_search_px = 4;    ///< sigma of where another camera's points are expected at first,
+  double search_px = 1.5;        ///< and when the rig has been adjusted
+  double least_correlation = 0.85;  ///< of what is taken for a point
+};
+
+/// A rig as all that its cameras saw while it drove has it.
+struct RigCalibration {
+  std::vector<std::string> cameras;
+  std::vector<PlanarHandEye> hand_eye;  ///< what each knew by itself
+  std::vector<int> map_of_point;        ///< the camera whose map each point is of
+  RigTracks tracks;
+  RigBundle bundle;
+};
+
+/// A picture of a camera, grey: the frame of its map.
+using FramePicture = std::function<cv::Mat(std::size_t camera, std::size_t frame)>;
+
+/// Calibrates a rig by the maps that its cameras have made, by themselves and at the same time, and
+/// by its wheels (thesis 4.3.4 to 4.4, where maps are laid on each other by matches alone): how
+/// each camera is mounted comes first from its path beside the wheels' (planar_hand_eye), which
+/// lays all maps on each other; then every camera's points are sought in every other camera's
+/// pictures, and all is adjusted together. `progress` is told the share that is done. Throws
+/// HandEyeError with the camera's name.
+RigCalibration calibrate_rig(const RigCalibrationOptions& options,
+                             const std::vector<MappedCamera>& cameras, const WheelReadings& wheels,
+                             const FramePicture& picture,
+                             const std::function<void(double)>& progress);
+
+}  // namespace panoptes

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/calib/rig_costs.h"
+
+#include <cmath>
+
+#include <ceres/sized_cost_function.h>
+
+#include "core/calib/pose_block.h"
+#include "core/calib/reprojection_cost.h"
+#include "core/camera/lens_parameters.h"
+#include "core/geometry/cross_matrix.h"
+
+namespace panoptes {
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using ByPose = Eigen::Matrix<double, Eigen::Dynamic, 6>;
+
+void set_by_pose(double* jacobian, const ByPose& by_moves) {
+  Eigen::Map<RowMajor> J(jacobian, by_moves.rows(), 7);
+  J.leftCols<6>() = by_moves;
+  J.col(6).setZero();
+}
+
+class RigReprojectionCost : public ceres::CostFunction {
+ public:
+  RigReprojectionCost(const Intrinsics& lens, const Vec2& seen_px, double sigma_px,
+                      const BodyMoved& moved)
+      : lens_(lens), seen_px_(seen_px), sigma_px_(sigma_px), moved_(moved) {
+    set_num_residuals(2);
+    *mutable_parameter_block_sizes() = {static_cast<int>(lens_parameters(lens).size()), 7, 7, 1, 3};
+  }
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Eigen::Index count = parameter_block_sizes()[0];
+    const Intrinsics lens =
+        with_parameters(lens_, Eigen::Map<const Eigen::VectorXd>(blocks[0], count));
+    const Pose3 T_camera_body = from_block(blocks[1]);
+    const Pose3 T_body_start = from_block(blocks[2]);
+    const Vec3 p_start = Eigen::Map<const Vec3>(blocks[4]);
+    const Pose3 T_taken_instant = on_floor(moved_.with_offset(blocks[3][0])).inverse();
+    const Vec3 p_taken = T_taken_instant * (T_body_start * p_start);
+    const Vec3 p = T_camera_body * p_taken;
+    if (!can_draw(lens, p)) {
+      return false;
+    }
+    const Projection drawn = project_with_jacobian(lens, p);
+    Eigen::Map<Vec2> r(residuals);
+    r = (drawn.px - seen_px_) / sigma_px_;
+    if (jacobians == nullptr) {
+      return true;
+    }
+    const Eigen::Matrix<double, 2, 3> by_p = drawn.px_by_point / sigma_px_;
+    const Eigen::Matrix<double, 2, 3> by_taken = by_p * T_camera_body.rotation.toRotationMatrix();
+    const Eigen::Matrix<double, 2, 3> by_body =
+        by_taken * T_taken_instant.rotation.toRotationMatrix();
+    if (jacobians[0] != nullptr) {
+      Eigen::Map<RowMajor>(jacobians[0], 2, count) = drawn.px_by_lens / sigma_px_;
+    }
+    if (jacobians[1] != nullptr) {
+      set_by_pose(jacobians[1], by_p * moved_by_pose(T_camera_body, p_taken));
+    }
+    if (jacobians[2] != nullptr) {
+      set_by_pose(jacobians[2], by_body * moved_by_pose(T_body_start, p_start));
+    }
+    if (jacobians[3] != nullptr) {
+      // By a later clock the body was less far on its way.
+      const Twist2& twist = moved_.twist_body;
+      const Vec3 by_offset(twist.v_mps - twist.w_radps * p_taken.y(), twist.w_radps * p_taken.x(),
+                           0);
+      Eigen::Map<Vec2> J(jacobians[3]);
+      J = by_taken * by_offset;
+    }
+    if (jacobians[4] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[4]);
+      J = by_body * T_body_start.rotation.toRotationMatrix();
+    }
+    return true;
+  }
+
+ private:
+  Intrinsics lens_;
+  Vec2 seen_px_;
+  double sigma_px_;
+  BodyMoved moved_;
+};
+
+class WheelsCost : public ceres::SizedCostFunction<3, 7, 7, kWheelErrors> {
+ public:
+  WheelsCost(const Pose2& T_before_now, const WheelSigma& sigma)
+      : way_(T_before_now.position()), turn_rad_(T_before_now.theta_rad) {
+    weight_.setZero();
+    weight_.topLeftCorner<2, 2>() = Vec2(1 / sigma.along_m, 1 / sigma.across_m).asDiagonal() *
+                                    Eigen::Rotation2Dd(-turn_rad_ / 2).toRotationMatrix();
+    weight_(2, 2) = 1 / sigma.turn_rad;
+  }
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Pose3 before = from_block(blocks[0]);
+    const Pose3 now = from_block(blocks[1]);
+    const double* error = blocks[2];
+    const Mat3 R =
+        (before.rotation * now.rotation.conjugate()).toRotationMatrix();  // before from now
+    const Vec3 shift = before.translation - R * now.translation;
+    const double turn_rad = std::atan2(R(1, 0), R(0, 0));
+    // The chord of an arc turns by half of what the arc does.
+    const double more_rad = error[kTurnError] * turn_rad_ + error[kTurnPerMetre] * way_.norm();
+    const Vec2 turned = Eigen::Rotation2Dd(more_rad / 2) * way_;
+    const Vec2 expected = (1 + error[kWayError]) * turned;
+    Eigen::Map<Vec3> r(residuals);
+    r << shift.head<2>() - expected, std::remainder(turn_rad - turn_rad_ - more_rad, 2 * M_PI);
+    r = (weight_ * r).eval();
+    if (jacobians == nullptr) {
+      return true;
+    }
+    if (jacobians[0] != nullptr) {
+      Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
+      J.topLeftCorner<2, 3>() = cross_matrix(R * now.translation).topRows<2>();
+      J.topRightCorner<2, 3>().leftCols<2>().setIdentity();
+      J(2, 2) = 1;
+      set_by_pose(jacobians[0], weight_ * J);
+    }
+    if (jacobians[1] != nullptr) {
+      Eigen::Matrix<double, 3, 6> J;
+      J.topLeftCorner<2, 3>() = -(R * cross_matrix(now.translation)).topRows<2>();
+      J.topRightCorner<2, 3>() = -R.topRows<2>();
+      J.row(2) << -R.row(2), 0, 0, 0;
+      set_by_pose(jacobians[1], weight_ * J);
+    }
+    if (jacobians[2] != nullptr) {
+      const Vec2 aside(-expected.y() / 2, expected.x() / 2);
+      Eigen::Map<Eigen::Matrix<double, 3, kWheelErrors, Eigen::RowMajor>> J(jacobians[2]);
+      J.col(kWayError) << -turned, 0;
+      J.col(kTurnError) << -turn_rad_ * aside, -turn_rad_;
+      J.col(kTurnPerMetre) << -way_.norm() * aside, -way_.norm();
+      J = (weight_ * J).eval();
+    }
+    return true;
+  }
+
+ private:
+  Vec2 way_;
+  double turn_rad_;
+  Mat3 weight_;
+};
+
+class StartCost : public ceres::SizedCostFunction<3, 7> {
+ public:
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    constexpr double kHeld = 1e4;  // per m and rad: by far more than anything else tells
+    const Pose3 T = from_block(blocks[0]);
+    const Mat3 R = T.rotation.toRotationMatrix();
+    Eigen::Map<Vec3> r(residuals);
+    r = kHeld * Vec3(T.translation.x(), T.translation.y(), std::atan2(R(1, 0), R(0, 0)));
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
+      J(0, 3) = J(1, 4) = J(2, 2) = kHeld;
+      set_by_pose(jacobians[0], J);
+    }
+    return true;
+  }
+};
+
+class LevelCost : public ceres::SizedCostFunction<3, 7> {
+ public:
+  LevelCost(double sigma_m, double sigma_rad)
+      : weight_(1 / sigma_rad, 1 / sigma_rad, 1 / sigma_m) {}
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Pose3 T_body_start = from_block(blocks[0]);
+    const Vec3 up = T_body_start.rotation * Vec3::UnitZ();
+    const Vec3& t = T_body_start.translation;
+    Eigen::Map<Vec3> r(residuals);
+    r = weight_.cwiseProduct(Vec3(up.x(), up.y(), up.dot(t)));
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
+      J.topLeftCorner<2, 3>() = -cross_matrix(up).topRows<2>();
+      J.row(2) << up.cross(t).transpose(), up.transpose();
+      set_by_pose(jacobians[0], weight_.asDiagonal() * J);
+    }
+    return true;
+  }
+
+ private:
+  Vec3 weight_;
+};
+
+class KnownCost : public ceres::CostFunction {
+ public:
+  KnownCost(const Eigen::VectorXd& value, RowMajor weight)
+      : value_(value), weight_(std::move(weight)) {
+    set_num_residuals(static_cast<int>(weight_.rows()));
+    *mutable_parameter_block_sizes() = {static_cast<int>(value.size())};
+  }
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Eigen::Index count = value_.size();
+    Eigen::Map<Eigen::VectorXd>(residuals, weight_.rows()) =
+        weight_ * (Eigen::Map<const Eigen::VectorXd>(blocks[0], count) - value_);
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      Eigen::Map<RowMajor>(jacobians[0], weight_.rows(), count) = weight_;
+    }
+    return true;
+  }
+
+ private:
+  Eigen::VectorXd value_;
+  RowMajor weight_;
+};
+
+class MountingKnownCost : public ceres::SizedCostFunction<6, 7> {
+ public:
+  MountingKnownCost(const Pose3& T_body_camera, double sigma_rad, const Vec3& sigma_m)
+      : T_body_camera_(T_body_camera) {
+    weight_ << Vec3::Constant(1 / sigma_rad), sigma_m.cwiseInverse();
+  }
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Pose3 T = from_block(blocks[0]);
+    const Eigen::AngleAxisd off(T.rotation * T_body_camera_.rotation);
+    const Vec3 position_body = -(T.rotation.conjugate() * T.translation);
+    Eigen::Map<Eigen::Matrix<double, 6, 1>> r(residuals);
+    r << off.angle() * off.axis(), position_body - T_body_camera_.translation;
+    r = r.cwiseProduct(weight_);
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      // -R^T t moves by R^T (w x t - s) for a small turn w and a shift s.
+      const Mat3 R_body_camera = T.rotation.conjugate().toRotationMatrix();
+      Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
+      J.topLeftCorner<3, 3>().setIdentity();
+      J.bottomLeftCorner<3, 3>() = -R_body_camera * cross_matrix(T.translation);
+      J.bottomRightCorner<3, 3>() = -R_body_camera;
+      set_by_pose(jacobians[0], weight_.asDiagonal() * J);
+    }
+    return true;
+  }
+
+ private:
+  Pose3 T_body_camera_;
+  Eigen::Matrix<double, 6, 1> weight_;
+};
+
+}  // namespace
+
+Pose2 BodyMoved::with_offset(double offset_s) const {
+  return T_instant_taken * exp_twist(twist_body, clock_offset_s - offset_s);
+}
+
+ceres::CostFunction* rig_reprojection_cost(const Intrinsics& lens, const Vec2& seen_px,
+                                           double sigma_px, const BodyMoved& moved) {
+  return new RigReprojectionCost(lens, seen_px, sigma_px, moved);
+}
+
+ceres::CostFunction* wheels_cost(const Pose2& T_before_now, const WheelSigma& sigma) {
+  return new WheelsCost(T_before_now, sigma);
+}
+
+ceres::CostFunction* start_cost() { return new StartCost; }
+
+ceres::CostFunction* level_cost(double sigma_m, double sigma_rad) {
+  return new LevelCost(sigma_m, sigma_rad);
+}
+
+ceres::CostFunction* known_cost(const Eigen::VectorXd& value, const Eigen::VectorXd& sigma) {
+  return new KnownCost(value, sigma.cwiseInverse().asDiagonal().toDenseMatrix());
+}
+
+ceres::CostFunction* lens_known_cost(const Intrinsics& lens, const CameraSigmas& known) {
+  constexpr double kTogether = 0.1;  // of what both focal lengths may be off, one may be alone
+  const Eigen::VectorXd before = lens_parameters(lens);
+  RowMajor weight = RowMajor::Zero(before.size(), before.size());
+  weight.diagonal().setConstant(1 / known.focal_ratio);
+  weight.diagonal().head<2>() << 1 / (known.focal_ratio * lens.fx_px),
+      -1 / (kTogether * known.focal_ratio * lens.fx_px);
+  weight(1, 0) = -weight(1, 1);
+  weight.diagonal().segment<2>(2).setConstant(1 / known.centre_px);
+  return new KnownCost(before, weight);
+}
+
+ceres::CostFunction* mounting_known_cost(const Pose3& T_body_camera, double sigma_rad,
+                                         const Vec3& sigma_m) {
+  return new MountingKnownCost(T_body_camera, sigma_rad, sigma_m);
+}
+
+}  // namespace panoptes

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "core/camera/observation.h"
+#include "core/camera/rig.h"
+#include "core/geometry/pose2.h"
+
+namespace ceres {
+class CostFunction;
+}
+
+// Cost functions of a rig that drives over a floor. Poses are blocks of core/calib/pose_block.h;
+// all residuals are in standard deviations. For the solver, which owns them.
+
+namespace panoptes {
+
+/// How the body moved from a keyframe's instant to when a camera took its picture, by a clock
+/// offset of that camera.
+struct BodyMoved {
+  Pose2 T_instant_taken;
+  Twist2 twist_body;  ///< then
+  double clock_offset_s = 0;
+
+  /// By another offset: a later clock means an earlier picture.
+  Pose2 with_offset(double offset_s) const;
+};
+
+/// A point where a picture of a rig's camera shows it. Blocks: the lens (lens_parameters),
+/// T_camera_body, T_body_start, the clock offset in s, the point in start.
+ceres::CostFunction* rig_reprojection_cost(const Intrinsics& lens, const Vec2& seen_px,
+                                           double sigma_px, const BodyMoved& moved);
+
+/// What odometry misses, besides noise: of the way and of the turn as a share, and how it turns
+/// with the way.
+enum WheelError : int { kWayError = 0, kTurnError = 1, kTurnPerMetre = 2, kWheelErrors = 3 };
+
+/// How well wheels tell a motion: wheels slip along the way rather than across it.
+struct WheelSigma {
+  double along_m = 1;
+  double across_m = 1;
+  double turn_rad = 1;
+};
+
+/// What the wheels say between two instants: along and across its chord, and the turn. Blocks:
+/// T_body_start of both, the wheels' errors.
+ceres::CostFunction* wheels_cost(const Pose2& T_before_now, const WheelSigma& sigma);
+
+/// The body where `start` lies, but for what a level floor says. Block: T_body_start.
+ceres::CostFunction* start_cost();
+
+/// A body on a level floor. Block: T_body_start.
+ceres::CostFunction* level_cost(double sigma_m, double sigma_rad);
+
+/// Numbers that are known before, each to its sigma. One block.
+ceres::CostFunction* known_cost(const Eigen::VectorXd& value, const Eigen::VectorXd& sigma);
+
+/// What is known of a lens before: both focal lengths move together, and what they are known to as
+/// a share is the sigma of each coefficient of its distortion. Block: the lens.
+ceres::CostFunction* lens_known_cost(const Intrinsics& lens, const CameraSigmas& known);
+
+/// How a camera is mounted, as far as it is known before: its turn, and its place along the body's
+/// axes. Block: T_camera_body.
+ceres::CostFunction* mounting_known_cost(const Pose3& T_body_camera, double sigma_rad,
+                                         const Vec3& sigma_m);
+
+}  // namespace panoptes
