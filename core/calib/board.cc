@@ -16,10 +16,6 @@
 namespace panoptes {
 namespace {
 
-constexpr int kFewestCorners = 3;  // a side: what OpenCV finds
-constexpr int kMostCorners = 100;
-constexpr double kLargestSquare_m = 2;  // beyond it somebody wrote millimetres
-
 /// From a corner to the next one `step` further along a row or column of `count`. Beyond the last
 /// one steps go on shrinking as they did.
 cv::Point2f step_to_next(const std::vector<cv::Point2f>& corners, int i, int at, int count,
@@ -100,9 +96,9 @@ std::optional<Board> parse_board(std::string_view text) {
     return std::nullopt;
   }
   const auto side = [](int corners) {
-    return corners >= kFewestCorners && corners <= kMostCorners;
+    return corners >= Board::kFewestCorners && corners <= Board::kMostCorners;
   };
-  const bool sized = board.square_m > 0 && board.square_m <= kLargestSquare_m;
+  const bool sized = board.square_m > 0 && board.square_m <= Board::kLargestSquare_m;
   return side(board.columns) && side(board.rows) && sized ? std::optional(board) : std::nullopt;
 }
 

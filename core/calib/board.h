@@ -18,13 +18,17 @@ struct Board {
   int rows = 6;
   double square_m = 0.025;
 
+  static constexpr int kFewestCorners = 3;  ///< a side: what OpenCV finds
+  static constexpr int kMostCorners = 100;
+  static constexpr double kLargestSquare_m = 2;  ///< beyond it somebody wrote millimetres
+
   int corners() const { return columns * rows; }
   /// In the board's frame: x along a row, y along a column, z = 0; the first corner at the origin.
   Vec3 corner_board(int index) const;
 };
 
-/// "9x6x0.025": columns, rows and the side of a square in metres. Empty for what is none: fewer
-/// than 3 corners a side, or no size.
+/// "9x6x0.025": columns, rows and the side of a square in metres. Empty for what is none, or beyond
+/// a board's limits.
 std::optional<Board> parse_board(std::string_view text);
 
 /// The corners of a whole board in a grey picture, to a fraction of a pixel, row by row. Which of a

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <optional>
@@ -13,6 +14,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Dense>
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 #include <fmt/format.h>
 
 #include "core/base/check.h"
@@ -27,15 +29,19 @@ namespace {
 constexpr int kFewestBoards = 5;     // with fewer the corners' scatter tells nothing of the lens
 constexpr double kHopeless = 10;     // times what is asked: no number is told
 constexpr double kSigmas = 2;        // by which the field is as good as asked, 95 of 100 times
+constexpr double kOfBoard = 0.5;     // of what is asked of the field: what the board may leave open
 constexpr double kLeastHalf = 0.35;  // use of each half of the picture: a lens is not told by one
 
+using Matrix23 = Eigen::Matrix<double, 2, 3>;
 using Matrix26 = Eigen::Matrix<double, 2, 6>;
 
 double square(double x) { return x * x; }
 
-/// One lens and where each board was, as they are at a stage of the fit.
+/// One lens, one board and where it was each time, as they are at a stage of the fit.
 struct Estimate {
   Intrinsics lens;
+  BoardShape shape;
+  std::vector<Vec3> corners;                         ///< in the board's frame, by its shape
   std::vector<std::optional<Pose3>> T_camera_board;  ///< empty for pictures that take no part
 };
 
@@ -89,14 +95,13 @@ std::optional<Pose3> pose_by_directions(const Board& board, const std::vector<Ve
   return Pose3{Eigen::Quaterniond(R), H.col(2) / scale};
 }
 
-double squared_error(const Estimate& at, const Board& board, const View& view,
-                     const Pose3& T_camera_board) {
+double squared_error(const Estimate& at, const View& view, const Pose3& T_camera_board) {
   double sum = 0;
-  for (int i = 0; i < board.corners(); ++i) {
+  for (std::size_t i = 0; i < at.corners.size(); ++i) {
     if (!view.counts[i]) {
       continue;
     }
-    const Vec3 p = T_camera_board * board.corner_board(i);
+    const Vec3 p = T_camera_board * at.corners[i];
     if (!can_draw(at.lens, p)) {
       return std::numeric_limits<double>::infinity();
     }
@@ -105,13 +110,13 @@ double squared_error(const Estimate& at, const Board& board, const View& view,
   return sum;
 }
 
-double rms_px(const Estimate& at, const Board& board, const View& view,
-              const Pose3& T_camera_board) {
-  return std::sqrt(squared_error(at, board, view, T_camera_board) / view.counted());
+double rms_px(const Estimate& at, const View& view, const Pose3& T_camera_board) {
+  return std::sqrt(squared_error(at, view, T_camera_board) / view.counted());
 }
 
-Estimate posed(const Intrinsics& lens, const Board& board, const std::vector<View>& views) {
-  Estimate at{lens, {}};
+Estimate posed(const Intrinsics& lens, const BoardShape& shape, const Board& board,
+               const std::vector<View>& views) {
+  Estimate at{lens, shape, corners_board(board, shape), {}};
   for (const View& view : views) {
     std::vector<Vec3> directions;
     for (const Vec2& px : view.px) {
@@ -123,7 +128,7 @@ Estimate posed(const Intrinsics& lens, const Board& board, const std::vector<Vie
     if (static_cast<int>(directions.size()) == board.corners()) {
       T = pose_by_directions(board, directions);
     }
-    if (T && !std::isfinite(squared_error(at, board, view, *T))) {
+    if (T && !std::isfinite(squared_error(at, view, *T))) {
       T.reset();
     }
     at.T_camera_board.push_back(T);
@@ -132,20 +137,59 @@ Estimate posed(const Intrinsics& lens, const Board& board, const std::vector<Vie
 }
 
 /// By the pictures in the middle: what fits none does not decide.
-double typical_rms_px(const Estimate& at, const Board& board, const std::vector<View>& views) {
+double typical_rms_px(const Estimate& at, const std::vector<View>& views) {
   std::vector<double> all;
   for (std::size_t i = 0; i < views.size(); ++i) {
-    all.push_back(at.T_camera_board[i] ? rms_px(at, board, views[i], *at.T_camera_board[i])
+    all.push_back(at.T_camera_board[i] ? rms_px(at, views[i], *at.T_camera_board[i])
                                        : std::numeric_limits<double>::infinity());
   }
   return all.empty() ? std::numeric_limits<double>::infinity() : median(std::move(all));
 }
 
-/// Lens and poses moved to where the corners fit best, each by its picture's standard deviation;
-/// `robust` bounds what a corner may weigh.
+/// A corner of the board as reprojection_cost has it, with the board's shape in the place of the
+/// corner's point.
+class CornerCost : public ceres::CostFunction {
+ public:
+  CornerCost(const Intrinsics& lens, const Vec2& seen_px, double sigma_px, const Board& board,
+             int index)
+      : by_point_(reprojection_cost(lens, seen_px, sigma_px)),
+        flat_(board.corner_board(index)),
+        by_shape_(corner_by_shape(board, index)) {
+    set_num_residuals(2);
+    *mutable_parameter_block_sizes() = by_point_->parameter_block_sizes();
+    mutable_parameter_block_sizes()->back() = ShapeNumbers::SizeAtCompileTime;
+  }
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Vec3 p_board = flat_ + by_shape_ * Eigen::Map<const ShapeNumbers>(blocks[2]);
+    const std::array<const double*, 3> with_point{blocks[0], blocks[1], p_board.data()};
+    if (jacobians == nullptr) {
+      return by_point_->Evaluate(with_point.data(), residuals, nullptr);
+    }
+    Eigen::Matrix<double, 2, 3, Eigen::RowMajor> by_point;
+    std::array<double*, 3> with_slopes{jacobians[0], jacobians[1], by_point.data()};
+    if (!by_point_->Evaluate(with_point.data(), residuals, with_slopes.data())) {
+      return false;
+    }
+    if (jacobians[2] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 5, Eigen::RowMajor>> by_shape(jacobians[2]);
+      by_shape = by_point * by_shape_;
+    }
+    return true;
+  }
+
+ private:
+  std::unique_ptr<ceres::CostFunction> by_point_;
+  Vec3 flat_;
+  Eigen::Matrix<double, 3, 5> by_shape_;
+};
+
+/// Lens, shape and poses moved to where the corners fit best, each by its picture's standard
+/// deviation; `robust` bounds what a corner may weigh.
 void adjust(Estimate& at, const Board& board, const std::vector<View>& views,
             const std::vector<double>& sigma_px, bool robust, int most_iterations) {
   Eigen::VectorXd lens = lens_parameters(at.lens);
+  ShapeNumbers shape = shape_numbers(at.shape);
   std::vector<PoseBlock> poses(views.size());
   ceres::Problem problem;
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -156,15 +200,19 @@ void adjust(Estimate& at, const Board& board, const std::vector<View>& views,
     add_pose(problem, poses[i]);
     for (int k = 0; k < board.corners(); ++k) {
       if (views[i].counts[k]) {
-        problem.AddResidualBlock(
-            reprojection_cost(at.lens, views[i].px[k], sigma_px[i], board.corner_board(k)),
-            robust ? new ceres::CauchyLoss(3) : nullptr, lens.data(), poses[i].data());
+        problem.AddResidualBlock(new CornerCost(at.lens, views[i].px[k], sigma_px[i], board, k),
+                                 robust ? new ceres::CauchyLoss(3) : nullptr, lens.data(),
+                                 poses[i].data(), shape.data());
       }
     }
   }
   if (problem.NumResidualBlocks() == 0) {
     return;
   }
+  const ShapeNumbers usual = shape_numbers(usual_shape(board));
+  problem.AddResidualBlock(new ceres::NormalPrior(ceres::Matrix(usual.cwiseInverse().asDiagonal()),
+                                                  ceres::Vector::Zero(usual.size())),
+                           nullptr, shape.data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.max_num_iterations = most_iterations;
@@ -179,10 +227,13 @@ void adjust(Estimate& at, const Board& board, const std::vector<View>& views,
     }
   }
   order->AddElementToGroup(lens.data(), 1);
+  order->AddElementToGroup(shape.data(), 1);
   options.linear_solver_ordering = order;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   at.lens = with_parameters(at.lens, lens);
+  at.shape = shape_of(shape);
+  at.corners = corners_board(board, at.shape);
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (at.T_camera_board[i]) {
       at.T_camera_board[i] = from_block(poses[i].data());
@@ -205,8 +256,8 @@ std::optional<Estimate> first_estimate(const Board& board, const std::vector<Vie
   constexpr int kTried = 3;
   std::vector<std::pair<double, Estimate>> starts;
   for (double f = kShortest; f <= kLongest; f *= kStep) {
-    Estimate at = posed(guess(model, width_px, height_px, f * width_px), board, views);
-    const double rms = typical_rms_px(at, board, views);
+    Estimate at = posed(guess(model, width_px, height_px, f * width_px), {}, board, views);
+    const double rms = typical_rms_px(at, views);
     if (std::isfinite(rms)) {
       starts.emplace_back(rms, std::move(at));
     }
@@ -219,7 +270,7 @@ std::optional<Estimate> first_estimate(const Board& board, const std::vector<Vie
   for (std::size_t i = 0; i < starts.size() && i < kTried; ++i) {
     Estimate at = starts[i].second;
     adjust(at, board, views, even, true, 50);
-    const double rms = typical_rms_px(at, board, views);
+    const double rms = typical_rms_px(at, views);
     if (rms < least_px && at.lens.fx_px > 0 && at.lens.fy_px > 0) {
       least_px = rms;
       best = std::move(at);
@@ -230,12 +281,12 @@ std::optional<Estimate> first_estimate(const Board& board, const std::vector<Vie
 
 /// Poses anew by the lens as it is now, where they are better or were missing.
 void pose_again(Estimate& at, const Board& board, const std::vector<View>& views) {
-  Estimate fresh = posed(at.lens, board, views);
+  Estimate fresh = posed(at.lens, at.shape, board, views);
   for (std::size_t i = 0; i < views.size(); ++i) {
     std::optional<Pose3>& now = at.T_camera_board[i];
     const std::optional<Pose3>& other = fresh.T_camera_board[i];
-    if (other && (!now || squared_error(at, board, views[i], *other) <
-                              squared_error(at, board, views[i], *now))) {
+    if (other &&
+        (!now || squared_error(at, views[i], *other) < squared_error(at, views[i], *now))) {
       now = other;
     }
   }
@@ -244,20 +295,20 @@ void pose_again(Estimate& at, const Board& board, const std::vector<View>& views
 /// What takes part from now on, and how sharp each picture is. What is far off the rest of its
 /// picture was no corner; a picture that fits far worse than most, or has few corners left, shows
 /// another board.
-void weigh(Estimate& at, const Board& board, std::vector<View>& views,
-           std::vector<double>& sigma_px) {
+void weigh(Estimate& at, std::vector<View>& views, std::vector<double>& sigma_px) {
   constexpr double kMisfit = 4;    // times what is usual
   constexpr double kNoCorner = 5;  // standard deviations
   constexpr double kKept = 0.8;    // of a picture's corners
   constexpr double kUsualWeight = 10;
   std::vector<double> off_px;
-  const auto corner_off_px = [&](std::size_t i, int k) {
-    const Vec3 p = *at.T_camera_board[i] * board.corner_board(k);
+  const std::size_t corners = at.corners.size();
+  const auto corner_off_px = [&](std::size_t i, std::size_t k) {
+    const Vec3 p = *at.T_camera_board[i] * at.corners[k];
     return can_draw(at.lens, p) ? (at.lens.project(p) - views[i].px[k]).norm()
                                 : std::numeric_limits<double>::infinity();
   };
   for (std::size_t i = 0; i < views.size(); ++i) {
-    for (int k = 0; at.T_camera_board[i] && k < board.corners(); ++k) {
+    for (std::size_t k = 0; at.T_camera_board[i] && k < corners; ++k) {
       off_px.push_back(corner_off_px(i, k));
     }
   }
@@ -272,51 +323,140 @@ void weigh(Estimate& at, const Board& board, std::vector<View>& views,
       continue;
     }
     std::vector<double> of_view;
-    for (int k = 0; k < board.corners(); ++k) {
+    for (std::size_t k = 0; k < corners; ++k) {
       of_view.push_back(corner_off_px(i, k));
     }
     const double here_px = std::max(median(of_view) / kMedianOfTwo, usual_px);
-    for (int k = 0; k < board.corners(); ++k) {
+    for (std::size_t k = 0; k < corners; ++k) {
       views[i].counts[k] = of_view[k] <= kNoCorner * here_px;
     }
     const int counted = views[i].counted();
-    if (here_px > kMisfit * usual_px || counted < kKept * board.corners()) {
+    if (here_px > kMisfit * usual_px || counted < kKept * static_cast<double>(corners)) {
       T.reset();
       continue;
     }
-    sigma_px[i] =
-        std::sqrt((squared_error(at, board, views[i], *T) + kUsualWeight * square(usual_px)) /
-                  (2.0 * counted - 6 + kUsualWeight));
+    sigma_px[i] = std::sqrt((squared_error(at, views[i], *T) + kUsualWeight * square(usual_px)) /
+                            (2.0 * counted - 6 + kUsualWeight));
   }
 }
 
-/// The lens' part of the inverse of all information: the boards' poses taken out (Schur).
-Eigen::MatrixXd lens_information(const Estimate& at, const Board& board,
-                                 const std::vector<View>& views,
-                                 const std::vector<double>& sigma_px) {
-  const Eigen::Index count = lens_parameters(at.lens).size();
-  Eigen::MatrixXd S = Eigen::MatrixXd::Zero(count, count);
+/// What the corners tell, the boards' poses taken out (Schur): of the lens' numbers and the
+/// shape's, and of where each corner of the board is off that shape.
+struct Information {
+  Eigen::MatrixXd all;
+  std::vector<Mat3> corner;                ///< the rest of it known
+  std::vector<Vec3> corner_off;            ///< times the information of it
+  std::vector<Eigen::MatrixX3d> together;  ///< of all, and of a corner
+};
+
+Information information(const Estimate& at, const Board& board, const std::vector<View>& views,
+                        const std::vector<double>& sigma_px) {
+  const Eigen::Index of_lens = lens_parameters(at.lens).size();
+  const Eigen::Index count = of_lens + ShapeNumbers::SizeAtCompileTime;
+  const std::size_t corners = at.corners.size();
+  Information told{Eigen::MatrixXd::Zero(count, count), std::vector<Mat3>(corners, Mat3::Zero()),
+                   std::vector<Vec3>(corners, Vec3::Zero()),
+                   std::vector<Eigen::MatrixX3d>(corners, Eigen::MatrixX3d::Zero(count, 3))};
   for (std::size_t i = 0; i < at.T_camera_board.size(); ++i) {
     if (!at.T_camera_board[i]) {
       continue;
     }
-    Eigen::MatrixXd U = Eigen::MatrixXd::Zero(count, count);
-    Eigen::MatrixXd W = Eigen::MatrixXd::Zero(count, 6);
-    Eigen::Matrix<double, 6, 6> V = Eigen::Matrix<double, 6, 6>::Zero();
-    for (int k = 0; k < board.corners(); ++k) {
+    const Pose3& T_camera_board = *at.T_camera_board[i];
+    Eigen::MatrixXd by_all = Eigen::MatrixXd::Zero(2 * corners, count);
+    Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(2 * corners, 6);
+    Eigen::MatrixX3d by_corner = Eigen::MatrixX3d::Zero(2 * corners, 3);
+    Eigen::VectorXd off_px = Eigen::VectorXd::Zero(2 * corners);
+    for (std::size_t k = 0; k < corners; ++k) {
       if (!views[i].counts[k]) {
         continue;
       }
-      const Vec3 p_board = board.corner_board(k);
-      const Projection drawn = project_with_jacobian(at.lens, *at.T_camera_board[i] * p_board);
-      const Matrix26 by_pose = drawn.px_by_point * moved_by_pose(*at.T_camera_board[i], p_board);
-      U += drawn.px_by_lens.transpose() * drawn.px_by_lens;
-      W += drawn.px_by_lens.transpose() * by_pose;
-      V += by_pose.transpose() * by_pose;
+      const Projection drawn = project_with_jacobian(at.lens, T_camera_board * at.corners[k]);
+      const Matrix23 by_point = drawn.px_by_point * T_camera_board.rotation.toRotationMatrix();
+      by_all.block(2 * k, 0, 2, of_lens) = drawn.px_by_lens;
+      by_all.block<2, 5>(2 * k, of_lens) = by_point * corner_by_shape(board, static_cast<int>(k));
+      by_pose.middleRows<2>(2 * k) =
+          drawn.px_by_point * moved_by_pose(T_camera_board, at.corners[k]);
+      by_corner.middleRows<2>(2 * k) = by_point;
+      off_px.segment<2>(2 * k) = views[i].px[k] - drawn.px;
     }
-    S += (U - W * V.ldlt().solve(W.transpose())) / square(sigma_px[i]);
+    by_all -= by_pose * (by_pose.transpose() * by_pose).ldlt().solve(by_pose.transpose() * by_all);
+    const double weight = 1 / square(sigma_px[i]);
+    told.all += weight * by_all.transpose() * by_all;
+    for (std::size_t k = 0; k < corners; ++k) {
+      const auto of_corner = by_corner.middleRows<2>(2 * k);
+      told.corner[k] += weight * of_corner.transpose() * of_corner;
+      told.corner_off[k] += weight * of_corner.transpose() * off_px.segment<2>(2 * k);
+      told.together[k] += weight * by_all.middleRows<2>(2 * k).transpose() * of_corner;
+    }
   }
-  return S;
+  return told;
+}
+
+/// How the corners of the board are off its shape, all pictures together.
+struct Pattern {
+  double spread_m = 0;    ///< standard deviation of a corner, each way, without what noise explains
+  double alike = 0;       ///< correlation of neighbours: 0 where each is off by itself
+  bool by_chance = true;  ///< noise alone may look like it
+};
+
+/// `scatter` is the variance of what `told` weighs. The corners' offsets, made even by what is
+/// known of each (standard normal, were there but noise), against chance, and each with its
+/// neighbours.
+Pattern pattern(const Information& told, const Board& board, double scatter) {
+  constexpr double kTaken = 12;  // by poses, size and shape
+  constexpr double kChance = 4;  // standard deviations
+  std::vector<Vec3> even;
+  double squared = 0;
+  double known = 0;  // a square metre's worth of offset, in the same measure
+  for (std::size_t k = 0; k < told.corner.size(); ++k) {
+    const Eigen::SelfAdjointEigenSolver<Mat3> solver(told.corner[k]);
+    constexpr double kNothing = 1e-12;  // of a corner that no picture counts: its offset is zero
+    const Vec3 known_by = solver.eigenvalues().cwiseMax(kNothing);
+    even.push_back(solver.eigenvectors() * known_by.cwiseSqrt().cwiseInverse().asDiagonal() *
+                   solver.eigenvectors().transpose() * told.corner_off[k] / std::sqrt(scatter));
+    squared += even.back().squaredNorm();
+    known += told.corner[k].trace() / scatter;
+  }
+  const double numbers = 3 * static_cast<double>(even.size()) - kTaken;
+  const double beyond_noise = squared - numbers;
+  if (!(beyond_noise > 0)) {
+    return {};
+  }
+  double product = 0;
+  int pairs = 0;
+  for (int k = 0; k < board.corners(); ++k) {
+    if (k % board.columns + 1 < board.columns) {
+      product += even[k].dot(even[k + 1]);
+      ++pairs;
+    }
+    if (k + board.columns < board.corners()) {
+      product += even[k].dot(even[k + board.columns]);
+      ++pairs;
+    }
+  }
+  const double alike = product / (3 * pairs) / (beyond_noise / numbers);
+  return {std::sqrt(beyond_noise / known), product > kChance * std::sqrt(3 * pairs) ? alike : 0,
+          beyond_noise < kChance * std::sqrt(2 * numbers)};
+}
+
+/// What such a pattern does to lens and shape: the corners are off at random, by a bell of their
+/// distance alike. `covariance` is of both, by noise alone.
+Eigen::MatrixXd by_pattern(const Pattern& pattern, const Information& told, const Board& board,
+                           double scatter, const Eigen::MatrixXd& covariance) {
+  constexpr double kMostAlike = 0.97;  // over 4 squares: more is the shape's
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(covariance.rows(), covariance.cols());
+  const double by_square = std::log(std::min(pattern.alike, kMostAlike));
+  for (int k = 0; k < board.corners(); ++k) {
+    Eigen::MatrixX3d alike = told.together[k];
+    for (int other = 0; pattern.alike > 0 && other < board.corners(); ++other) {
+      const Vec3 apart = (board.corner_board(k) - board.corner_board(other)) / board.square_m;
+      if (other != k) {
+        alike += std::exp(by_square * apart.squaredNorm()) * told.together[other];
+      }
+    }
+    all += told.together[k] * alike.transpose();
+  }
+  return square(pattern.spread_m / scatter) * covariance * all * covariance;
 }
 
 /// Empty where something of the lens is not told at all.
@@ -359,13 +499,14 @@ Eigen::Matrix<double, 2, 3> by_turn(const Projection& drawn, const Vec3& directi
   return drawn.px_by_point * moved_by_pose(Pose3(), direction).leftCols<3>();
 }
 
-/// The uncertainty of where the lens draws directions, less what a turn of all explains.
-void tell_field_sigma(LensFit& fit) {
-  const auto seen = seen_all_over(fit.lens);
-  Eigen::MatrixXd J(2 * seen.size(), fit.covariance.cols());
+/// The uncertainty of where the lens draws directions, less what a turn of all explains: rms over
+/// the picture, and where it is worst.
+FieldDifference field_sigma(const Intrinsics& lens, const Eigen::MatrixXd& covariance) {
+  const auto seen = seen_all_over(lens);
+  Eigen::MatrixXd J(2 * seen.size(), covariance.cols());
   Eigen::MatrixXd B(2 * seen.size(), 3);
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    const Projection drawn = project_with_jacobian(fit.lens, seen[i].second);
+    const Projection drawn = project_with_jacobian(lens, seen[i].second);
     J.middleRows<2>(2 * i) = drawn.px_by_lens;
     B.middleRows<2>(2 * i) = by_turn(drawn, seen[i].second);
   }
@@ -374,12 +515,11 @@ void tell_field_sigma(LensFit& fit) {
   double most = 0;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const auto rows = left.middleRows<2>(2 * i);
-    const double variance = (rows * fit.covariance * rows.transpose()).trace() / 2;  // each way
+    const double variance = (rows * covariance * rows.transpose()).trace() / 2;  // each way
     sum += variance;
     most = std::max(most, variance);
   }
-  fit.field_sigma_rms_px = std::sqrt(sum / static_cast<double>(seen.size()));
-  fit.field_sigma_most_px = std::sqrt(most);
+  return {std::sqrt(sum / static_cast<double>(seen.size())), std::sqrt(most)};
 }
 
 void fail(LensFit& fit, std::string reason) {
@@ -427,37 +567,80 @@ std::array<Half, 4> use_of_halves(const std::vector<bool>& used, const std::vect
   return halves;
 }
 
-/// Whether each figure is what is asked, or hopeless; in words.
-void judge(LensFit& fit, const LensFitOptions& asked, const std::array<Half, 4>& halves) {
+/// A figure against what is asked of it, and the words for one that is not reached: with the
+/// figure, or, where there is no lens, without.
+struct Asked {
+  double figure = 0;
+  double most = 0;
+  std::string known;
+  std::string unknown;
+  std::string advice;
+  double sigmas = 1;  ///< of the figure that must be within
+};
+
+/// Whether most of what is open about the worse focal length hangs on whether the board is
+/// stretched.
+bool stretch_is_open(const Eigen::MatrixXd& covariance, const Intrinsics& lens) {
+  const Eigen::Index stretch = covariance.cols() - ShapeNumbers::SizeAtCompileTime;
+  const Eigen::Index f =
+      covariance(0, 0) / square(lens.fx_px) > covariance(1, 1) / square(lens.fy_px) ? 0 : 1;
+  return square(covariance(f, stretch)) > 0.5 * covariance(f, f) * covariance(stretch, stretch);
+}
+
+/// Whether each figure is what is asked, or hopeless; in words. `covariance` is of lens and shape,
+/// `board_px` what the board's corners leave open of the field.
+void judge(LensFit& fit, const LensFitOptions& asked, const std::array<Half, 4>& halves,
+           const Eigen::MatrixXd& covariance, double board_px) {
   const Eigen::VectorXd sigma = fit.covariance.diagonal().cwiseSqrt();
   const double focal = std::max(sigma[0] / fit.lens.fx_px, sigma[1] / fit.lens.fy_px);
   const double centre_px = std::max(sigma[2], sigma[3]);
+  const std::vector<Asked> figures{
+      {fit.noise_px, asked.noise_px,
+       fmt::format("corners scatter by {:.2f} px (at most {:.2f})", fit.noise_px, asked.noise_px),
+       "corners scatter too much",
+       "the pictures are blurred or the board is not flat; hold it still, more light, a stiff "
+       "board"},
+      {focal, asked.focal_sigma_ratio,
+       fmt::format("the focal length is known to {:.2f} % (at most {:.2f})", 100 * focal,
+                   100 * asked.focal_sigma_ratio),
+       "the focal length is hardly known",
+       stretch_is_open(covariance, fit.lens)
+           ? "the board may be longer one way than it is declared; turn it by a quarter turn "
+             "in some of the pictures"
+           : "hold the board slanted by 30 to 45 degrees, each way, and near enough to fill "
+             "the picture"},
+      {centre_px, asked.centre_sigma_px,
+       fmt::format("the principal point is known to {:.2f} px (at most {:.2f})", centre_px,
+                   asked.centre_sigma_px),
+       "the principal point is hardly known",
+       "slant the board both ways, left, right, up and down"},
+      {fit.field_sigma_rms_px, asked.field_px,
+       fmt::format("over the picture directions are known to {:.2f} px ({:g} sigma, at most "
+                   "{:.2f}), where it is worst to {:.2f} px",
+                   kSigmas * fit.field_sigma_rms_px, kSigmas, asked.field_px,
+                   kSigmas * fit.field_sigma_most_px),
+       "directions are hardly known over the picture", "more boards near its edges and corners",
+       kSigmas}};
   bool hopeless = false;
-  const auto ask = [&](double figure, double most, const std::string& words, double sigmas = 1) {
-    if (!(sigmas * figure <= most)) {
-      hopeless = hopeless || !(figure <= kHopeless * most);
-      fit.reasons.push_back(words);
+  for (const Asked& of : figures) {
+    hopeless = hopeless || !(of.figure <= kHopeless * of.most);
+  }
+  for (const Half& half : halves) {
+    hopeless = hopeless || half.use < kLeastHalf;
+  }
+  const std::string fault = lens_fault(fit.lens);
+  hopeless = hopeless || !fault.empty();
+  for (const Asked& of : figures) {
+    if (!(of.sigmas * of.figure <= of.most)) {
+      fit.reasons.push_back((hopeless ? of.unknown : of.known) + ": " + of.advice);
     }
-  };
-  ask(fit.noise_px, asked.noise_px,
-      fmt::format("corners scatter by {:.2f} px (at most {:.2f}): the pictures are blurred or "
-                  "the board is not flat; hold it still, more light, a stiff board",
-                  fit.noise_px, asked.noise_px));
-  ask(focal, asked.focal_sigma_ratio,
-      fmt::format("the focal length is known to {:.2f} % (at most {:.2f}): hold the board slanted "
-                  "by 30 to 45 degrees, each way, and near enough to fill the picture",
-                  100 * focal, 100 * asked.focal_sigma_ratio));
-  ask(centre_px, asked.centre_sigma_px,
-      fmt::format("the principal point is known to {:.2f} px (at most {:.2f}): slant the board "
-                  "both ways, left, right, up and down",
-                  centre_px, asked.centre_sigma_px));
-  ask(fit.field_sigma_rms_px, asked.field_px,
-      fmt::format(
-          "over the picture directions are known to {:.2f} px ({:g} sigma, at most {:.2f}), "
-          "where it is worst to {:.2f} px: more boards near its edges and corners",
-          kSigmas * fit.field_sigma_rms_px, kSigmas, asked.field_px,
-          kSigmas * fit.field_sigma_most_px),
-      kSigmas);
+  }
+  if (kSigmas * board_px > kOfBoard * asked.field_px) {
+    fit.reasons.push_back(
+        fmt::format("the corners of the board are off a smooth one by {:.2f} mm: it is dented, "
+                    "wavy or printed unevenly; print it anew, on a stiff flat plate",
+                    1000 * fit.corner_spread_m));
+  }
   if (fit.picture_use < asked.picture_use) {
     fit.reasons.push_back(
         fmt::format("corners were seen in {:.0f} % of the picture (at least {:.0f}): move the "
@@ -466,49 +649,42 @@ void judge(LensFit& fit, const LensFitOptions& asked, const std::array<Half, 4>&
   }
   for (const Half& half : halves) {
     if (half.use < kLeastHalf) {
-      hopeless = true;
       fit.reasons.push_back(fmt::format(
           "corners were seen in {:.0f} % of the {} half of the picture: move the board there too",
           100 * half.use, half.name));
     }
   }
-  if (const std::string fault = lens_fault(fit.lens); !fault.empty()) {
-    hopeless = true;
+  if (!fault.empty()) {
     fit.reasons.push_back("the lens that fits " + fault);
   }
   fit.verdict = hopeless ? Verdict::kFailed : fit.reasons.empty() ? Verdict::kGood : Verdict::kPoor;
 }
 
-}  // namespace
-
-int LensFit::used() const {
-  return static_cast<int>(
-      std::count_if(views.begin(), views.end(), [](const FittedView& view) { return view.used; }));
-}
-
-double picture_use(const std::vector<BoardCorners>& views, int width_px, int height_px,
-                   const std::vector<bool>& lit) {
-  const std::vector<bool> used = used_parts(views, width_px, height_px);
-  int parts = 0;
-  int with_corners = 0;
-  for (std::size_t part = 0; part < used.size(); ++part) {
-    const bool counts = lit.empty() || lit[part];
-    parts += counts;
-    with_corners += counts && used[part];
+/// Of each picture the first whose corners are the same to the last bit: itself, where it is none's
+/// copy.
+std::vector<std::size_t> originals(const std::vector<BoardCorners>& views) {
+  std::vector<std::size_t> first(views.size());
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    first[i] = static_cast<std::size_t>(
+        std::find(views.begin(), views.begin() + static_cast<std::ptrdiff_t>(i), views[i]) -
+        views.begin());
   }
-  return parts > 0 ? static_cast<double>(with_corners) / parts : 0;
+  return first;
 }
 
-LensFit fit_lens(const LensFitOptions& options, const Board& board,
-                 const std::vector<BoardCorners>& views, int width_px, int height_px,
-                 LensModel model, const std::vector<bool>& lit) {
+/// As fit_lens, of pictures none of which is a copy.
+LensFit fit_originals(const LensFitOptions& options, const Board& board,
+                      const std::vector<BoardCorners>& views, int width_px, int height_px,
+                      LensModel model, const std::vector<bool>& lit) {
   LensFit fit;
   fit.views.resize(views.size());
   fit.picture_use = picture_use(views, width_px, height_px, lit);
   const auto too_few = [&](std::size_t count, std::string_view what) {
     fail(fit, fmt::format("{} {}: at least {} are needed, 20 to 40 are good; the whole board must "
-                          "be in the picture",
-                          count, what, kFewestBoards));
+                          "be in the picture, and inner corners are counted: a board of {} x {} "
+                          "squares has {} x {}",
+                          count, what, kFewestBoards, board.columns + 1, board.rows + 1,
+                          board.columns, board.rows));
     return fit;
   };
   if (views.size() < kFewestBoards) {
@@ -531,7 +707,7 @@ LensFit fit_lens(const LensFitOptions& options, const Board& board,
   std::vector<double> sigma_px(views.size(), 1.0);
   for (int round = 0; round < 3; ++round) {
     pose_again(at, board, seen);
-    weigh(at, board, seen, sigma_px);
+    weigh(at, seen, sigma_px);
     adjust(at, board, seen, sigma_px, false, 100);
   }
   double squared = 0;
@@ -539,30 +715,42 @@ LensFit fit_lens(const LensFitOptions& options, const Board& board,
   double corners = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (const std::optional<Pose3>& T = at.T_camera_board[i]) {
-      const double error = squared_error(at, board, seen[i], *T);
-      fit.views[i] = {true, *T, rms_px(at, board, seen[i], *T)};
+      const double error = squared_error(at, seen[i], *T);
+      fit.views[i] = {true, *T, rms_px(at, seen[i], *T)};
       squared += error;
       weighted += error / square(sigma_px[i]);
       corners += seen[i].counted();
     }
   }
   fit.lens = at.lens;
+  fit.shape = at.shape;
   const auto used = static_cast<std::size_t>(fit.used());
   if (used < kFewestBoards) {
     return too_few(used, "pictures agree with each other");
   }
   fit.reprojection_rms_px = std::sqrt(squared / corners);
-  const double unknowns =
-      static_cast<double>(lens_parameters(at.lens).size()) + 6 * static_cast<double>(used);
+  const Eigen::Index of_lens = lens_parameters(at.lens).size();
+  const double unknowns = static_cast<double>(of_lens + ShapeNumbers::SizeAtCompileTime) +
+                          6 * static_cast<double>(used);
   fit.noise_px = std::sqrt(squared / (2 * corners - unknowns));
-  const std::optional<Eigen::MatrixXd> covariance =
-      inverted(lens_information(at, board, seen, sigma_px));
-  if (!covariance || !(at.lens.fx_px > 0) || !(at.lens.fy_px > 0)) {
+  const double scatter = weighted / (2 * corners - unknowns);
+  const Information told = information(at, board, seen, sigma_px);
+  Eigen::MatrixXd all = told.all / scatter;
+  all.diagonal().tail<5>() += shape_numbers(usual_shape(board)).cwiseAbs2().cwiseInverse();
+  const std::optional<Eigen::MatrixXd> by_noise = inverted(all);
+  if (!by_noise || !(at.lens.fx_px > 0) || !(at.lens.fy_px > 0)) {
     fail(fit, "the boards do not tell the focal length: slant them by 30 to 45 degrees, each way");
     return fit;
   }
-  fit.covariance = *covariance * (weighted / (2 * corners - unknowns));
-  tell_field_sigma(fit);
+  const Pattern off_shape = pattern(told, board, scatter);
+  const Eigen::MatrixXd by_board = by_pattern(off_shape, told, board, scatter, *by_noise);
+  const Eigen::MatrixXd covariance = *by_noise + by_board;
+  fit.covariance = covariance.topLeftCorner(of_lens, of_lens);
+  fit.shape_sigma = shape_of(covariance.diagonal().tail<5>().cwiseSqrt());
+  fit.corner_spread_m = off_shape.spread_m;
+  const FieldDifference field = field_sigma(fit.lens, fit.covariance);
+  fit.field_sigma_rms_px = field.rms_px;
+  fit.field_sigma_most_px = field.most_px;
   std::vector<BoardCorners> kept;
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (fit.views[i].used) {
@@ -570,7 +758,59 @@ LensFit fit_lens(const LensFitOptions& options, const Board& board,
     }
   }
   fit.picture_use = picture_use(kept, width_px, height_px, lit);
-  judge(fit, options, use_of_halves(used_parts(kept, width_px, height_px), lit));
+  judge(fit, options, use_of_halves(used_parts(kept, width_px, height_px), lit), covariance,
+        off_shape.by_chance
+            ? 0
+            : field_sigma(fit.lens, by_board.topLeftCorner(of_lens, of_lens)).rms_px);
+  return fit;
+}
+
+}  // namespace
+
+int LensFit::used() const {
+  return static_cast<int>(
+      std::count_if(views.begin(), views.end(), [](const FittedView& view) { return view.used; }));
+}
+
+int LensFit::copies() const {
+  return static_cast<int>(
+      std::count_if(views.begin(), views.end(), [](const FittedView& view) { return view.copy; }));
+}
+
+double picture_use(const std::vector<BoardCorners>& views, int width_px, int height_px,
+                   const std::vector<bool>& lit) {
+  const std::vector<bool> used = used_parts(views, width_px, height_px);
+  int parts = 0;
+  int with_corners = 0;
+  for (std::size_t part = 0; part < used.size(); ++part) {
+    const bool counts = lit.empty() || lit[part];
+    parts += counts;
+    with_corners += counts && used[part];
+  }
+  return parts > 0 ? static_cast<double>(with_corners) / parts : 0;
+}
+
+LensFit fit_lens(const LensFitOptions& options, const Board& board,
+                 const std::vector<BoardCorners>& views, int width_px, int height_px,
+                 LensModel model, const std::vector<bool>& lit) {
+  const std::vector<std::size_t> first = originals(views);
+  std::vector<BoardCorners> different;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (first[i] == i) {
+      different.push_back(views[i]);
+    }
+  }
+  LensFit fit = fit_originals(options, board, different, width_px, height_px, model, lit);
+  std::vector<FittedView> all(views.size());
+  auto next = fit.views.begin();
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (first[i] == i) {
+      all[i] = *next++;
+    } else {
+      all[i].copy = true;
+    }
+  }
+  fit.views = std::move(all);
   return fit;
 }
 
@@ -585,10 +825,13 @@ LensFit fit_best_lens(const LensFitOptions& options, const Board& board,
     return straight.used() >= fisheye.used() ? straight : fisheye;
   }
   const auto cost = [&](const LensFit& fit) {
-    const double numbers = 2.0 * static_cast<double>(views.size()) * board.corners();
+    double numbers = 0;
     double squared = 0;  // a picture left out fits as badly as what is just kept
     for (const FittedView& view : fit.views) {
-      squared += board.corners() * square(view.used ? view.rms_px : 4 * fit.reprojection_rms_px);
+      if (!view.copy) {
+        numbers += 2.0 * board.corners();
+        squared += board.corners() * square(view.used ? view.rms_px : 4 * fit.reprojection_rms_px);
+      }
     }
     return numbers * std::log(std::max(squared, 1e-18) / numbers) +
            static_cast<double>(lens_parameters(fit.lens).size()) * std::log(numbers);

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "core/calib/board.h"
+#include "core/calib/board_shape.h"
 #include "core/calib/verdict.h"
 #include "core/camera/rig.h"
 
@@ -31,13 +32,17 @@ struct FittedView {
   bool used = false;  ///< else its corners agree with no lens that the other pictures agree with
   Pose3 T_camera_board;
   double rms_px = 0;  ///< sqrt(mean(dx^2 + dy^2))
+  bool copy = false;  ///< of another picture, the same to the last bit, and so not used
 };
 
 /// A lens, and how well it is known. When `verdict` is kFailed there is no lens: the numbers are
 /// not to be told.
 struct LensFit {
   Intrinsics lens;
-  Eigen::MatrixXd covariance;      ///< of lens_parameters(lens), by the corners' own scatter
+  Eigen::MatrixXd covariance;  ///< of lens_parameters(lens), by the corners' own scatter and spread
+  BoardShape shape;
+  BoardShape shape_sigma;          ///< standard deviation of each number
+  double corner_spread_m = 0;      ///< of the board's corners off that shape, each way
   double noise_px = 0;             ///< standard deviation of a corner, each way
   double reprojection_rms_px = 0;  ///< of the pictures used, sqrt(mean(dx^2 + dy^2))
   std::vector<FittedView> views;   ///< one a picture with a board, in their order
@@ -48,6 +53,7 @@ struct LensFit {
   std::vector<std::string> reasons;  ///< why it is not good, and what to do, in words
 
   int used() const;
+  int copies() const;
 };
 
 /// The parts of a picture that its use is counted in.
@@ -61,9 +67,12 @@ double picture_use(const std::vector<BoardCorners>& views, int width_px, int hei
 
 /// Lens and boards' poses from the corners of whole boards, by least squares (Zhang 2000, with rays
 /// in the place of a pinhole's homographies so that a fisheye starts alike), from several focal
-/// lengths so that nothing need be known. Corners that fit nothing are left out. The scatter of the
-/// corners gives the covariance. A verdict and no lens for too few boards, or boards that do not
-/// tell: all facing the camera alike, or all in one part of the picture.
+/// lengths so that nothing need be known. The board's shape is fitted with them (Strobl and
+/// Hirzinger 2011; Albarelli, Rodola and Torsello 2009), within what is usual. Corners that fit
+/// nothing are left out, copies of a picture count once. The scatter of the corners gives the
+/// covariance, with what each of the board's corners is off in all pictures alike. A verdict and no
+/// lens for too few boards, or boards that do not tell: all facing the camera alike, or all in one
+/// part of the picture.
 LensFit fit_lens(const LensFitOptions& options, const Board& board,
                  const std::vector<BoardCorners>& views, int width_px, int height_px,
                  LensModel model, const std::vector<bool>& lit = {});

@@ -55,7 +55,7 @@ std::vector<Pose3> board_poses(const Board& board, const Intrinsics& lens, const
     const Eigen::Quaterniond R =
         Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), *d) *
         turn(slant_rad, Vec3(std::cos(towards_rad), std::sin(towards_rad), 0)) *
-        turn(rng.uniform(-0.5, 0.5), Vec3::UnitZ());
+        turn(rng.uniform(-held.most_roll_rad, held.most_roll_rad), Vec3::UnitZ());
     const Pose3 T{R, distance_m * *d - R * middle_board};
     if (whole(board, lens, T)) {
       poses.push_back(T);
@@ -80,19 +80,25 @@ std::vector<Pose3> board_poses_in_corners(const Board& board, const Intrinsics& 
 
 std::vector<BoardCorners> seen_corners(const Board& board, const Intrinsics& lens,
                                        const std::vector<Pose3>& poses, double noise_px, Rng& rng) {
+  return seen_corners(corners_board(board, {}), lens, poses, noise_px, rng);
+}
+
+std::vector<BoardCorners> seen_corners(const std::vector<Vec3>& corners_board,
+                                       const Intrinsics& lens, const std::vector<Pose3>& poses,
+                                       double noise_px, Rng& rng) {
   std::vector<BoardCorners> views;
   for (const Pose3& T_camera_board : poses) {
     BoardCorners& corners = views.emplace_back();
-    for (int i = 0; i < board.corners(); ++i) {
-      const Vec2 px = lens.project(T_camera_board * board.corner_board(i));
+    for (const Vec3& p_board : corners_board) {
+      const Vec2 px = lens.project(T_camera_board * p_board);
       corners.push_back(px + noise_px * Vec2(rng.normal(), rng.normal()));
     }
   }
   return views;
 }
 
-BoardPainter::BoardPainter(const Board& board, const Intrinsics& lens)
-    : board_(board), lens_(lens) {
+BoardPainter::BoardPainter(const Board& board, const Intrinsics& lens, const BoardShape& shape)
+    : board_(board), shape_(shape), lens_(lens) {
   directions_.reserve(static_cast<std::size_t>(lens.width_px) * lens.height_px * kParts * kParts);
   const auto part = [](int i) { return (i + 0.5) / kParts - 0.5; };
   for (int y = 0; y < lens.height_px; ++y) {
@@ -112,12 +118,26 @@ double BoardPainter::shade(const Vec3& direction, const Pose3& T_board_camera) c
   constexpr double kWhite = 190;
   const Vec3 d = T_board_camera.rotation * direction;
   const Vec3& eye = T_board_camera.translation;
-  const double along = d.z() != 0 ? -eye.z() / d.z() : -1;
   if (direction.isZero()) {
     return 0;
   }
-  const double x = (eye.x() + along * d.x()) / board_.square_m + 1;
-  const double y = (eye.y() + along * d.y()) / board_.square_m + 1;
+  const Vec3 half = board_.corner_board(board_.corners() - 1) / 2;
+  double along = d.z() != 0 ? -eye.z() / d.z() : -1;
+  double bow_m = 0;
+  if (shape_.bow_rows_m != 0 || shape_.bow_columns_m != 0 || shape_.twist_m != 0) {
+    constexpr int kRounds = 3;  // each is off by the bow's slope times what the last was
+    for (int round = 0; round < kRounds; ++round) {
+      const Vec2 at =
+          (eye + along * d - half).head<2>().cwiseQuotient(half.head<2>()).cwiseMax(-2).cwiseMin(2);
+      bow_m = shape_.bow_rows_m * at.x() * at.x() + shape_.bow_columns_m * at.y() * at.y() +
+              shape_.twist_m * at.x() * at.y();
+      along = d.z() != 0 ? (bow_m - eye.z()) / d.z() : -1;
+    }
+  }
+  const Vec3 off_middle = eye + along * d - half;
+  const double stretch = 1 + shape_.stretch / 2;
+  const double x = (off_middle.x() / stretch + half.x()) / board_.square_m + 1;
+  const double y = (off_middle.y() * stretch + half.y()) / board_.square_m + 1;
   constexpr double kMargin = 0.7;  // of a square, white
   if (along <= 0 || x < -kMargin || y < -kMargin || x > board_.columns + 1 + kMargin ||
       y > board_.rows + 1 + kMargin) {

@@ -8,6 +8,7 @@
 
 #include "core/base/rng.h"
 #include "core/calib/board.h"
+#include "core/calib/board_shape.h"
 #include "core/calib/lens_fit.h"
 #include "core/camera/rig.h"
 
@@ -16,7 +17,8 @@ namespace panoptes {
 /// How somebody holds a board before a camera.
 struct BoardPoses {
   double most_slant_rad = deg_to_rad(45);
-  double least_width = 0.25;  ///< of the picture, as a share of it
+  double most_roll_rad = 0.5;  ///< about its normal, either way
+  double least_width = 0.25;   ///< of the picture, as a share of it
   double most_width = 0.6;
   Vec2 from = Vec2(0, 0);  ///< of the picture, as shares of it: where the middle of the board is,
   Vec2 to = Vec2(1, 1);    ///< as far as the whole board is seen
@@ -34,6 +36,11 @@ std::vector<Pose3> board_poses_in_corners(const Board& board, const Intrinsics& 
 std::vector<BoardCorners> seen_corners(const Board& board, const Intrinsics& lens,
                                        const std::vector<Pose3>& poses, double noise_px, Rng& rng);
 
+/// The same of corners that are where no declared board has them.
+std::vector<BoardCorners> seen_corners(const std::vector<Vec3>& corners_board,
+                                       const Intrinsics& lens, const std::vector<Pose3>& poses,
+                                       double noise_px, Rng& rng);
+
 /// What a real camera does to a picture of a board.
 struct BoardLight {
   double noise_grey = 2;
@@ -47,7 +54,7 @@ struct BoardLight {
 /// Draws boards by rays through every sixteenth of a pixel: exact but for the noise.
 class BoardPainter {
  public:
-  BoardPainter(const Board& board, const Intrinsics& lens);
+  BoardPainter(const Board& board, const Intrinsics& lens, const BoardShape& shape = {});
 
   /// 8 bits, grey.
   cv::Mat draw(const Pose3& T_camera_board, const BoardLight& light, Rng& rng) const;
@@ -56,6 +63,7 @@ class BoardPainter {
   double shade(const Vec3& direction, const Pose3& T_board_camera) const;
 
   Board board_;
+  BoardShape shape_;
   Intrinsics lens_;
   std::vector<Eigen::Vector3f> directions_;  // of parts of pixels, zero where nothing is seen
 };
