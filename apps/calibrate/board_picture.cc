@@ -52,12 +52,13 @@ cv::Mat draw_boards(const LensByBoards& told, const Board& board) {
     const double y = corner.y() + row * part.y();
     canvas.line({corner.x(), y}, {corner.x() + kWidth, y}, kGridColour, 1);
   }
+  const std::vector<Vec3> corners = corners_board(board, told.fit.shape);
   for (std::size_t i = 0; i < told.corners.size(); ++i) {
     const FittedView& view = told.fit.views[i];
     for (int k = 0; k < board.corners(); ++k) {
       const Vec2& seen_px = told.corners[i][k];
       if (view.used) {
-        const Vec2 drawn_px = told.fit.lens.project(view.T_camera_board * board.corner_board(k));
+        const Vec2 drawn_px = told.fit.lens.project(view.T_camera_board * corners[k]);
         canvas.line(at(seen_px), at(seen_px + kEnlarged * (seen_px - drawn_px)), kOdometryColour,
                     1);
       }

@@ -83,6 +83,7 @@ LensByBoards lens_by_boards(const LensByBoardsOptions& options, const CameraPict
                             const std::function<void(double)>& progress) {
   LensByBoards told;
   told.camera = pictures.camera;
+  told.pictures = pictures.files.size();
   told.looked_at = evenly(pictures.files, options.most_pictures);
   std::vector<Looked> all(told.looked_at.size());
   std::atomic<std::size_t> next{0};

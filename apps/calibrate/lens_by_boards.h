@@ -15,6 +15,7 @@ namespace panoptes {
 /// What a camera's pictures of a board tell of its lens.
 struct LensByBoards {
   std::string camera;
+  std::size_t pictures = 0;             ///< of the camera
   std::vector<std::string> looked_at;   ///< files
   std::vector<std::size_t> with_board;  ///< of them, in order: fit.views is of these
   std::vector<BoardCorners> corners;    ///< of each of these

@@ -107,12 +107,15 @@ std::optional<Rig> rig_of(const LensStage& args, const std::vector<CameraPicture
 
 Json figures_of(const LensByBoards& told) {
   const LensFit& fit = told.fit;
-  Json figures{
-      {"verdict", name(fit.verdict)},
-      {"warnings", fit.reasons},
-      {"boards",
-       {{"pictures", told.looked_at.size()}, {"found", told.corners.size()}, {"used", fit.used()}}},
-      {"picture_use", fit.picture_use}};
+  Json figures{{"verdict", name(fit.verdict)},
+               {"warnings", fit.reasons},
+               {"boards",
+                {{"given", told.pictures},
+                 {"pictures", told.looked_at.size()},
+                 {"found", told.corners.size()},
+                 {"copies", fit.copies()},
+                 {"used", fit.used()}}},
+               {"picture_use", fit.picture_use}};
   if (fit.verdict == Verdict::kFailed) {
     return figures;
   }
@@ -136,6 +139,17 @@ Json figures_of(const LensByBoards& told) {
   figures["intrinsics"] = lens;
   figures["reprojection_rms_px"] = fit.reprojection_rms_px;
   figures["corner_noise_px"] = fit.noise_px;
+  figures["board_shape"] = {{"stretch", fit.shape.stretch},
+                            {"stretch_sigma", fit.shape_sigma.stretch},
+                            {"skew_rad", fit.shape.skew_rad},
+                            {"skew_rad_sigma", fit.shape_sigma.skew_rad},
+                            {"bow_rows_m", fit.shape.bow_rows_m},
+                            {"bow_rows_m_sigma", fit.shape_sigma.bow_rows_m},
+                            {"bow_columns_m", fit.shape.bow_columns_m},
+                            {"bow_columns_m_sigma", fit.shape_sigma.bow_columns_m},
+                            {"twist_m", fit.shape.twist_m},
+                            {"twist_m_sigma", fit.shape_sigma.twist_m},
+                            {"corner_spread_m", fit.corner_spread_m}};
   figures["field_sigma_px"] = {{"rms", fit.field_sigma_rms_px}, {"max", fit.field_sigma_most_px}};
   return figures;
 }
@@ -156,7 +170,7 @@ void write_table(const fs::path& path, const std::vector<LensByBoards>& all) {
         table << "used" << view.rms_px;
         table.end_row();
       } else {
-        table << "left out";
+        table << (view.copy ? "copy" : "left out");
         table.skip().end_row();
       }
     }
@@ -166,9 +180,15 @@ void write_table(const fs::path& path, const std::vector<LensByBoards>& all) {
 
 void say(const LensByBoards& told) {
   const LensFit& fit = told.fit;
-  std::printf("%s: %s; the board in %zu of %zu pictures, %d used", told.camera.c_str(),
-              std::string(name(fit.verdict)).c_str(), told.corners.size(), told.looked_at.size(),
-              fit.used());
+  std::printf("%s: %s; the board in %zu of %zu pictures", told.camera.c_str(),
+              std::string(name(fit.verdict)).c_str(), told.corners.size(), told.looked_at.size());
+  if (told.looked_at.size() < told.pictures) {
+    std::printf(" (of the %zu there are, evenly)", told.pictures);
+  }
+  if (fit.copies() > 0) {
+    std::printf(", %d of them copied", fit.copies());
+  }
+  std::printf(", %d used", fit.used());
   if (fit.verdict != Verdict::kFailed) {
     const CalibratedLens lens = calibrated(fit);
     std::printf(
@@ -176,6 +196,11 @@ void say(const LensByBoards& told) {
         std::string(std::visit([](const auto& o) { return o.kName; }, fit.lens.distortion)).c_str(),
         fit.lens.fx_px, fit.lens.fy_px, 100 * lens.focal_ratio, fit.lens.cx_px, fit.lens.cy_px,
         lens.centre_px, fit.noise_px);
+    std::printf(
+        "; the board's rows stretched by %.2f %%, bowed by %.2f mm, columns bowed by %.2f mm, "
+        "corners off that by %.2f mm",
+        100 * fit.shape.stretch, 1000 * fit.shape.bow_rows_m, 1000 * fit.shape.bow_columns_m,
+        1000 * fit.corner_spread_m);
   }
   std::printf("\n");
   for (const std::string& reason : fit.reasons) {
@@ -228,8 +253,10 @@ int calibrate_lenses(const LensStage& args) {
   LensByBoardsOptions options;
   const std::optional<Board> board = parse_board(args.board);
   if (!board) {
-    throw ConfigError("--board " + args.board +
-                      ": must be COLUMNSxROWSxSQUARE, inner corners and metres, as 9x6x0.025");
+    throw ConfigError(fmt::format(
+        "--board {}: must be COLUMNSxROWSxSQUARE, as 9x6x0.025: {} to {} inner corners each way, "
+        "and the side of a square in metres, at most {:g} (25 mm are 0.025)",
+        args.board, Board::kFewestCorners, Board::kMostCorners, Board::kLargestSquare_m));
   }
   options.board = *board;
   options.model = model_of(args.lens);

@@ -102,9 +102,14 @@ TEST_F(Calibrate, ARigGetsTheLens) {
 
 TEST_F(Calibrate, TooFewBoardsAreAVerdictAndNoNumber) {
   photograph("front", kFront, 3);
+  const std::filesystem::path folder = folder_ / "work/pictures/front";
+  std::filesystem::copy_file(folder / "0.png", folder / "0_again.png");
   const Said said = calibrate({"pictures/front", "--board", "9x6x0.025", "--out", "run"});
   EXPECT_EQ(said.status, 1);
-  EXPECT_THAT(said.out, StartsWith("front: failed; the board in 3 of 4 pictures"));
+  EXPECT_THAT(said.out,
+              StartsWith("front: failed; the board in 4 of 5 pictures, 1 of them copied"));
+  EXPECT_THAT(said.out, HasSubstr("3 pictures show a whole board: at least 5 are needed"));
+  EXPECT_THAT(said.out, HasSubstr("a board of 10 x 7 squares has 9 x 6"));
   const auto m = metrics("run");
   EXPECT_EQ(m["outcome"], "failed");
   EXPECT_EQ(m["verdict"], "failed");
@@ -114,7 +119,15 @@ TEST_F(Calibrate, TooFewBoardsAreAVerdictAndNoNumber) {
 
 TEST_F(Calibrate, WhatIsNoBoardOrNoPictureIsRefused) {
   photograph("front", kFront, 1);
-  EXPECT_EQ(calibrate({"pictures/front", "--board", "9x6x25", "--out", "run"}).status, 2);
+  for (const char* board : {"9x6x25", "2x2x0.1"}) {
+    const Said said = calibrate({"pictures/front", "--board", board, "--out", "run"});
+    EXPECT_EQ(said.status, 2);
+    EXPECT_THAT(said.err,
+                HasSubstr("--board " + std::string(board) +
+                          ": must be COLUMNSxROWSxSQUARE, as 9x6x0.025: 3 to 100 inner corners "
+                          "each way, and the side of a square in metres, at most 2 (25 mm are "
+                          "0.025)"));
+  }
   EXPECT_EQ(calibrate({"nothing", "--board", "9x6x0.025", "--out", "run"}).status, 2);
   EXPECT_FALSE(std::filesystem::exists(folder_ / "work/run"));
   write("pictures/front/torn.png", "\x89PNG\r\n");
