@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/calib/odometry_prior.h"
 #include "core/io/dataset.h"
+#include "core/io/dataset_rows.h"
 
 namespace panoptes {
 namespace {
@@ -45,13 +46,42 @@ void add_errors(const TrueCameraPath& truth, CameraMap& told) {
   }
 }
 
+std::vector<RecordedPicture> pictures_of(const std::filesystem::path& dataset,
+                                         const std::string& camera) {
+  std::vector<RecordedPicture> pictures = recorded_pictures(dataset, camera);
+  if (pictures.empty()) {
+    throw ConfigError((dataset / data_csv(camera)).string() + ": has no pictures");
+  }
+  return pictures;
+}
+
+cv::Mat grey_picture(const std::filesystem::path& dataset, const std::string& camera,
+                     const Intrinsics& lens, const RecordedPicture& picture) {
+  cv::Mat grey = read_grey_picture(dataset, picture);
+  if (grey.cols != lens.width_px || grey.rows != lens.height_px) {
+    throw ConfigError(fmt::format("{}: is {} x {} pixels, and the lens of {} is for {} x {}",
+                                  picture.mention, grey.cols, grey.rows, camera, lens.width_px,
+                                  lens.height_px));
+  }
+  return grey;
+}
+
 }  // namespace
+
+void check_recording(const std::filesystem::path& dataset, const std::string& camera,
+                     const RigCamera& believed, const MonoSlamOptions& options) {
+  const std::vector<RecordedPicture> pictures = pictures_of(dataset, camera);
+  grey_picture(dataset, camera, believed.intrinsics, pictures.front());
+  if (options.motion_is_told) {
+    RecordedWheels(dataset.string()).check_reach(pictures, believed);
+  }
+}
 
 CameraMap map_camera(const std::filesystem::path& dataset, const std::string& camera,
                      const RigCamera& believed, const MonoSlamOptions& options,
                      const KeyframeBundleOptions& bundle,
-                     const std::function<void(double)>& progress) {
-  const std::vector<RecordedPicture> pictures = recorded_pictures(dataset, camera);
+                     const std::function<void(double)>& progress, const MapEnds& ends) {
+  const std::vector<RecordedPicture> pictures = pictures_of(dataset, camera);
   const Intrinsics& lens = believed.intrinsics;
   CameraMap told;
   told.camera = camera;
@@ -63,31 +93,38 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
   std::optional<RecordedWheels> wheels;
   if (options.motion_is_told) {
     wheels.emplace(dataset.string());
-    wheels->check_reach(pictures, believed);
   }
   MonoMapBuilder builder;
-  told.growth_from = pictures.empty() ? Time{} : pictures.front().stamp;
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    const cv::Mat grey = read_grey_picture(dataset, pictures[i]);
-    if (grey.cols != lens.width_px || grey.rows != lens.height_px) {
-      throw ConfigError(fmt::format("{}: is {} x {} pixels, and the lens of {} is for {} x {}",
-                                    pictures[i].mention, grey.cols, grey.rows, camera,
-                                    lens.width_px, lens.height_px));
+  const Time first = pictures.front().stamp;
+  told.growth_from = first;
+  std::size_t read = 0;
+  for (; read < pictures.size() && !(ends.interrupted && ends.interrupted()); ++read) {
+    const RecordedPicture& picture = pictures[read];
+    cv::Mat grey;
+    const auto read_it = [&] { grey = grey_picture(dataset, camera, lens, picture); };
+    if (ends.faults == nullptr) {
+      read_it();
+    } else if (!ends.faults->attempt(read_it)) {
+      break;
     }
     const std::optional<MotionTold> told_motion =
-        wheels && i > 0 ? told_between(*wheels, believed, pictures[i - 1].stamp, pictures[i].stamp)
-                        : std::nullopt;
+        wheels && read > 0
+            ? told_between(*wheels, believed, pictures[read - 1].stamp, picture.stamp)
+            : std::nullopt;
     const double before_s = process_use().cpu_s;
-    const MonoSlamStep step = slam.step(grey, pictures[i].stamp, told_motion);
-    builder.add(pictures[i].stamp, step);
+    const MonoSlamStep step = slam.step(grey, picture.stamp, told_motion);
+    builder.add(picture.stamp, step);
     told.cpu_s += process_use().cpu_s - before_s;
-    if (i == pictures.size() / 2) {
+    if (read == pictures.size() / 2) {
       told.looked_at = {grey, step, options.columns, options.rows, options.search_sigmas};
     }
-    if ((i + 1) * kQuarters / pictures.size() > told.growth.size()) {
+    if ((read + 1) * kQuarters / pictures.size() > told.growth.size()) {
       told.growth.push_back(builder.map(slam));
     }
-    progress(static_cast<double>(i + 1) / static_cast<double>(pictures.size()));
+    progress(static_cast<double>(read + 1) / static_cast<double>(pictures.size()));
+  }
+  if (read < pictures.size()) {
+    told.cut_short_s = read > 0 ? to_seconds(pictures[read - 1].stamp - first) : 0;
   }
   told.map = builder.map(slam);
   const double before_s = process_use().cpu_s;
@@ -96,11 +133,10 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
   if (!told.adjusted.T_map_camera.empty()) {
     told.keyframe_shown = told.adjusted.keyframes.size() / 2;
     const auto frame = static_cast<std::size_t>(told.adjusted.keyframes[told.keyframe_shown]);
-    const std::size_t first = pictures.size() - told.map.frames.size();
-    told.keyframe_grey = read_grey_picture(dataset, pictures[first + frame]);
+    const std::size_t begins = read - told.map.frames.size();
+    told.keyframe_grey = read_grey_picture(dataset, pictures[begins + frame]);
   }
   if (!told.map.frames.empty()) {
-    told.begins_s = to_seconds(told.map.frames.front().stamp - pictures.front().stamp);
     if (const std::optional<TrueCameraPath> truth = TrueCameraPath::read(dataset, camera)) {
       add_errors(*truth, told);
     }

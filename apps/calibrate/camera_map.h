@@ -10,6 +10,7 @@
 
 #include <opencv2/core/mat.hpp>
 
+#include "apps/process/fault.h"
 #include "core/base/time.h"
 #include "core/calib/keyframe_bundle.h"
 #include "core/calib/mono_map.h"
@@ -37,14 +38,25 @@ struct CameraMap {
   Time growth_from;             ///< when the first was taken
   double cpu_s = 0;             ///< of the filter, without reading pictures
   AdjustedMap adjusted;
-  cv::Mat keyframe_grey;           ///< the picture of
-  std::size_t keyframe_shown = 0;  ///< this one of its keyframes, the middle one
-  double begins_s = 0;  ///< the map, after the first picture: a start may have been given up
+  cv::Mat keyframe_grey;              ///< the picture of
+  std::size_t keyframe_shown = 0;     ///< this one of its keyframes, the middle one
+  std::optional<double> cut_short_s;  ///< after the first picture, where not all were read
   /// Of the frames and of the keyframes, where the recording holds the truth.
   std::optional<CameraPathErrors> errors;
   std::optional<CameraPathErrors> adjusted_errors;
   double adjust_s = 0;  ///< CPU
 };
+
+/// What may end a map before the last picture: it is of those before, then.
+struct MapEnds {
+  std::function<bool()> interrupted;  ///< asked before each picture
+  Faults* faults = nullptr;  ///< told of a picture that is not as it must be; else that is thrown
+};
+
+/// Throws ConfigError for what is wrong with a recording and can be told before a camera of it is
+/// mapped: its table, its first picture, the odometry where motion is told.
+void check_recording(const std::filesystem::path& dataset, const std::string& camera,
+                     const RigCamera& believed, const MonoSlamOptions& options);
 
 /// Maps a recording with one of its cameras, by its pictures, alone or with its odometry
 /// (`options.motion_is_told`), and adjusts the map. `progress` is told the share that is done.
@@ -52,6 +64,6 @@ struct CameraMap {
 CameraMap map_camera(const std::filesystem::path& dataset, const std::string& camera,
                      const RigCamera& believed, const MonoSlamOptions& options,
                      const KeyframeBundleOptions& bundle,
-                     const std::function<void(double)>& progress);
+                     const std::function<void(double)>& progress, const MapEnds& ends = {});
 
 }  // namespace panoptes

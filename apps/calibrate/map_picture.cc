@@ -13,6 +13,7 @@
 
 #include "apps/draw/canvas.h"
 #include "apps/draw/pictures.h"
+#include "core/base/text.h"
 #include "core/base/time.h"
 #include "core/eval/statistics.h"
 
@@ -66,12 +67,20 @@ struct PictureSheet {
 
 Vec2 from_above(const Vec3& p_map) { return {p_map.x(), p_map.z()}; }
 
-std::vector<Vec2> path_of(const MonoMap& map) {
-  std::vector<Vec2> path;
+/// In parts, where it was lost between them.
+std::vector<std::vector<Vec2>> path_of(const MonoMap& map) {
+  std::vector<std::vector<Vec2>> parts;
+  bool was_lost = true;
   for (const MonoMap::Frame& frame : map.frames) {
-    path.push_back(from_above(frame.T_map_camera.translation));
+    if (!frame.lost) {
+      if (was_lost) {
+        parts.emplace_back();
+      }
+      parts.back().push_back(from_above(frame.T_map_camera.translation));
+    }
+    was_lost = frame.lost;
   }
-  return path;
+  return parts;
 }
 
 /// Half the side of what nine tenths of the points and all of the path lie in.
@@ -81,8 +90,10 @@ double reach_of(const MonoMap& map) {
     reach.push_back(from_above(point.p_map).norm());
   }
   double half = reach.empty() ? 1 : quantile(reach, 0.9);
-  for (const Vec2& p : path_of(map)) {
-    half = std::max(half, p.norm());
+  for (const std::vector<Vec2>& part : path_of(map)) {
+    for (const Vec2& p : part) {
+      half = std::max(half, p.norm());
+    }
   }
   return 1.1 * half;
 }
@@ -121,11 +132,14 @@ class Plan {
     }
   }
 
-  void draw_path(std::vector<Vec2> line, const Colour& colour) {
-    std::transform(line.begin(), line.end(), line.begin(), [this](const Vec2& p) { return at(p); });
-    canvas_.polyline(line, colour, 2);
-    if (!line.empty()) {
-      canvas_.ring(line.front(), 6, colour, 2);
+  void draw_path(std::vector<std::vector<Vec2>> parts, const Colour& colour) {
+    for (std::vector<Vec2>& line : parts) {
+      std::transform(line.begin(), line.end(), line.begin(),
+                     [this](const Vec2& p) { return at(p); });
+      canvas_.polyline(line, colour, 2);
+    }
+    if (!parts.empty()) {
+      canvas_.ring(parts.front().front(), 6, colour, 2);
     }
   }
 
@@ -259,11 +273,14 @@ cv::Mat draw_camera_map(const CameraMap& told) {
   Plan plan(canvas, {kMargin, kTitle}, kSide, reach_of(map));
   const double square = plan.draw_squares();
   plan.draw_points(map);
-  plan.draw_path(true_path, kTruthColour);
+  if (told.errors) {
+    plan.draw_path({true_path}, kTruthColour);
+  }
   plan.draw_path(path_of(map), kEstimateColour);
   plan.draw_frame();
-  canvas.text(fmt::format("{}: {} points, {} pictures{}", told.camera, map.points.size(),
-                          map.frames.size(), map.closed ? "" : "; not closed all round"),
+  canvas.text(fmt::format("{}: {}, {}{}", told.camera, counted(map.points.size(), "point"),
+                          counted(map.frames.size(), "picture"),
+                          map.closed ? "" : "; not closed all round"),
               {kMargin, 30}, kInk, 18);
   const double y = kTitle + kSide + 26;
   draw_legend(canvas, y);
@@ -300,7 +317,7 @@ cv::Mat draw_growth(const CameraMap& told) {
     plan.draw_frame();
     const double t_s =
         map.frames.empty() ? 0 : to_seconds(map.frames.back().stamp - told.growth_from);
-    canvas.text(fmt::format("{:.0f} s: {} points{}", t_s, map.points.size(),
+    canvas.text(fmt::format("{:.0f} s: {}{}", t_s, counted(map.points.size(), "point"),
                             map.closed ? ", closed all round" : ""),
                 low - Vec2(0, 8), kInk);
   }

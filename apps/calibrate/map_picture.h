@@ -16,7 +16,8 @@ cv::Mat draw_search(const CameraMap& told);
 cv::Mat draw_reprojection(const CameraMap& told);
 
 /// The camera's map from above, its first picture looking up the page: points with the ellipses of
-/// their covariance, the path, and the true one where it is known, in the map's own metre.
+/// their covariance, the path but for where it was lost, and the true one where it is known, in the
+/// map's own metre.
 cv::Mat draw_camera_map(const CameraMap& told);
 
 /// The same as it grew, as it was believed then. 8-bit BGR.

@@ -12,7 +12,8 @@
 namespace panoptes {
 
 RecordedWheels::RecordedWheels(const std::string& dataset)
-    : rows_(recorded_odometry(
+    : file_((std::filesystem::path(dataset) / kOdometryFile).string()),
+      rows_(recorded_odometry(
           dataset,
           [&](const std::string& file) { return read_part(std::filesystem::path(dataset) / file); },
           written_by(dataset))) {
@@ -32,10 +33,15 @@ void RecordedWheels::check_reach(const std::vector<RecordedPicture>& pictures,
         return !at(picture.stamp - from_seconds(camera.clock_offset_s));
       });
   if (2 * outside > static_cast<std::ptrdiff_t>(pictures.size())) {
+    const auto span = [](Time from, Time to) {
+      return fmt::format("{:.3f} to {:.3f} s", to_seconds(from.time_since_epoch()),
+                         to_seconds(to.time_since_epoch()));
+    };
     throw ConfigError(
-        fmt::format("{}: is not of the time of the camera's pictures, of which it "
-                    "misses {} of {}; are both by one clock?",
-                    kOdometryFile, outside, pictures.size()));
+        fmt::format("{}: is of {}, the camera's pictures of {}: it misses {} of {}; are both by "
+                    "one clock?",
+                    file_, span(rows_.front().stamp, rows_.back().stamp),
+                    span(pictures.front().stamp, pictures.back().stamp), outside, pictures.size()));
   }
 }
 

@@ -24,6 +24,7 @@ class RecordedWheels {
   void check_reach(const std::vector<RecordedPicture>& pictures, const RigCamera& camera) const;
 
  private:
+  std::string file_;
   std::vector<StampedOdometry> rows_;
 };
 

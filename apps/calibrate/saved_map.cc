@@ -80,6 +80,7 @@ void write_map(const std::filesystem::path& path, const std::string& made_of, co
             {"made_of", made_of},
             {"lens", std::vector<double>(lens.data(), lens.data() + lens.size())},
             {"normalised_innovation", map.normalised_innovation},
+            {"begins_s", map.begins_s},
             {"lost_s", map.lost_s},
             {"start_is_known", map.start_is_known},
             {"closed", map.closed ? Json(*map.closed) : Json()},
@@ -108,6 +109,7 @@ std::optional<MonoMap> read_map(const std::filesystem::path& path, const std::st
     }
     map.lens = with_parameters(lens, parameters);
     map.normalised_innovation = json.at("normalised_innovation").get<double>();
+    map.begins_s = json.at("begins_s").get<double>();
     map.lost_s = json.at("lost_s").get<double>();
     map.start_is_known = json.at("start_is_known").get<bool>();
     if (!json.at("closed").is_null()) {

@@ -3,15 +3,27 @@
 
 #include <filesystem>
 #include <optional>
+#include <set>
+
+#include <fmt/format.h>
 
 #include "apps/calibrate/camera_pictures.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/config/fields.h"
 #include "core/io/dataset.h"
 
 namespace panoptes {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+std::string in_words(const std::vector<std::string>& names) {
+  return names.empty() ? "none" : joined(names);
+}
+
+}  // namespace
 
 std::vector<std::pair<std::string, RigCamera>> stage_cameras(const std::string& dataset,
                                                              const std::string& rig_file,
@@ -30,7 +42,11 @@ std::vector<std::pair<std::string, RigCamera>> stage_cameras(const std::string& 
     }
   }
   std::vector<std::pair<std::string, RigCamera>> lenses;
+  std::set<std::string> taken;
   for (const std::string& name : names) {
+    if (!taken.insert(name).second) {
+      continue;
+    }
     const auto found = rig->cameras.find(name);
     if (found == rig->cameras.end()) {
       throw ConfigError("the rig has no camera " + name);
@@ -38,7 +54,13 @@ std::vector<std::pair<std::string, RigCamera>> stage_cameras(const std::string& 
     lenses.emplace_back(name, found->second);
   }
   if (lenses.empty()) {
-    throw ConfigError(dataset + ": has pictures of no camera of the rig");
+    std::vector<std::string> cameras;
+    for (const auto& [name, camera] : rig->cameras) {
+      cameras.push_back(name);
+    }
+    throw ConfigError(fmt::format(
+        "{}: has pictures of no camera of the rig: in mav0 there are {}, in the rig {}", dataset,
+        in_words(camera_folders(fs::path(dataset) / "mav0")), in_words(cameras)));
   }
   return lenses;
 }

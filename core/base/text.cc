@@ -29,6 +29,10 @@ std::string joined(const std::vector<std::string>& words, std::string_view betwe
   return all;
 }
 
+std::string counted(std::size_t count, std::string_view thing) {
+  return std::to_string(count) + " " + std::string(thing) + (count == 1 ? "" : "s");
+}
+
 std::string in_quotes(const std::string& text) {
   std::string all = "\"";
   for (const char c : text) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,6 +10,9 @@ namespace panoptes {
 
 /// The words in their order with `between` between them.
 std::string joined(const std::vector<std::string>& words, std::string_view between = ", ");
+
+/// `1 picture`, `2 pictures`
+std::string counted(std::size_t count, std::string_view thing);
 
 /// Between double quotes, as yaml and JSON read it back.
 std::string in_quotes(const std::string& text);

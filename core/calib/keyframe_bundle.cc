@@ -241,7 +241,7 @@ AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& l
     if (seen.size() >= 2) {
       bundle.seen.insert(bundle.seen.end(), seen.begin(), seen.end());
       bundle.p_map.push_back({point.p_map.x(), point.p_map.y(), point.p_map.z()});
-      out.points.push_back({point.number, point.p_map});
+      out.points.push_back({point.number, point.p_map, 0});
     }
   }
   if (bundle.T_camera_map.size() < 2 || bundle.p_map.empty()) {
@@ -294,6 +294,9 @@ AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& l
   out.keyframes = held;
   for (std::size_t i = 0; i < bundle.p_map.size(); ++i) {
     out.points[i].p_map = Eigen::Map<const Vec3>(bundle.p_map[i].data());
+  }
+  for (const PointSeenIn& o : bundle.seen) {
+    out.points[o.point].observations += o.believed ? 1 : 0;
   }
   return out;
 }

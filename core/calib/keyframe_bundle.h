@@ -35,6 +35,7 @@ struct AdjustedMap {
   struct Point {
     int number = 0;  ///< as in the map
     Vec3 p_map = Vec3::Zero();
+    int observations = 0;  ///< that are believed: fewer than two adjust nothing
   };
   std::vector<Point> points;  ///< those that at least two keyframes show, believed or not
   Intrinsics lens;

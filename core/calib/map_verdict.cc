@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -15,6 +17,21 @@ constexpr std::size_t kFewestPoints = 20;
 constexpr double kMostReprojection_px = 0.8;
 constexpr double kMostLeftOut = 0.15;  // as a share: some are always seen wrong
 constexpr double kMostSigmas = 3;      // of a lens, from what is known of it
+
+std::string lost_in_words(const MonoMap& map) {
+  const std::vector<LostSpan> spans = lost_spans(map);
+  if (map.frames.back().lost) {
+    return fmt::format("it is lost at the end, from {:.1f} s on; {:.1f} s in all",
+                       spans.back().from_s, map.lost_s);
+  }
+  const LostSpan& longest = *std::max_element(
+      spans.begin(), spans.end(),
+      [](const LostSpan& a, const LostSpan& b) { return a.to_s - a.from_s < b.to_s - b.from_s; });
+  const std::string when = fmt::format("from {:.1f} to {:.1f} s", longest.from_s, longest.to_s);
+  return spans.size() == 1 ? fmt::format("it was lost for {:.1f} s: {}", map.lost_s, when)
+                           : fmt::format("it was lost for {:.1f} s, {} times, longest {}",
+                                         map.lost_s, spans.size(), when);
+}
 
 }  // namespace
 
@@ -33,9 +50,9 @@ Judged judge_map(const MonoMap& map, const AdjustedMap& adjusted, const RigCamer
               map.points.size(), kFewestPoints));
   }
   if (!map.frames.empty() && map.frames.back().lost) {
-    doubt(Verdict::kFailed, fmt::format("it is lost at the end, {:.1f} s in all", map.lost_s));
+    doubt(Verdict::kFailed, lost_in_words(map));
   } else if (map.lost_s > 0) {
-    doubt(Verdict::kPoor, fmt::format("it was lost for {:.1f} s", map.lost_s));
+    doubt(Verdict::kPoor, lost_in_words(map));
   }
   if (!adjusted.T_map_camera.empty()) {
     const int seen = adjusted.observations + adjusted.left_out;
@@ -67,7 +84,7 @@ Judged judge_map(const MonoMap& map, const AdjustedMap& adjusted, const RigCamer
     }
   }
   if (adjusted.T_map_camera.empty() && map.points.size() >= kFewestPoints) {
-    doubt(Verdict::kPoor, "no keyframes hold together: nothing is adjusted");
+    doubt(Verdict::kFailed, "no keyframes hold together: nothing is adjusted");
   }
   if (!map.start_is_known && !map.closed && map.points.size() >= kFewestPoints) {
     doubt(Verdict::kPoor,

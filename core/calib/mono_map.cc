@@ -3,9 +3,30 @@
 
 namespace panoptes {
 
+std::vector<LostSpan> lost_spans(const MonoMap& map) {
+  std::vector<LostSpan> spans;
+  const auto at_s = [&map](std::size_t frame) {
+    return map.begins_s + to_seconds(map.frames[frame].stamp - map.frames.front().stamp);
+  };
+  for (std::size_t i = 1; i < map.frames.size(); ++i) {
+    if (map.frames[i].lost) {
+      if (!map.frames[i - 1].lost || spans.empty()) {
+        spans.push_back({at_s(i - 1), 0});
+      }
+      spans.back().to_s = at_s(i);
+    }
+  }
+  return spans;
+}
+
 void MonoMapBuilder::add(Time stamp, const MonoSlamStep& step) {
   if (step.begins_anew) {
+    const std::optional<Time> first_picture = first_picture_;
     *this = {};
+    first_picture_ = first_picture;
+  }
+  if (!first_picture_) {
+    first_picture_ = stamp;
   }
   const int frame = static_cast<int>(frames_.size());
   const int first_retold = frame - static_cast<int>(step.retold.size());
@@ -45,6 +66,9 @@ MonoMap MonoMapBuilder::map(const MonoSlam& slam) const {
   MonoMap map;
   map.frames = frames_;
   map.closed = closed_;
+  if (!frames_.empty()) {
+    map.begins_s = to_seconds(frames_.front().stamp - *first_picture_);
+  }
   map.normalised_innovation = dof_ > 0 ? squared_sigmas_ / static_cast<double>(dof_) : 0;
   for (std::size_t i = 1; i < frames_.size(); ++i) {
     if (frames_[i].lost) {

@@ -39,10 +39,20 @@ struct MonoMap {
 
   /// The innovations' squared sigmas over their number: 1 where the filter knows what it knows.
   double normalised_innovation = 0;
+  double begins_s = 0;  ///< after the first picture: a start may have been given up
   double lost_s = 0;
   bool start_is_known = false;        ///< see MonoSlam
   std::optional<std::size_t> closed;  ///< the frame at which a point was first seen again all round
 };
+
+/// Seconds since the first picture.
+struct LostSpan {
+  double from_s = 0;  ///< of the last picture that held the camera
+  double to_s = 0;    ///< of the last one that did not
+};
+
+/// When it was lost, in order.
+std::vector<LostSpan> lost_spans(const MonoMap& map);
 
 /// Collects the steps of a filter and makes a map of what it has come to.
 class MonoMapBuilder {
@@ -51,6 +61,7 @@ class MonoMapBuilder {
   MonoMap map(const MonoSlam& slam) const;
 
  private:
+  std::optional<Time> first_picture_;
   std::vector<MonoMap::Frame> frames_;
   std::map<int, std::vector<MonoMap::Seen>> seen_;
   double squared_sigmas_ = 0;

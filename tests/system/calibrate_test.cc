@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Lenses by boards, as a user calls for them.
+// Lenses by boards and maps of cameras, as a user calls for them.
+#include <csignal>
 #include <filesystem>
 #include <string>
 
@@ -7,7 +8,10 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/config/fields.h"
+#include "core/io/csv.h"
 #include "core/io/file.h"
+#include "core/io/picture.h"
+#include "core/io/tum.h"
 #include "tests/support/board_pictures.h"
 #include "tests/system/program.h"
 
@@ -177,7 +181,23 @@ TEST_F(CalibrateMaps, EachCameraMapsWhatItPasses) {
           "points_" + camera + ".csv", "path_" + camera + ".tum"}) {
       EXPECT_TRUE(std::filesystem::exists(folder_ / "work/run" / file)) << file;
     }
+    EXPECT_EQ(read_tum(folder_ / "work/run" / ("keyframes_" + camera + ".tum")).size(),
+              map["adjusted"]["keyframes"]);
+    constexpr double kPercent = 0.01;
+    const double fx_px =
+        read_settings<Rig>(folder_ / "work/rose/rig.yaml").cameras.at(camera).intrinsics.fx_px;
+    EXPECT_NEAR(map["adjusted"]["lens"]["fx_px"], fx_px, kPercent * fx_px);
+    const CsvTable points = read_csv(folder_ / "work/run" / ("points_" + camera + ".csv"));
+    const std::size_t adjusted_x = points.column("adjusted_x_m");
+    std::size_t adjusted = 0;
+    for (std::size_t row = 0; row < points.rows.size(); ++row) {
+      adjusted += points.rows[row][adjusted_x].empty() ? 0 : 1;
+    }
+    EXPECT_LE(adjusted, map["adjusted"]["points"]);
+    EXPECT_GT(2 * adjusted, map["adjusted"]["points"]);
   }
+  EXPECT_EQ(maps({"--cameras", "ahead,ahead", "--out", "twice"}).out,
+            said.out.substr(0, said.out.find("left: ")));
 
   EXPECT_EQ(maps({"--cameras", "left", "--odometry", "--out", "wheels"}).status, 0);
   EXPECT_NEAR(metrics("wheels")["cameras"]["left"]["map"]["scale"].get<double>(), 1, 0.1);
@@ -197,6 +217,44 @@ TEST_F(CalibrateMaps, EachCameraMapsWhatItPasses) {
   EXPECT_EQ(small.status, 2);
   EXPECT_THAT(small.err, HasSubstr("data.csv:2: is 640 x 480 pixels, and the lens of ahead is for "
                                    "320 x 240"));
+}
+
+TEST_F(CalibrateMaps, WhatWasMappedUntilItWasCutShortIsKept) {
+  record();
+  const Said said = panoptes({"calibrate", "rose", "--stage", "maps", "--quiet", "--out", "run"},
+                             {{}, {}, SIGINT, "run/path_ahead.tum"});
+  EXPECT_EQ(said.status, 130) << said.err;
+  const auto m = metrics("run");
+  EXPECT_EQ(m["outcome"], "interrupted");
+  EXPECT_GT(m["cameras"]["ahead"]["map"]["features"], 20);
+  EXPECT_LT(m["cameras"].size(), 4);
+
+  const std::filesystem::path pictures = folder_ / "work/rose/mav0/left/data";
+  const std::vector<std::string> files = pictures_in(pictures);
+  write_file(files.at(60), "torn");
+  const Said torn = maps({"--cameras", "left,ahead", "--out", "torn"});
+  EXPECT_EQ(torn.status, 2);
+  EXPECT_THAT(torn.err, HasSubstr("data.csv:62: "));
+  const auto t = metrics("torn");
+  EXPECT_EQ(t["outcome"], "failed");
+  EXPECT_EQ(t["fault"].get<std::string>() + "\n", torn.err);
+  EXPECT_EQ(t["cameras"]["left"]["map"]["pictures"], 60);
+  EXPECT_NEAR(t["cameras"]["left"]["map"]["cut_short_s"], 4, 0.1);
+  EXPECT_THAT(torn.out, HasSubstr("it is of the first "));
+  EXPECT_FALSE(t["cameras"]["ahead"]["map"].contains("cut_short_s"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "work/torn/path_left.tum"));
+
+  // What is wrong from the start leaves nothing.
+  write_file(folder_ / "work/rose/mav0/left/data.csv", "#timestamp [ns],filename\n");
+  const Said none = maps({"--out", "none"});
+  EXPECT_EQ(none.status, 2);
+  EXPECT_THAT(none.err, HasSubstr("rose/mav0/left/data.csv: has no pictures"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "work/none"));
+  write("other.yaml",
+        "cameras:\n  up: {roles: [loop_front], size_px: [640, 480], fov_deg: 80, at_m: [0, 0, "
+        "1]}\n");
+  EXPECT_THAT(maps({"--rig", "other.yaml", "--out", "none"}).err,
+              HasSubstr("in mav0 there are ahead, "));
 }
 
 TEST_F(CalibrateMaps, OneThingAtATimeIsAsked) {

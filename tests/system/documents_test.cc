@@ -96,9 +96,22 @@ class Documents : public SystemTest {
     }
   }
 
+  // Where the page first names it, as it is or with `<camera>` for a camera's name.
+  std::size_t place_of(const std::string& file) const {
+    static const std::regex kPattern("`([^`\n]*<[^`\n]*)`");
+    const std::size_t at = page_.find('`' + file + '`');
+    for (std::sregex_iterator span(page_.begin(), page_.end(), kPattern), end;
+         at == std::string::npos && span != end; ++span) {
+      if (is_among({(*span)[1]}, file)) {
+        return static_cast<std::size_t>(span->position());
+      }
+    }
+    return at;
+  }
+
   // In the words of the page that tell of a file: its row, or its paragraph.
   std::string about(const std::string& file) const {
-    const std::size_t at = page_.find('`' + file + '`');
+    const std::size_t at = place_of(file);
     const std::size_t end = page_.find(page_[page_.rfind('\n', at) + 1] == '|' ? "\n" : "\n\n", at);
     return page_.substr(at, end - at);
   }
@@ -232,6 +245,17 @@ TEST_F(Documents, TellOfPicturesFromAPose) {
   expect_documented("r", part("**render**"));
   ASSERT_EQ(panoptes({"render", kOffice, "--pose", "2.1,2,0", "--out", "inside"}).status, 0);
   expect_documented("inside", part("**render**"));
+}
+
+TEST_F(Documents, TellOfMapsOfCameras) {
+  ASSERT_EQ(panoptes({"record", kScenes + "missions/record-room.yaml", "--duration", "4", "--quiet",
+                      "--out", "rose"})
+                .status,
+            0);
+  panoptes(
+      {"calibrate", "rose", "--stage", "maps", "--cameras", "ahead", "--quiet", "--out", "maps"});
+  expect_documented("maps", part("**calibrate --stage maps**"));
+  EXPECT_TRUE(metrics("maps")["cameras"]["ahead"]["map"].contains("adjusted"));
 }
 
 TEST_F(Documents, TellOfRelaxationAndPlaces) {

@@ -19,7 +19,9 @@ struct Case {
 Case good() {
   Case c;
   c.believed.intrinsics = pinhole(640, 480, deg_to_rad(80));
-  c.map.frames.resize(100);
+  for (int i = 0; i < 100; ++i) {
+    c.map.frames.push_back({time_at(i / 10.0), {}, false});
+  }
   c.map.points.resize(60);
   c.map.closed = 80;
   c.map.start_is_known = true;
@@ -52,9 +54,13 @@ TEST(MapVerdict, WhatContradictsItselfIsPoor) {
   c.adjusted.left_out = 400;
   EXPECT_EQ(judged(c).verdict, Verdict::kPoor);
   EXPECT_THAT(judged(c).reasons.at(0), HasSubstr("400 of 1000 observations"));
-  c = good();
+}
+
+TEST(MapVerdict, WhereNoKeyframesHoldTogetherThereIsNoMap) {
+  Case c = good();
   c.adjusted = {};
-  EXPECT_EQ(judged(c).verdict, Verdict::kPoor);
+  EXPECT_EQ(judged(c).verdict, Verdict::kFailed);
+  EXPECT_THAT(judged(c).reasons, ElementsAre(HasSubstr("no keyframes hold together")));
 }
 
 TEST(MapVerdict, AStartThatNothingIsKnownOfIsPoorUntilTheTurnCloses) {
@@ -65,13 +71,29 @@ TEST(MapVerdict, AStartThatNothingIsKnownOfIsPoorUntilTheTurnCloses) {
   EXPECT_THAT(judged(c).reasons.at(0), HasSubstr("how far things are"));
 }
 
+void lose(MonoMap& map, std::size_t from, std::size_t to) {
+  for (std::size_t i = from; i < to; ++i) {
+    map.frames[i].lost = true;
+    map.lost_s += 0.1;
+  }
+}
+
+TEST(MapVerdict, WhatWasLostIsPoorAndSaysWhen) {
+  Case c = good();
+  c.map.begins_s = 1;
+  lose(c.map, 20, 30);
+  EXPECT_EQ(judged(c).verdict, Verdict::kPoor);
+  EXPECT_THAT(judged(c).reasons, ElementsAre("it was lost for 1.0 s: from 2.9 to 3.9 s"));
+  lose(c.map, 50, 70);
+  EXPECT_THAT(judged(c).reasons,
+              ElementsAre("it was lost for 3.0 s, 2 times, longest from 5.9 to 7.9 s"));
+}
+
 TEST(MapVerdict, WhatIsLostAtTheEndIsNone) {
   Case c = good();
-  c.map.lost_s = 2;
-  EXPECT_EQ(judged(c).verdict, Verdict::kPoor);
-  c.map.frames.back().lost = true;
+  lose(c.map, 95, 100);
   EXPECT_EQ(judged(c).verdict, Verdict::kFailed);
-  EXPECT_THAT(judged(c).reasons, ElementsAre("it is lost at the end, 2.0 s in all"));
+  EXPECT_THAT(judged(c).reasons, ElementsAre("it is lost at the end, from 9.4 s on; 0.5 s in all"));
 }
 
 TEST(MapVerdict, TooLittleToSeeIsNone) {
