@@ -12,6 +12,7 @@
 #include "core/calib/patch.h"
 #include "core/calib/patch_warp.h"
 #include "core/camera/lens_parameters.h"
+#include "core/geometry/cross_matrix.h"
 
 namespace panoptes {
 namespace {
@@ -65,6 +66,12 @@ double noise_of(const cv::Mat& grey) {
 bool is_inside(const Intrinsics& lens, const Vec2& px, double border_px) {
   return px.x() >= border_px && px.y() >= border_px && px.x() <= lens.width_px - 1 - border_px &&
          px.y() <= lens.height_px - 1 - border_px;
+}
+
+/// Where there is room for what is kept of a point.
+cv::Rect usable(const cv::Mat& grey) {
+  constexpr int kBorder_px = Patch::kSourceHalf_px + 1;
+  return {kBorder_px, kBorder_px, grey.cols - 2 * kBorder_px, grey.rows - 2 * kBorder_px};
 }
 
 /// About the map's axes.
@@ -167,8 +174,7 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
       step.sought.push_back(*sought);
     }
   }
-  // A few matches that agree by chance do not bring back a lost camera.
-  const FilterUpdate update = filter_.update(matches, lost_pictures_ > 0 ? kFewestFound : 1);
+  const FilterUpdate update = take_in(matches);
   believe(update, step);
   filter_.convert();
   if (start_ && has_map) {
@@ -177,7 +183,11 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   }
   const bool is_held = step.dof / 2 >= kFewestFound;
   was_held_ = was_held_ || is_held;
-  step.lost = was_held_ && !is_held;
+  const bool was_blind = std::exchange(is_blind_, was_held_ && !is_held);
+  if (is_blind_ && !was_blind) {
+    from_before_ = filter_.points().empty() ? 0 : filter_.points().back() + 1;
+  }
+  step.lost = is_blind_ && (lost_pictures_ > 0 || !told || !is_led(grey, step));
   lost_pictures_ = step.lost ? lost_pictures_ + 1 : 0;
   if (start_ && (agreeing_ < kLeastAgreeing || lost_pictures_ >= kLooksAgain)) {
     begin_anew(step);
@@ -186,7 +196,7 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   int back_again = 0;
   for (const PointSought& sought : step.sought) {
     MappedPoint& point = points_.at(sought.point);
-    if (!step.lost && !start_) {
+    if (!is_blind_ && !start_ && sought.point >= from_before_) {
       ++point.sought;
       point.found += sought.inlier ? 1 : 0;
     }
@@ -230,6 +240,8 @@ void MonoSlam::begin_anew(MonoSlamStep& step) {
   turned_rad_.setZero();
   agreeing_ = 1;
   was_held_ = false;
+  is_blind_ = false;
+  from_before_ = 0;
   start_is_known_ = false;
   lost_pictures_ = 0;
   start_.emplace(options_.filter, lens_, options_.match_sigma_px);
@@ -268,6 +280,73 @@ void MonoSlam::mind_the_start(MonoSlamStep& step) {
   if (is_over) {
     start_.reset();
   }
+}
+
+// A few matches that agree by chance do not bring back a camera that nothing holds. Nor do they
+// turn it once it is held again by what it has mapped since, which turns with it: each point from
+// before could be anywhere that it is sought.
+FilterUpdate MonoSlam::take_in(const std::vector<PointMatch>& matches) {
+  FilterUpdate all;
+  all.inlier.assign(matches.size(), false);
+  for (const bool before : {false, true}) {
+    std::vector<std::size_t> which;
+    std::vector<PointMatch> some;
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      if ((matches[i].point < from_before_) == before) {
+        which.push_back(i);
+        some.push_back(matches[i]);
+      }
+    }
+    const FilterUpdate update = filter_.update(some, is_blind_ || before ? kFewestFound : 1);
+    for (std::size_t i = 0; i < which.size(); ++i) {
+      all.inlier[which[i]] = update.inlier[i];
+    }
+    all.squared_sigmas += update.squared_sigmas;
+    all.dof += update.dof;
+    if (before && update.dof / 2 >= kFewestFound) {
+      from_before_ = 0;
+    }
+  }
+  return all;
+}
+
+// By the motion that is told: nothing that it sees says otherwise.
+bool MonoSlam::is_led(const cv::Mat& grey, const MonoSlamStep& step) const {
+  const auto from_before =
+      std::count_if(step.sought.begin(), step.sought.end(),
+                    [this](const PointSought& sought) { return sought.point < from_before_; });
+  return (from_before < kFewestFound || !shows_something(grey)) && would_be_sought();
+}
+
+bool MonoSlam::shows_something(const cv::Mat& grey) const {
+  const std::vector<SalientFeature> features =
+      salient_features(options_.features, grey, usable(grey));
+  return std::any_of(features.begin(), features.end(), [&](const SalientFeature& feature) {
+    return tracked_at(grey, feature).has_value();
+  });
+}
+
+// Points that come into the picture, as far away as those of the map are, by what is known of the
+// camera's pose.
+bool MonoSlam::would_be_sought() const {
+  const Pose3& T_map_camera = filter_.T_map_camera();
+  double inverse_m = 0;
+  for (const int number : filter_.points()) {
+    const Vec3 p_map = filter_.point(number).p_map();
+    if (p_map.allFinite()) {
+      inverse_m += 1 / (p_map - T_map_camera.translation).norm();
+    }
+  }
+  if (inverse_m <= 0) {
+    return false;
+  }
+  const Vec3 ahead(0, 0, static_cast<double>(filter_.points().size()) / inverse_m);
+  Eigen::Matrix<double, 3, 6> by_camera;
+  by_camera << -T_map_camera.rotation.conjugate().toRotationMatrix(), cross_matrix(ahead);
+  const Eigen::Matrix<double, 2, 6> px_by_camera =
+      project_with_jacobian(filter_.lens(), ahead).px_by_point * by_camera;
+  const Mat2 S = px_by_camera * filter_.pose_covariance() * px_by_camera.transpose();
+  return options_.search_sigmas * std::sqrt(S.diagonal().maxCoeff()) <= kFarthest_px;
 }
 
 // By the looks of its points, wherever it is; the next picture shows whether that holds.
@@ -336,9 +415,6 @@ void MonoSlam::grow(const cv::Mat& grey, MonoSlamStep& step) {
     return try_cell_from_[a] < try_cell_from_[b];
   });
   const std::size_t most = held.empty() ? cells.size() : 1;
-  const cv::Rect usable(Patch::kSourceHalf_px + 1, Patch::kSourceHalf_px + 1,
-                        grey.cols - 2 * Patch::kSourceHalf_px - 2,
-                        grey.rows - 2 * Patch::kSourceHalf_px - 2);
   for (std::size_t i = 0; i < std::min(most, cells.size()); ++i) {
     const std::size_t cell = cells[i];
     const int column = static_cast<int>(cell) % options_.columns;
@@ -346,8 +422,8 @@ void MonoSlam::grow(const cv::Mat& grey, MonoSlamStep& step) {
     const int x0 = column * grey.cols / options_.columns;
     const int y0 = row * grey.rows / options_.rows;
     const cv::Rect area =
-        usable & cv::Rect(x0, y0, (column + 1) * grey.cols / options_.columns - x0,
-                          (row + 1) * grey.rows / options_.rows - y0);
+        usable(grey) & cv::Rect(x0, y0, (column + 1) * grey.cols / options_.columns - x0,
+                                (row + 1) * grey.rows / options_.rows - y0);
     try_cell_from_[cell] = pictures_ + kCellRests;
     for (const SalientFeature& feature : salient_features(options_.features, grey, area)) {
       const bool is_apart = std::all_of(held.begin(), held.end(), [&feature](const Vec2& px) {
@@ -361,7 +437,9 @@ void MonoSlam::grow(const cv::Mat& grey, MonoSlamStep& step) {
   }
 }
 
-bool MonoSlam::add(const cv::Mat& grey, const SalientFeature& feature, MonoSlamStep& step) {
+// Empty for one whose place or direction is not told well enough.
+std::optional<MonoSlam::Tracked> MonoSlam::tracked_at(const cv::Mat& grey,
+                                                      const SalientFeature& feature) const {
   const Vec2 pixel(std::round(feature.px.x()), std::round(feature.px.y()));
   const cv::Rect around(static_cast<int>(pixel.x()) - Patch::kSourceHalf_px,
                         static_cast<int>(pixel.y()) - Patch::kSourceHalf_px,
@@ -373,18 +451,26 @@ bool MonoSlam::add(const cv::Mat& grey, const SalientFeature& feature, MonoSlamS
       Patch::seen(tracked.source, tracked.offset_px, Mat2::Identity());
   const std::optional<Vec3> direction = filter_.lens().direction(feature.px);
   if (!patch || patch->place_sigma_px(noise_grey_) > options_.place_sigma_px || !direction) {
-    return false;
+    return std::nullopt;
   }
   const auto by_px = direction_by_px(filter_.lens(), *direction);
-  cv::Mat descriptor = describe(options_.features, grey, feature);
-  if (!by_px || descriptor.empty()) {
-    return false;
+  if (!by_px) {
+    return std::nullopt;
   }
   tracked.T_map_first = filter_.T_map_camera();
   tracked.direction_by_px = *by_px;
   tracked.turned_rad = turned_rad_;
+  return tracked;
+}
+
+bool MonoSlam::add(const cv::Mat& grey, const SalientFeature& feature, MonoSlamStep& step) {
+  std::optional<Tracked> tracked = tracked_at(grey, feature);
+  cv::Mat descriptor = tracked ? describe(options_.features, grey, feature) : cv::Mat();
+  if (descriptor.empty()) {
+    return false;
+  }
   const int number = filter_.add(feature.px, match_sigma_px_);
-  tracked_[number] = std::move(tracked);
+  tracked_[number] = std::move(*tracked);
   points_[number] = {feature, std::move(descriptor), 0, 0};
   step.added.push_back({number, feature.px, match_sigma_px_});
   return true;

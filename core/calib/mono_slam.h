@@ -45,8 +45,9 @@ struct MonoSlamStep {
   int dof = 0;
   double match_sigma_px = 0;  ///< of where points are found, as learned so far
   bool begins_anew = false;   ///< the start contradicted itself: what was mapped is forgotten
-  bool lost = false;          ///< it was held by points once, and is not now: nothing is mapped
-  bool closes = false;        ///< a point was found again after more than half a turn
+  /// It was held by points once, is not now, and nothing else leads it: nothing is mapped.
+  bool lost = false;
+  bool closes = false;                ///< a point was found again after more than half a turn
   std::vector<StartBelieved> retold;  ///< of the pictures just before, where the start is mended
 };
 
@@ -63,7 +64,10 @@ struct MappedPoint {
 /// most salient feature of each cell of a grid that holds none. While next to no depth is known,
 /// the pictures since the start are adjusted together, again and again (MonoStart); a start that
 /// contradicts itself all the same begins anew, at that picture. A camera that is lost maps
-/// nothing, and is found again by the looks of its points.
+/// nothing, and is found again by the looks of its points. Where the motion is told, a camera that
+/// has nothing to see, or sees what is not mapped yet, is led by that, for as long as it is so well
+/// known where it is that points would still be sought; one that does not find what it ought to see
+/// is lost all the same, until points hold it.
 class MonoSlam {
  public:
   MonoSlam(const MonoSlamOptions& options, const Intrinsics& lens);
@@ -90,6 +94,11 @@ class MonoSlam {
   std::optional<PointSought> seek(const cv::Mat& grey, int number) const;
   void grow(const cv::Mat& grey, MonoSlamStep& step);
   bool add(const cv::Mat& grey, const SalientFeature& feature, MonoSlamStep& step);
+  std::optional<Tracked> tracked_at(const cv::Mat& grey, const SalientFeature& feature) const;
+  FilterUpdate take_in(const std::vector<PointMatch>& matches);
+  bool is_led(const cv::Mat& grey, const MonoSlamStep& step) const;
+  bool shows_something(const cv::Mat& grey) const;
+  bool would_be_sought() const;
   void forget_the_bad();
   void mind_the_start(MonoSlamStep& step);
   void begin_anew(MonoSlamStep& step);
@@ -106,6 +115,8 @@ class MonoSlam {
   Vec3 turned_rad_ = Vec3::Zero();  // since the start, in map: its turns added up
   double noise_grey_ = 0;
   int lost_pictures_ = 0;  // since it was held
+  bool is_blind_ = false;  // it was held, and is not now
+  int from_before_ = 0;    // points of lower numbers are: they have not held it since it was blind
   bool was_held_ = false;  // by as many points as hold a camera
   bool start_is_known_ = false;
   std::optional<MonoStart> start_;  // until depths are known

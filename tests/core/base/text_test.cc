@@ -30,6 +30,11 @@ TEST(Text, NaturalOrderIsThatOfNumbers) {
   }
 }
 
+TEST(Text, OneThingIsNoneOfMany) {
+  EXPECT_EQ(counted(1, "picture"), "1 picture");
+  EXPECT_EQ(counted(0, "picture"), "0 pictures");
+}
+
 TEST(Text, BetweenQuotesKeepsQuotesAndBackslashes) {
   EXPECT_EQ(in_quotes("a b"), "\"a b\"");
   EXPECT_EQ(in_quotes("a\"\\"), "\"a\\\"\\\\\"");

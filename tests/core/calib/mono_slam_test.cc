@@ -155,11 +155,10 @@ TEST(MonoSlam, AJumpInThePicturesIsTold) {
   }
 }
 
-// Then the metre of the map is a metre.
-TEST(MonoSlam, TakesTheMotionThatIsTold) {
-  Rng rng(3);
-  const RoomPainter room(kLens, 120, rng.fork("room"));
-  Rng noise = rng.fork("noise");
+/// The whole drive, its motion told. `draw` makes a picture by its number; `see` is shown each
+/// step.
+template <class Draw, class See>
+Pose3 run_told(const Draw& draw, const See& see) {
   MonoSlamOptions options;
   options.motion_is_told = true;
   MonoSlam slam(options, kLens);
@@ -172,14 +171,58 @@ TEST(MonoSlam, TakesTheMotionThatIsTold) {
     if (i > 0) {
       told = MotionTold{before.inverse() * here, sigma.cwiseAbs2().asDiagonal()};
     }
-    step = slam.step(room.draw(here, noise), time_at(i / 15.0), told);
+    step = slam.step(draw(i, here), time_at(i / 15.0), told);
     before = here;
     EXPECT_FALSE(step.begins_anew);
-    EXPECT_FALSE(step.lost) << i;
+    see(i, step);
   }
+  return step.T_map_camera;
+}
+
+void expect_end(const Pose3& T_map_camera) {
   const Pose3 T_true = driven(0).inverse() * driven(8);
-  EXPECT_LT(rad_to_deg(step.T_map_camera.rotation.angularDistance(T_true.rotation)), 0.5);
-  EXPECT_LT((step.T_map_camera.translation - T_true.translation).norm(), 0.02);
+  EXPECT_LT(rad_to_deg(T_map_camera.rotation.angularDistance(T_true.rotation)), 0.5);
+  EXPECT_LT((T_map_camera.translation - T_true.translation).norm(), 0.02);
+}
+
+// Then the metre of the map is a metre.
+TEST(MonoSlam, TakesTheMotionThatIsTold) {
+  Rng rng(3);
+  const RoomPainter room(kLens, 120, rng.fork("room"));
+  Rng noise = rng.fork("noise");
+  expect_end(run_told([&](int, const Pose3& here) { return room.draw(here, noise); },
+                      [](int i, const MonoSlamStep& step) { EXPECT_FALSE(step.lost) << i; }));
+}
+
+// While its lens is covered it turns to where it has mapped nothing yet, and maps on there.
+TEST(MonoSlam, ToldMotionLeadsACameraThatSeesNothing) {
+  Rng rng(3);
+  const RoomPainter room(kLens, 120, rng.fork("room"));
+  Rng noise = rng.fork("noise");
+  int mapped = 0;
+  expect_end(run_told(
+      [&](int i, const Pose3& here) {
+        cv::Mat picture = room.draw(here, noise);
+        if (i >= 75 && i < 108) {
+          picture.setTo(20);
+        }
+        return picture;
+      },
+      [&](int i, const MonoSlamStep& step) {
+        EXPECT_FALSE(step.lost) << i;
+        mapped += i >= 108 ? static_cast<int>(step.added.size()) : 0;
+      }));
+  EXPECT_GT(mapped, 8);
+}
+
+// It was carried into another room: what its wheels tell leads it no more.
+TEST(MonoSlam, WhoDoesNotSeeWhatItOughtToIsLostThoughItsMotionIsTold) {
+  Rng rng(3);
+  const RoomPainter room(kLens, 120, rng.fork("room"));
+  const RoomPainter other(kLens, 120, rng.fork("other"));
+  Rng noise = rng.fork("noise");
+  run_told([&](int i, const Pose3& here) { return (i < 60 ? room : other).draw(here, noise); },
+           [](int i, const MonoSlamStep& step) { EXPECT_EQ(step.lost, i >= 60) << i; });
 }
 
 }  // namespace
