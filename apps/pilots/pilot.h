@@ -40,6 +40,9 @@ class Pilot {
   /// What the user ought to know before it drives, in words.
   virtual std::vector<std::string> warnings() const { return {}; }
 
+  /// What it leaves undone if the run ends now, in words; empty where there is nothing to tell.
+  virtual std::string unfinished() const { return {}; }
+
   /// How long it drives, about, where it knows beforehand.
   virtual Duration length() const { return Duration::max(); }
 

@@ -61,6 +61,12 @@ class ProgramPilot : public OtherPilot {
             room_told(drive_, body_)};
   }
 
+  std::string unfinished() const override {
+    return program_.done() || is_elsewhere()
+               ? std::string()
+               : "the program was not finished: the run ended in " + program_.doing();
+  }
+
   Duration length() const override { return from_seconds(expected_s(drive_.motion, body_)); }
 
  private:

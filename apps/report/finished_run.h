@@ -43,10 +43,11 @@ struct RunEnd {
   std::string end_reason;             ///< of a completed run; else what happened, for the summary
   std::optional<Time> commands_diverged_at = {};  ///< a replay that would have driven elsewhere
   std::map<std::string, std::map<std::string, double>> devices =
-      {};                      ///< what each of them counted, by its name
-  CameraReports cameras = {};  ///< empty where nobody watched them
-  bool touches_known = true;   ///< the truth, where there is one, tells of contacts
-  std::string fault = {};      ///< what cut it short or kept a file from being written, a line each
+      {};                                  ///< what each of them counted, by its name
+  CameraReports cameras = {};              ///< empty where nobody watched them
+  bool touches_known = true;               ///< the truth, where there is one, tells of contacts
+  std::vector<std::string> warnings = {};  ///< what the user ought to know of it, in words
+  std::string fault = {};  ///< what cut it short or kept a file from being written, a line each
 };
 
 /// A run that is over, as plain values: all that its figures are made of but the truth.

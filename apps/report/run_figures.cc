@@ -388,6 +388,9 @@ Json identity(const FinishedRun& run, const std::string& outcome) {
   if (outcome == "completed") {
     metrics["end_reason"] = run.end.end_reason;
   }
+  if (!run.end.warnings.empty()) {
+    metrics["warnings"] = run.end.warnings;
+  }
   if (!run.end.fault.empty()) {
     metrics["fault"] = as_utf8(run.end.fault);
   }
@@ -518,6 +521,7 @@ std::vector<std::string> summary_of(const FinishedRun& run, const RunFindings& f
               std::to_string(run.result.keyframes.size()) + " keyframes, " +
               loops["accepted"].dump() + " loops closed" +
               (f.known != nullptr ? ", " + loops["false"].dump() + " wrong" : ""));
+  s.insert(s.end(), run.end.warnings.begin(), run.end.warnings.end());
   if (is_driven(run)) {
     for (std::size_t i = 0; i < f.goals.size(); ++i) {
       s.push_back(goal_line(i + 1, f.goals[i]));

@@ -177,7 +177,11 @@ RunEnd run_end(const StopCondition& stop_condition, const ExploreMission& missio
   }
   const std::string reason = stop_condition.end_reason(open.robot->now(), keyframe_count(slam));
   if (!reason.empty()) {
-    return end("completed", reason);
+    RunEnd ended = end("completed", reason);
+    if (const std::string unfinished = pilot.unfinished(); !unfinished.empty()) {
+      ended.warnings.push_back(unfinished);
+    }
+    return ended;
   }
   const bool explored = pilot.explored() && !diverged;
   if (replayed && !explored) {

@@ -37,6 +37,7 @@ TEST_F(DrivePrograms, ARoseIsDrivenToItsEndAndAgainOnItsRecording) {
   EXPECT_THAT(recorded.out, HasSubstr("wheels: "));
   const auto m = metrics("rose");
   EXPECT_EQ(m["outcome"], "completed");
+  EXPECT_FALSE(m.contains("warnings"));
   EXPECT_EQ(m["collisions"], 0);
   EXPECT_NEAR(m["distance_m"].get<double>(), 11 * 2 * 0.5, 0.1);
   EXPECT_LT(m["odometry"]["error_percent"].get<double>(), 1.5);
@@ -52,6 +53,16 @@ TEST_F(DrivePrograms, ARoseIsDrivenToItsEndAndAgainOnItsRecording) {
       panoptes({"record", "rose", "--quiet", "--out", "other", "--set", "drive.program=sawtooth"});
   ASSERT_EQ(other.status, 0) << other.err;
   EXPECT_TRUE(metrics("other").contains("replay"));
+}
+
+TEST_F(DrivePrograms, ARunThatEndsBeforeItsProgramSaysSo) {
+  hall("{program: rose}");
+  const Said said = panoptes({"record", "m.yaml", "--quiet", "--duration", "10", "--out", "part"});
+  ASSERT_EQ(said.status, 0) << said.err;
+  const std::string warning = "the program was not finished: the run ended in segment ";
+  EXPECT_THAT(said.out, HasSubstr(warning));
+  EXPECT_EQ(metrics("part")["end_reason"], "duration");
+  EXPECT_THAT(metrics("part")["warnings"].at(0).get<std::string>(), HasSubstr(warning));
 }
 
 TEST_F(DrivePrograms, ATouchEndsItWithTheSegmentsName) {
