@@ -17,6 +17,7 @@ namespace {
 struct CalibrateArguments {
   LensStage lens;
   MapStage maps;
+  RigStage rig;
   std::string stage;
   std::string features = "sift";
 };
@@ -44,25 +45,26 @@ int calibrate(CalibrateArguments args) {
     args.maps.quiet = args.lens.quiet;
     return calibrate_maps(args.maps);
   }
-  if (args.stage == "rig") {
-    RigStage rig;
-    rig.dataset = args.lens.pictures;
-    rig.rig = args.lens.rig;
-    rig.cameras = args.maps.cameras;
-    rig.out = args.lens.out;
-    rig.slam.features = method_of(args.features);
-    rig.quiet = args.lens.quiet;
-    return calibrate_rig_of(rig);
+  if (!args.lens.board.empty()) {
+    return calibrate_lenses(args.lens);
   }
-  return calibrate_lenses(args.lens);
+  args.rig.dataset = args.lens.pictures;
+  args.rig.rig = args.lens.rig;
+  args.rig.cameras = args.maps.cameras;
+  args.rig.out = args.lens.out;
+  args.rig.slam.features = method_of(args.features);
+  args.rig.quiet = args.lens.quiet;
+  return calibrate_rig_of(args.rig);
 }
 
 }  // namespace
 
 void add_calibrate(CLI::App& app, Command& chosen) {
   auto args = std::make_shared<CalibrateArguments>();
-  CLI::App* sub = app.add_subcommand(
-      "calibrate", "What lenses are, by pictures of a chessboard; a map for each camera of a rig");
+  CLI::App* sub = app.add_subcommand("calibrate",
+                                     "How the cameras of a rig are mounted, by a recorded drive; "
+                                     "what lenses are, by pictures of a "
+                                     "chessboard");
   sub->add_option("PICTURES", args->lens.pictures,
                   "a dataset; with --board also a folder of one camera's pictures, or a folder "
                   "with one such folder for each camera")
@@ -76,21 +78,23 @@ void add_calibrate(CLI::App& app, Command& chosen) {
       sub->add_option("--stage", args->stage,
                       "maps: each camera's own map of the room, by MonoSLAM, from a dataset of a "
                       "drive that turns all round")
-          ->check(CLI::IsMember({"maps", "rig"}))
+          ->check(CLI::IsMember({"maps"}))
           ->excludes(board);
   sub->add_option("--lens", args->lens.lens,
                   "auto (what explains the corners better), brown_conrady or equidistant")
       ->check(CLI::IsMember({"auto", "brown_conrady", "equidistant"}))
       ->needs(board);
-  sub->add_option("--cameras", args->maps.cameras, "of a dataset, which are mapped; all")
+  sub->add_option("--cameras", args->maps.cameras,
+                  "of a dataset, which are calibrated or mapped, the one first that the others are "
+                  "told relative to; all")
       ->delimiter(',')
       ->type_name("NAME,...")
-      ->needs(stage);
+      ->excludes(board);
   sub->add_option("--features", args->features,
                   "what points are recognised by: sift, akaze (the nearest to surf), orb, or surf "
                   "where the OpenCV at hand has it")
       ->check(CLI::IsMember({"sift", "akaze", "orb", "surf"}))
-      ->needs(stage);
+      ->excludes(board);
   sub->add_flag("--odometry", args->maps.slam.motion_is_told,
                 "the wheels say how the camera moves between pictures, and what a metre is")
       ->needs(stage);
@@ -100,8 +104,10 @@ void add_calibrate(CLI::App& app, Command& chosen) {
       ->type_name("FILE");
   sub->add_option(
          "--out", args->lens.out,
-         "where the results go: with --board rig_calibrated.yaml (lenses.yaml without a "
-         "rig), boards_CAMERA.png and boards.csv, with --stage maps map_CAMERA.png, "
+         "where the results go: rig_calibrated.yaml and rig.png, and each camera's map, so that "
+         "an interrupted calibration goes on when it is started again; with --board "
+         "rig_calibrated.yaml (lenses.yaml without a rig), boards_CAMERA.png and boards.csv, with "
+         "--stage maps map_CAMERA.png, "
          "growth_CAMERA.png, search_CAMERA.png, reprojection_CAMERA.png, points_CAMERA.csv and "
          "path_CAMERA.tum; metrics.json")
       ->required()
@@ -111,18 +117,16 @@ void add_calibrate(CLI::App& app, Command& chosen) {
       ->needs(board);
   sub->add_flag("--quiet", args->lens.quiet, "no progress");
   sub->footer(
-      "Hold a stiff board still in 20 to 40 places: all over the picture, near enough to fill a "
-      "third of it,\nslanted by up to 45 degrees each way, and wholly in the picture.\n"
-      "Example: panoptes calibrate pictures/ --board 9x6x0.025 --out runs/lens\n"
-      "A map for each camera, of a drive that turns by more than a whole turn:\n"
+      "A rig, by a drive that turns by more than a whole turn and has legs, or a rose:\n"
       "  panoptes record scenes/missions/record-room.yaml --out runs/rose\n"
+      "  panoptes calibrate runs/rose --out runs/rig\n"
+      "Lenses by a board: hold a stiff board still in 20 to 40 places: all over the picture, near "
+      "enough to fill a "
+      "third of it,\nslanted by up to 45 degrees each way, and wholly in the picture.\n"
+      "  panoptes calibrate pictures/ --board 9x6x0.025 --out runs/lens\n"
+      "A map for each camera by itself:\n"
       "  panoptes calibrate runs/rose --stage maps --out runs/maps");
-  sub->callback([args, &chosen, board, stage] {
-    if (board->count() + stage->count() != 1) {
-      throw CLI::RequiredError("one of --board and --stage");
-    }
-    chosen = [args] { return calibrate(*args); };
-  });
+  sub->callback([args, &chosen] { chosen = [args] { return calibrate(*args); }; });
 }
 
 }  // namespace panoptes

@@ -3,14 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 #include <opencv2/imgproc.hpp>
 
+#include "apps/calibrate/drawn_ellipse.h"
 #include "apps/draw/canvas.h"
 #include "apps/draw/pictures.h"
 #include "core/base/text.h"
@@ -24,20 +23,6 @@ constexpr double kMargin = 20;
 constexpr double kTitle = 46;
 constexpr double kLegend = 40;
 constexpr Colour kFoundColour{255, 214, 10};
-
-/// The line at so many sigmas.
-std::vector<Vec2> ellipse(const Vec2& middle, const Mat2& covariance, double sigmas) {
-  const Eigen::SelfAdjointEigenSolver<Mat2> axes(covariance);
-  std::vector<Vec2> line;
-  constexpr int kCorners = 40;
-  for (int i = 0; i <= kCorners; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kCorners;
-    line.push_back(middle + sigmas * axes.eigenvectors() *
-                                axes.eigenvalues().cwiseMax(0).cwiseSqrt().cwiseProduct(
-                                    Vec2(std::cos(angle), std::sin(angle))));
-  }
-  return line;
-}
 
 /// A sheet with one of the camera's pictures, a title over it and room for a legend under it.
 struct PictureSheet {
@@ -123,7 +108,7 @@ class Plan {
       Mat2 covariance;
       covariance << point.covariance(0, 0), point.covariance(0, 2), point.covariance(2, 0),
           point.covariance(2, 2);
-      std::vector<Vec2> line = ellipse(p, covariance, 3);
+      std::vector<Vec2> line = drawn_ellipse(p, covariance, 3);
       std::erase_if(line, [this](const Vec2& corner) { return !is_shown(corner); });
       std::transform(line.begin(), line.end(), line.begin(),
                      [this](const Vec2& q) { return at(q); });
@@ -190,7 +175,7 @@ cv::Mat draw_search(const CameraMap& told) {
     const Mat2 covariance = sought.expected.covariance_px2 + looked.step.match_sigma_px *
                                                                  looked.step.match_sigma_px *
                                                                  Mat2::Identity();
-    std::vector<Vec2> line = ellipse(sought.expected.px, covariance, looked.search_sigmas);
+    std::vector<Vec2> line = drawn_ellipse(sought.expected.px, covariance, looked.search_sigmas);
     std::transform(line.begin(), line.end(), line.begin(), at);
     canvas.polyline(line, sought.inlier ? kEstimateColour : kWrongColour, 1.5);
     if (sought.found_px) {

@@ -2,10 +2,8 @@
 #include "apps/calibrate/rig_stage.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,16 +14,21 @@
 
 #include "apps/calibrate/camera_map.h"
 #include "apps/calibrate/recorded_wheels.h"
+#include "apps/calibrate/rig_figures.h"
+#include "apps/calibrate/rig_picture.h"
 #include "apps/calibrate/saved_map.h"
 #include "apps/calibrate/stage_cameras.h"
 #include "apps/command/out_dir.h"
+#include "apps/draw/pictures.h"
+#include "apps/mission/stop_condition.h"
 #include "apps/process/fault.h"
-#include "apps/process/process.h"
 #include "apps/process/progress.h"
 #include "apps/process/stage_clock.h"
 #include "core/base/error.h"
 #include "core/base/utf8.h"
+#include "core/calib/rig_verdict.h"
 #include "core/camera/lens_parameters.h"
+#include "core/config/fields.h"
 #include "core/config/sha256.h"
 #include "core/io/dataset.h"
 #include "core/io/dataset_rows.h"
@@ -38,13 +41,18 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-std::string made_of(const RigStage& args, const std::string& camera, const Intrinsics& lens) {
+constexpr int kInterrupted = 130;  // 128 + SIGINT
+
+std::string map_file(const std::string& camera) { return "map_" + camera + ".json"; }
+
+/// What a camera's map is made of, and how.
+std::string made_of(const RigStage& args, const std::string& camera, const RigCamera& believed) {
   std::string text = read_part(fs::path(args.dataset) / data_csv(camera)).value_or("");
-  const Eigen::VectorXd numbers = lens_parameters(lens);
-  for (const double number : numbers) {
+  for (const double number : lens_parameters(believed.intrinsics)) {
     text += fmt::format(" {}", number);
   }
-  text += fmt::format(" {} {}", name(args.slam.features), PANOPTES_VERSION);
+  text += fmt::format(" {} {} {} {}", believed.sigma.focal_ratio, believed.sigma.centre_px,
+                      name(args.slam.features), PANOPTES_VERSION);
   return sha256(text);
 }
 
@@ -56,117 +64,180 @@ std::optional<Rig> true_rig(const fs::path& dataset) {
   return recorded->after(recorded->observations()).rig;
 }
 
+/// A camera's map as it lies in the folder, or made now and put there. Empty where it was
+/// interrupted.
+std::optional<MappedCamera> mapped(const RigStage& args, const fs::path& out,
+                                   const std::string& camera, const RigCamera& believed,
+                                   const StopCondition& stop_condition,
+                                   const std::function<void(double)>& progress) {
+  const std::string of = made_of(args, camera, believed);
+  MappedCamera told{camera, believed, {}, {}};
+  if (std::optional<MonoMap> saved = read_map(out / map_file(camera), of, believed.intrinsics)) {
+    told.map = std::move(*saved);
+    told.adjusted = adjust_map(args.bundle, believed.intrinsics, believed.sigma, told.map);
+  } else {
+    CameraMap made = map_camera(args.dataset, camera, believed, args.slam, args.bundle, progress,
+                                {[&] { return stop_condition.interrupted(); }, nullptr});
+    if (stop_condition.interrupted()) {
+      return std::nullopt;
+    }
+    told.map = std::move(made.map);
+    told.adjusted = std::move(made.adjusted);
+    write_map(out / map_file(camera), of, told.map);
+  }
+  return told;
+}
+
+/// The pictures of a map's frames: a start may have been given up.
+std::vector<RecordedPicture> pictures_of(const std::string& dataset, const MappedCamera& camera) {
+  std::vector<RecordedPicture> pictures = recorded_pictures(dataset, camera.name);
+  const std::size_t given_up = pictures.size() - camera.map.frames.size();
+  pictures.erase(pictures.begin(), pictures.begin() + static_cast<std::ptrdiff_t>(given_up));
+  return pictures;
+}
+
+/// Why a camera's map cannot be used; empty where it can.
+std::string map_fault(const MappedCamera& camera) {
+  return camera.adjusted.T_map_camera.empty()
+             ? fmt::format(
+                   "stage maps: {}: no keyframes hold together, {} points are mapped; see "
+                   "what --stage maps says of it, or leave it out with --cameras",
+                   camera.name, camera.map.points.size())
+             : "";
+}
+
+void say(const RigCalibration& told, const Judged& judged, const Json& figures) {
+  std::printf(
+      "%s: %zu cameras; %d observations in %zu keyframes, %d of them of points of other "
+      "cameras' maps; reprojection %.2f px\n",
+      std::string(name(judged.verdict)).c_str(), told.cameras.size(), told.bundle.observations,
+      told.tracks.instants.size(), told.bundle.observations_other, told.bundle.rms_after_px);
+  const RigCovariance& known = told.bundle.known;
+  const Eigen::VectorXd sigma = known.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  for (std::size_t c = 0; c < told.cameras.size(); ++c) {
+    const Pose3& T = told.bundle.state.T_body_camera[c];
+    const Eigen::Index at = known.camera[c];
+    std::printf(
+        "  %s: at %.4f, %.4f, %.4f m to %.1f, %.1f, %.1f mm; turned to %.3f deg; clock "
+        "%+.1f ms",
+        told.cameras[c].c_str(), T.translation.x(), T.translation.y(), T.translation.z(),
+        1000 * sigma[at + 3], 1000 * sigma[at + 4], 1000 * sigma[at + 5],
+        rad_to_deg(sigma.segment<3>(at).maxCoeff()), 1000 * told.bundle.state.clock_offset_s[c]);
+    const Json& camera = figures["cameras"][as_utf8(told.cameras[c])];
+    if (camera.contains("rotation_error_deg")) {
+      std::printf("; as %s sees it off by %.3f deg, %.1f mm", told.cameras.front().c_str(),
+                  camera["rotation_error_deg"].get<double>(),
+                  1000 * camera["translation_error_m"].get<double>());
+    }
+    std::printf("\n");
+    for (const std::string& what : known.unobservable[c]) {
+      std::printf("    not seen: %s\n", what.c_str());
+    }
+  }
+  for (const std::string& reason : judged.reasons) {
+    std::printf("  %s\n", reason.c_str());
+  }
+}
+
 }  // namespace
 
 int calibrate_rig_of(const RigStage& args) {
   const auto lenses = stage_cameras(args.dataset, args.rig, args.cameras);
   const RecordedWheels wheels(args.dataset);
-  const fs::path out(args.out);
-  fs::create_directories(out);
-  ProgressLine line(args.quiet);
-  std::vector<MappedCamera> cameras;
-  std::vector<std::vector<RecordedPicture>> pictures;
   for (const auto& [camera, believed] : lenses) {
-    const fs::path file = out / ("map_" + camera + ".json");
-    const std::string of = made_of(args, camera, believed.intrinsics);
-    MappedCamera mapped{camera, believed, {}, {}};
-    if (std::optional<MonoMap> saved = read_map(file, of, believed.intrinsics)) {
-      mapped.map = std::move(*saved);
-      mapped.adjusted = adjust_map(args.bundle, believed.intrinsics, believed.sigma, mapped.map);
-    } else {
-      CameraMap told =
-          map_camera(args.dataset, camera, believed, args.slam, args.bundle, [&](double done) {
-            if (line.due()) {
-              line.show(share_line("map of " + camera, done, line.wall_s()));
-            }
-          });
-      mapped.map = std::move(told.map);
-      mapped.adjusted = std::move(told.adjusted);
-      write_map(file, of, mapped.map);
-    }
-    cameras.push_back(std::move(mapped));
-    pictures.push_back(recorded_pictures(args.dataset, camera));
-    pictures.back().erase(
-        pictures.back().begin(),
-        pictures.back().begin() +
-            static_cast<std::ptrdiff_t>(pictures.back().size() - cameras.back().map.frames.size()));
+    wheels.check_reach(recorded_pictures(args.dataset, camera), believed);
   }
-  const double before_s = process_use().cpu_s;
-  const RigCalibration told = calibrate_rig(
-      args.calibration, cameras, [&](Time at) { return wheels.at(at); },
-      [&](std::size_t c, std::size_t frame) {
-        return read_grey_picture(args.dataset, pictures[c][frame]);
-      },
-      [&](double done) {
-        if (line.due()) {
-          line.show(share_line("rig", done, line.wall_s()));
-        }
-      });
-  std::printf(
-      "%.1f CPU s; %d observations, %d of other cameras, %d left out; rms %.3f -> %.3f px; %s\n",
-      process_use().cpu_s - before_s, told.bundle.observations, told.bundle.observations_other,
-      told.bundle.left_out, told.bundle.rms_before_px, told.bundle.rms_after_px,
-      told.bundle.converged ? "converged" : "not converged");
-  const std::optional<Rig> truth = true_rig(args.dataset);
-  const RigState& state = told.bundle.state;
-  const RigCovariance& known = told.bundle.known;
-  std::printf("wheels %.4f %.4f %.4f sigma %.4f %.4f %.4f\n", state.wheel_errors[0],
-              state.wheel_errors[1], state.wheel_errors[2],
-              std::sqrt(known.covariance(known.wheels, known.wheels)),
-              std::sqrt(known.covariance(known.wheels + 1, known.wheels + 1)),
-              std::sqrt(known.covariance(known.wheels + 2, known.wheels + 2)));
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    const PlanarHandEye& alone = told.hand_eye[c];
-    std::printf(
-        "%s: own %.3f px, other %.3f px; sigmas %s; clock %.2f ms\n", cameras[c].name.c_str(),
-        told.bundle.sigma_own_px[c], told.bundle.sigma_other_px[c],
-        fmt::format(
-            "{:.4f}",
-            fmt::join(
-                std::vector<double>{
-                    rad_to_deg(std::sqrt(known.covariance(known.camera[c], known.camera[c]))),
-                    rad_to_deg(
-                        std::sqrt(known.covariance(known.camera[c] + 1, known.camera[c] + 1))),
-                    rad_to_deg(
-                        std::sqrt(known.covariance(known.camera[c] + 2, known.camera[c] + 2))),
-                    1000 * std::sqrt(known.covariance(known.camera[c] + 3, known.camera[c] + 3)),
-                    1000 * std::sqrt(known.covariance(known.camera[c] + 4, known.camera[c] + 4)),
-                    1000 * std::sqrt(known.covariance(known.camera[c] + 5, known.camera[c] + 5))},
-                " "))
-            .c_str(),
-        1000 * state.clock_offset_s[c]);
-    for (const std::string& word : known.unobservable[c]) {
-      std::printf("  not seen: %s\n", word.c_str());
+  std::vector<std::string> may_hold;
+  for (const auto& [camera, believed] : lenses) {
+    may_hold.push_back(map_file(camera));
+  }
+  OutDir out(args.out, may_hold);
+  out.keep();
+  Json figures{{"schema", "panoptes.metrics/1"},
+               {"command", "calibrate"},
+               {"stage", "rig"},
+               {"version", PANOPTES_VERSION},
+               {"outcome", "completed"}};
+  Judged judged;
+  Faults faults;
+  const StopCondition stop_condition{StopOptions()};
+  ProgressLine line(args.quiet);
+  const auto parts = static_cast<double>(lenses.size()) + 1;
+  const auto show = [&](const std::string& what, double done) {
+    if (line.due()) {
+      line.show(share_line(what, done / parts, line.wall_s()));
     }
-    if (truth) {
-      const RigCamera& real = truth->cameras.at(cameras[c].name);
-      const auto tell = [&](const char* what, const Pose3& T_body_camera, double clock_s) {
-        const Eigen::AngleAxisd off(T_body_camera.rotation *
-                                    real.T_body_camera.rotation.conjugate());
-        const Vec3 turn = rad_to_deg(off.angle()) * off.axis();
-        const Vec3 shift = 1000 * (T_body_camera.translation - real.T_body_camera.translation);
-        std::printf(
-            "  %-8s roll %.3f pitch %.3f yaw %.3f deg; x %.1f y %.1f z %.1f mm; clock %.2f ms\n",
-            what, turn.x(), turn.y(), turn.z(), shift.x(), shift.y(), shift.z(),
-            1000 * (clock_s - real.clock_offset_s));
-      };
-      tell("file", cameras[c].believed.T_body_camera, cameras[c].believed.clock_offset_s);
-      tell("alone", alone.T_body_camera, alone.clock_offset_s);
-      tell("rig", state.T_body_camera[c], state.clock_offset_s[c]);
-      if (c > 0) {
-        const RigCamera& ref = truth->cameras.at(cameras[0].name);
-        const Pose3 real_rel = ref.T_body_camera.inverse() * real.T_body_camera;
-        const Pose3 rel = state.T_body_camera[0].inverse() * state.T_body_camera[c];
-        const Eigen::AngleAxisd off(rel.rotation * real_rel.rotation.conjugate());
-        Eigen::Matrix<double, 6, 1> e;
-        e << off.angle() * off.axis(), rel.translation - real_rel.translation;
-        const Eigen::Matrix<double, 6, 6> P = known.relative(state, 0, c);
-        std::printf("  relative %.4f deg, %.2f mm; normalised %.2f\n", rad_to_deg(off.angle()),
-                    1000 * e.tail<3>().norm(), e.dot(P.ldlt().solve(e)) / 6);
-      }
+  };
+  std::vector<MappedCamera> cameras;
+  for (const auto& [camera, believed] : lenses) {
+    const auto before = static_cast<double>(cameras.size());
+    const std::string what = "map of " + camera;
+    std::optional<MappedCamera> made = mapped(args, out.path(), camera, believed, stop_condition,
+                                              [&](double done) { show(what, before + done); });
+    if (!made) {
+      std::fprintf(stderr,
+                   "interrupted: %zu of %zu maps are kept in %s; the same command goes on from "
+                   "there\n",
+                   cameras.size(), lenses.size(), args.out.c_str());
+      return kInterrupted;
+    }
+    cameras.push_back(std::move(*made));
+    if (const std::string fault = map_fault(cameras.back()); !fault.empty()) {
+      judged.verdict = Verdict::kFailed;
+      judged.reasons.push_back(fault);
     }
   }
-  return 0;
+  std::optional<RigCalibration> told;
+  if (judged.verdict != Verdict::kFailed) {
+    std::vector<std::vector<RecordedPicture>> pictures;
+    for (const MappedCamera& camera : cameras) {
+      pictures.push_back(pictures_of(args.dataset, camera));
+    }
+    try {
+      told = calibrate_rig(
+          args.calibration, cameras, [&](Time at) { return wheels.at(at); },
+          [&](std::size_t c, std::size_t frame) {
+            return read_grey_picture(args.dataset, pictures[c][frame]);
+          },
+          [&](double done) { show("all cameras together", parts - 1 + done); });
+      judged = judge_rig(cameras, *told);
+    } catch (const HandEyeError& error) {
+      judged.verdict = Verdict::kFailed;
+      judged.reasons.push_back(std::string("stage rig: ") + error.what());
+    }
+  }
+  if (told) {
+    const Json of_rig = rig_figures(*told, true_rig(args.dataset));
+    figures.update(of_rig);
+    const Rig believed = whole_rig(args.dataset, args.rig);
+    faults.attempt([&] {
+      write_file(
+          out.path() / "rig_calibrated.yaml",
+          fmt::format("# panoptes {}, calibrate: {}\n", PANOPTES_VERSION, name(judged.verdict)) +
+              write_settings(calibrated(believed, *told)));
+    });
+    faults.attempt([&] { write_file(out.path() / "rig.png", png(draw_rig(*told, believed))); });
+    say(*told, judged, of_rig);
+  } else {
+    std::printf("failed: no rig is told\n");
+    for (const std::string& reason : judged.reasons) {
+      std::printf("  %s\n", reason.c_str());
+    }
+  }
+  figures["verdict"] = name(judged.verdict);
+  figures["warnings"] = judged.reasons;
+  if (judged.verdict == Verdict::kFailed || !faults.none()) {
+    figures["outcome"] = "failed";
+  }
+  if (!faults.none()) {
+    figures["fault"] = as_utf8(faults.text());
+  }
+  const ProcessUse use = process_use();
+  figures["wall_s"] = use.wall_s;
+  figures["cpu_s"] = use.cpu_s;
+  figures["peak_memory_mb"] = use.peak_memory_mb;
+  faults.attempt([&] { write_file(out.path() / "metrics.json", figures.dump(2) + "\n"); });
+  return !faults.none() ? faults.status() : judged.verdict == Verdict::kFailed ? 1 : 0;
 }
 
 }  // namespace panoptes

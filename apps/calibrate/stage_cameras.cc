@@ -25,18 +25,23 @@ std::string in_words(const std::vector<std::string>& names) {
 
 }  // namespace
 
-std::vector<std::pair<std::string, RigCamera>> stage_cameras(const std::string& dataset,
-                                                             const std::string& rig_file,
-                                                             std::vector<std::string> names) {
+Rig whole_rig(const std::string& dataset, const std::string& rig_file) {
   const std::optional<Rig> rig =
       rig_file.empty() ? rig_beside(dataset) : read_settings<Rig>(rig_file);
   if (!rig) {
     throw ConfigError(dataset +
                       ": has no rig.yaml, which says what its lenses are; give one with --rig");
   }
+  return *rig;
+}
+
+std::vector<std::pair<std::string, RigCamera>> stage_cameras(const std::string& dataset,
+                                                             const std::string& rig_file,
+                                                             std::vector<std::string> names) {
+  const Rig rig = whole_rig(dataset, rig_file);
   if (names.empty()) {
     for (const std::string& name : camera_folders(fs::path(dataset) / "mav0")) {
-      if (rig->cameras.contains(name)) {
+      if (rig.cameras.contains(name)) {
         names.push_back(name);
       }
     }
@@ -47,15 +52,15 @@ std::vector<std::pair<std::string, RigCamera>> stage_cameras(const std::string& 
     if (!taken.insert(name).second) {
       continue;
     }
-    const auto found = rig->cameras.find(name);
-    if (found == rig->cameras.end()) {
+    const auto found = rig.cameras.find(name);
+    if (found == rig.cameras.end()) {
       throw ConfigError("the rig has no camera " + name);
     }
     lenses.emplace_back(name, found->second);
   }
   if (lenses.empty()) {
     std::vector<std::string> cameras;
-    for (const auto& [name, camera] : rig->cameras) {
+    for (const auto& [name, camera] : rig.cameras) {
       cameras.push_back(name);
     }
     throw ConfigError(fmt::format(

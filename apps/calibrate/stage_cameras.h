@@ -9,6 +9,10 @@
 
 namespace panoptes {
 
+/// The rig of a dataset, or of a rig file where `rig` names one. Throws ConfigError where there is
+/// none.
+Rig whole_rig(const std::string& dataset, const std::string& rig);
+
 /// The cameras of a dataset that are calibrated, as a rig file (the dataset's own where `rig` is
 /// empty) has them: those of `names`, or all that have pictures. Throws ConfigError where there is
 /// no rig or no such camera.

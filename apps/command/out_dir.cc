@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/command/out_dir.h"
 
+#include <algorithm>
 #include <system_error>
 #include <utility>
 
@@ -27,7 +28,8 @@ std::vector<fs::path> missing(fs::path folder) {
 
 }  // namespace
 
-OutDir::OutDir(fs::path path) : path_(std::move(path)), made_(missing(path_)) {
+OutDir::OutDir(fs::path path, const std::vector<std::string>& may_hold)
+    : path_(std::move(path)), made_(missing(path_)) {
   std::error_code fault;
   std::error_code ignored;
   fs::create_directories(path_, fault);
@@ -41,7 +43,12 @@ OutDir::OutDir(fs::path path) : path_(std::move(path)), made_(missing(path_)) {
     throw ConfigError(path_.string() +
                       ": another panoptes is writing there; name another folder with --out");
   }
-  const bool empty = fs::is_empty(path_, fault);
+  bool empty = true;
+  for (const auto& entry : fs::directory_iterator(path_, fault)) {
+    was_empty_ = false;
+    empty = empty && std::find(may_hold.begin(), may_hold.end(),
+                               entry.path().filename().string()) != may_hold.end();
+  }
   if (fault) {
     throw ConfigError(path_.string() + ": cannot be read: " + fault.message());
   }
@@ -55,7 +62,7 @@ OutDir::OutDir(fs::path path) : path_(std::move(path)), made_(missing(path_)) {
 }
 
 OutDir::~OutDir() {
-  if (kept_) {
+  if (kept_ || !was_empty_) {
     return;
   }
   std::error_code ignored;  // somebody else may have put something there meanwhile

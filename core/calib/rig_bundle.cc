@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <memory>
 #include <numeric>
@@ -34,10 +33,11 @@ constexpr double kHeld_m = 0.1;
 constexpr double kHeld_rad = 0.2;
 constexpr double kFixed_m = 1e-4;
 constexpr int kFewestShared = 20;
-constexpr double kSystematic_px = 0.05;
-constexpr double kAway_m = 2;  // of what is seen
+constexpr double kNearest_m = 0.05;  // no camera sees nearer
+constexpr double kLeastParallax_rad = deg_to_rad(1);
+constexpr double kAway_m = 2;  // what is seen, about
 // So that what nothing shows stays where it is, and the normal equations keep a solution.
-constexpr double kLargestRadius = 1e8;
+constexpr double kLargestRadius = 1e6;
 // What is not known to this is not seen.
 constexpr double kSeen_m = 0.1;
 constexpr double kSeen_rad = deg_to_rad(3);
@@ -71,7 +71,7 @@ struct Blocks {
   std::vector<std::array<double, 3>> p_start;
 };
 
-Blocks to_blocks(const RigState& state) {
+Blocks to_blocks(const RigBundleState& state) {
   Blocks blocks;
   for (const Pose3& T : state.T_start_body) {
     blocks.T_body_start.push_back(to_block(T.inverse()));
@@ -92,8 +92,8 @@ Blocks to_blocks(const RigState& state) {
   return blocks;
 }
 
-RigState to_state(const Blocks& blocks, const RigState& before) {
-  RigState state = before;
+RigBundleState to_state(const Blocks& blocks, const RigBundleState& before) {
+  RigBundleState state = before;
   for (std::size_t i = 0; i < blocks.T_body_start.size(); ++i) {
     state.T_start_body[i] = from_block(blocks.T_body_start[i].data()).inverse();
   }
@@ -133,7 +133,7 @@ ceres::LossFunction* made(Loss loss) {
 class Adjustment {
  public:
   Adjustment(const RigBundleOptions& options, const std::vector<RigCamera>& believed,
-             const WheelReadings& wheels, RigTracks& tracks, const RigState& start)
+             const WheelReadings& wheels, RigTracks& tracks, const RigBundleState& start)
       : options_(options),
         believed_(believed),
         tracks_(tracks),
@@ -158,6 +158,7 @@ class Adjustment {
         camera_of_point_[seen.point] = tracks.views[seen.view].camera;
       }
     }
+    leave_out_what_is_seen_from_one_place();
   }
 
   RigBundle run() {
@@ -184,14 +185,12 @@ class Adjustment {
       out.observations += seen.believed ? 1 : 0;
       out.observations_other += seen.believed && !seen.own ? 1 : 0;
     }
+    out.without_wheels = static_cast<int>(std::count(driven_.begin(), driven_.end(), std::nullopt));
     out.left_out = static_cast<int>(tracks_.seen.size()) - out.observations;
     for (std::size_t c = 0; c < believed_.size(); ++c) {
       out.sigma_own_px.push_back(sigma_px_[2 * c]);
       out.sigma_other_px.push_back(sigma_px_[2 * c + 1]);
     }
-    std::fprintf(stderr, "noise way %.5f %.5f turn %.5f height %.6f tilt %.5f deg\n", noise_.way_m,
-                 noise_.across_m, noise_.turn_rad, noise_.height_m,
-                 rad_to_deg(noise_.tilt_rad));  // DBG
     out.state = to_state(blocks_, state_);
     out.known = covariance(out.state);
     return out;
@@ -213,7 +212,34 @@ class Adjustment {
                    (on_floor(moved->with_offset(blocks_.clock_offset_s[view.camera])).inverse() *
                     (from_block(blocks_.T_body_start[view.instant].data()) *
                      Vec3(Eigen::Map<const Vec3>(blocks_.p_start[seen.point].data()))));
-    return can_draw(lens, p) ? std::optional<Vec2>(lens.project(p) - seen.px) : std::nullopt;
+    return can_draw(lens, p) && p.norm() > kNearest_m
+               ? std::optional<Vec2>(lens.project(p) - seen.px)
+               : std::nullopt;
+  }
+
+  Vec3 eye_start(const RigView& view) const {
+    return (from_block(blocks_.T_camera_body[view.camera].data()) *
+            from_block(blocks_.T_body_start[view.instant].data()))
+        .inverse()
+        .translation;
+  }
+
+  /// A point that is seen from one place alone tells nothing, and may end up anywhere.
+  void leave_out_what_is_seen_from_one_place() {
+    std::vector<std::optional<Vec3>> first(blocks_.p_start.size());
+    std::vector<double> widest_rad(blocks_.p_start.size(), 0);
+    for (const RigSeen& seen : tracks_.seen) {
+      if (seen.believed) {
+        const Vec3 p = Eigen::Map<const Vec3>(blocks_.p_start[seen.point].data());
+        const Vec3 ray = (p - eye_start(tracks_.views[seen.view])).normalized();
+        std::optional<Vec3>& of_first = first[seen.point];
+        of_first = of_first ? of_first : ray;
+        widest_rad[seen.point] = std::max(widest_rad[seen.point], of_first->cross(ray).norm());
+      }
+    }
+    for (RigSeen& seen : tracks_.seen) {
+      seen.believed = seen.believed && widest_rad[seen.point] > kLeastParallax_rad;
+    }
   }
 
   double rms_px() const {
@@ -314,7 +340,7 @@ class Adjustment {
     const std::vector<std::size_t> first = sharing();
     std::vector<double> off_m(first.size(), 0);
     std::vector<int> count(first.size(), 0);
-    RigState state = to_state(blocks_, state_);
+    RigBundleState state = to_state(blocks_, state_);
     for (std::size_t c = 0; c < first.size(); ++c) {
       off_m[first[c]] +=
           believed_[c].T_body_camera.translation.z() - state.T_body_camera[c].translation.z();
@@ -336,6 +362,7 @@ class Adjustment {
       seen.believed =
           off && off->norm() < options_.inlier_sigma * std::sqrt(2.0) * sigma_px_[group(seen)];
     }
+    leave_out_what_is_seen_from_one_place();
   }
 
   /// All but what holds the mountings.
@@ -417,12 +444,12 @@ class Adjustment {
     return summary.termination_type == ceres::CONVERGENCE;
   }
 
-  RigCovariance covariance(const RigState& state);
+  RigCovariance covariance(const RigBundleState& state);
 
   RigBundleOptions options_;
   const std::vector<RigCamera>& believed_;
   RigTracks& tracks_;
-  RigState state_;
+  RigBundleState state_;
   Blocks blocks_;
   std::vector<std::optional<BodyMoved>> moved_;  // by view
   std::vector<std::optional<Pose2>> driven_;     // from each instant to the next
@@ -501,7 +528,7 @@ Eigen::MatrixXd information_without_points(const Eigen::SparseMatrix<double, Eig
 }
 
 // The points are eliminated first, then the poses (Schur): what is left tells of the rig alone.
-RigCovariance Adjustment::covariance(const RigState& state) {
+RigCovariance Adjustment::covariance(const RigBundleState& state) {
   RigCovariance out;
   ceres::Problem problem;
   build(problem, Loss::kSquare);
@@ -572,8 +599,6 @@ RigCovariance Adjustment::covariance(const RigState& state) {
     }
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(scaled);
-  std::fprintf(stderr, "eigenvalues %g %g %g\n", axes.eigenvalues()[0], axes.eigenvalues()[1],
-               axes.eigenvalues()[2]);  // DBG
   std::vector<std::array<bool, 6>> is_open(believed_.size(), std::array<bool, 6>{});
   out.covariance = Eigen::MatrixXd::Zero(rig, rig);
   Eigen::MatrixXd free = Eigen::MatrixXd::Zero(rig, rig);
@@ -611,7 +636,7 @@ RigCovariance Adjustment::covariance(const RigState& state) {
     Eigen::VectorXd together = Eigen::VectorXd::Zero(rig);
     for (std::size_t other = 0; first[c] == c && other < believed_.size(); ++other) {
       if (first[other] == c) {
-        mean[out.camera[other] + 5] = 1 / 1.0;
+        mean[out.camera[other] + 5] = 1;
         together[out.camera[other] + 5] = 1;
         is_open[other][5] = true;
       }
@@ -622,15 +647,16 @@ RigCovariance Adjustment::covariance(const RigState& state) {
           together * (mean.transpose() * before.asDiagonal() * mean) * together.transpose();
     }
   }
-  // What no run makes surer: a lens is not what its model says, and of every thing a picture shows,
-  // places lie off the same way whenever it is seen.
   for (std::size_t c = 0; c < believed_.size(); ++c) {
-    const double turn_rad = kSystematic_px / state.lenses[c].fx_px;
+    const double turn_rad = options_.systematic_px / state.lenses[c].fx_px;
     out.covariance.diagonal().segment<3>(out.camera[c]).array() += turn_rad * turn_rad;
     out.covariance.diagonal().segment<3>(out.camera[c] + 3).array() +=
         turn_rad * turn_rad * kAway_m * kAway_m;
+    const double focal_px = turn_rad * state.lenses[c].fx_px * state.lenses[c].fx_px /
+                            (0.5 * state.lenses[c].width_px);  // at the picture's edge
+    out.covariance.diagonal().segment<2>(out.camera[c] + 6).array() += focal_px * focal_px;
     out.covariance.diagonal().segment<2>(out.camera[c] + 8).array() +=
-        kSystematic_px * kSystematic_px;
+        options_.systematic_px * options_.systematic_px;
   }
   out.unobservable.resize(believed_.size());
   const std::array<const char*, 6> names{"its roll",          "its pitch",         "its yaw",
@@ -647,7 +673,8 @@ RigCovariance Adjustment::covariance(const RigState& state) {
 
 }  // namespace
 
-Eigen::Matrix<double, 6, 6> RigCovariance::relative(const RigState& state, std::size_t reference,
+Eigen::Matrix<double, 6, 6> RigCovariance::relative(const RigBundleState& state,
+                                                    std::size_t reference,
                                                     std::size_t camera_seen) const {
   const Pose3& a = state.T_body_camera[reference];
   const Pose3& b = state.T_body_camera[camera_seen];
@@ -669,7 +696,7 @@ Eigen::Matrix<double, 6, 6> RigCovariance::relative(const RigState& state, std::
 }
 
 RigBundle adjust_rig(const RigBundleOptions& options, const std::vector<RigCamera>& believed,
-                     const WheelReadings& wheels, RigTracks& tracks, const RigState& start) {
+                     const WheelReadings& wheels, RigTracks& tracks, const RigBundleState& start) {
   PANOPTES_CHECK(start.T_body_camera.size() == believed.size() &&
                      start.T_start_body.size() == tracks.instants.size(),
                  "a state of the cameras and instants of the tracks");

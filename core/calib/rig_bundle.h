@@ -39,7 +39,7 @@ struct RigTracks {
 };
 
 /// What is estimated. `start` is the body at the first instant.
-struct RigState {
+struct RigBundleState {
   std::vector<Pose3> T_start_body;  ///< at the instants
   std::vector<Pose3> T_body_camera;
   std::vector<Intrinsics> lenses;
@@ -58,6 +58,9 @@ struct RigBundleOptions {
   WheelsKnown wheels;
   double inlier_sigma = 3;  ///< by which an observation may be off
   int iterations = 50;
+  /// What no run makes surer: a lens is not what its model says, and places of what a picture shows
+  /// lie off the same way whenever it is seen.
+  double systematic_px = 0.05;
 };
 
 /// How well a rig is known by what was seen. The rows: for each camera its turn (rad) and its shift
@@ -71,12 +74,12 @@ struct RigCovariance {
   std::vector<std::vector<std::string>> unobservable;
 
   /// Of the turn and the shift of a camera as another one sees it, about and along that one's axes.
-  Eigen::Matrix<double, 6, 6> relative(const RigState& state, std::size_t reference,
+  Eigen::Matrix<double, 6, 6> relative(const RigBundleState& state, std::size_t reference,
                                        std::size_t camera_seen) const;
 };
 
 struct RigBundle {
-  RigState state;
+  RigBundleState state;
   RigCovariance known;
   std::vector<double> sigma_own_px;    ///< of observations, each way, by camera
   std::vector<double> sigma_other_px;  ///< of points of other cameras' maps
@@ -85,6 +88,7 @@ struct RigBundle {
   int left_out = 0;
   double rms_before_px = 0;  ///< sqrt(mean(dx^2 + dy^2)) of the believed
   double rms_after_px = 0;
+  int without_wheels = 0;  ///< stretches between instants of which they say nothing
   bool converged = false;
 };
 
@@ -93,6 +97,6 @@ struct RigBundle {
 /// what is seen alone; what nothing shows stays as `believed` has it, and is named. `tracks` are
 /// told what is believed of them.
 RigBundle adjust_rig(const RigBundleOptions& options, const std::vector<RigCamera>& believed,
-                     const WheelReadings& wheels, RigTracks& tracks, const RigState& start);
+                     const WheelReadings& wheels, RigTracks& tracks, const RigBundleState& start);
 
 }  // namespace panoptes

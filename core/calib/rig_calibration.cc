@@ -2,8 +2,12 @@
 #include "core/calib/rig_calibration.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
+#include <numbers>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "core/calib/patch.h"
@@ -17,6 +21,10 @@ constexpr double kNearest_m = 0.2;
 constexpr double kSearchSigmas = 3;
 // A picture is of an instant when it was taken so little from it.
 constexpr double kSameInstant_s = 0.1;
+// Where the body was twice, out and back, a third time shows nothing new.
+constexpr int kVisits = 2;
+constexpr double kInstant_m = 0.1;
+constexpr double kInstant_rad = deg_to_rad(6);
 // To see heights, one view of so many will do.
 constexpr std::size_t kFirstSearched = 3;
 
@@ -55,6 +63,8 @@ class Calibration {
     progress(0.65);
     search(options_.search_px, 0, 1, [&](double done) { progress(0.65 + 0.25 * done); });
     adjust();
+    count_shared();
+    out_.wheels_known = options_.bundle.wheels;
     progress(1);
     return std::move(out_);
   }
@@ -62,20 +72,39 @@ class Calibration {
  private:
   using Progress = std::function<void(double)>;
 
-  static PlanarHandEye hand_eye_of(const MappedCamera& camera, const WheelReadings& wheels) {
-    std::vector<StampedCamera> path;
-    for (std::size_t i = 0; i < camera.adjusted.keyframes.size(); ++i) {
-      const auto frame = static_cast<std::size_t>(camera.adjusted.keyframes[i]);
-      path.push_back({camera.map.frames[frame].stamp, camera.adjusted.T_map_camera[i]});
+  /// Where a camera was at a frame: by the nearest of its keyframes, which are adjusted.
+  static Pose3 adjusted_at(const MappedCamera& camera, std::size_t frame) {
+    const std::vector<int>& keyframes = camera.adjusted.keyframes;
+    const auto after =
+        std::lower_bound(keyframes.begin(), keyframes.end(), static_cast<int>(frame));
+    auto nearest = after == keyframes.end() ? std::prev(after) : after;
+    if (nearest != keyframes.begin() && static_cast<int>(frame) - *std::prev(nearest) <
+                                            std::abs(*nearest - static_cast<int>(frame))) {
+      --nearest;
     }
+    const auto k = static_cast<std::size_t>(nearest - keyframes.begin());
+    const Pose3& as_mapped = camera.map.frames[static_cast<std::size_t>(*nearest)].T_map_camera;
+    return camera.adjusted.T_map_camera[k] *
+           (as_mapped.inverse() * camera.map.frames[frame].T_map_camera);
+  }
+
+  static std::vector<StampedCamera> path_of(const MappedCamera& camera) {
+    constexpr std::size_t kEvery = 3;  // frames: the wheels tell of longer ways better
+    std::vector<StampedCamera> path;
+    for (std::size_t frame = 0; frame < camera.map.frames.size(); frame += kEvery) {
+      if (!camera.map.frames[frame].lost) {
+        path.push_back({camera.map.frames[frame].stamp, adjusted_at(camera, frame)});
+      }
+    }
+    return path;
+  }
+
+  PlanarHandEye hand_eye_of(const MappedCamera& camera) const {
     try {
-      return planar_hand_eye(path, wheels, camera.believed);
+      return planar_hand_eye(path_of(camera), wheels_, camera.believed);
     } catch (const HandEyeError& error) {
       throw HandEyeError(camera.name + ": " + error.what());
     }
-  }
-  PlanarHandEye hand_eye_of(const MappedCamera& camera) const {
-    return hand_eye_of(camera, wheels_);
   }
 
   void adjust() {
@@ -83,14 +112,43 @@ class Calibration {
     state_ = out_.bundle.state;
   }
 
-  /// The instants of the first camera's keyframes, and of each camera the picture nearest to each.
+  void count_shared() {
+    std::set<std::pair<std::size_t, std::size_t>> shared;  // a camera, a point
+    for (const RigSeen& seen : out_.tracks.seen) {
+      if (seen.believed && !seen.own) {
+        shared.emplace(out_.tracks.views[seen.view].camera, seen.point);
+        shared.emplace(static_cast<std::size_t>(out_.map_of_point[seen.point]), seen.point);
+      }
+    }
+    out_.shared.assign(cameras_.size(), 0);
+    for (const auto& [camera, point] : shared) {
+      ++out_.shared[camera];
+    }
+  }
+
+  /// Instants of the first camera's pictures, each where the body was at most once before, and of
+  /// each camera the picture nearest to each.
   void choose_views() {
     const MappedCamera& first = cameras_.front();
-    for (const int keyframe : first.adjusted.keyframes) {
-      const Time instant = first.map.frames[static_cast<std::size_t>(keyframe)].stamp -
-                           from_seconds(out_.hand_eye.front().clock_offset_s);
-      if (wheels_(instant)) {
+    using Place = std::array<long, 3>;
+    std::map<Place, int> been;
+    std::optional<Place> last;
+    for (std::size_t frame = 0; frame < first.map.frames.size(); ++frame) {
+      const Time instant =
+          first.map.frames[frame].stamp - from_seconds(out_.hand_eye.front().clock_offset_s);
+      const std::optional<Odometry> odometry = wheels_(instant);
+      if (!odometry || first.map.frames[frame].lost) {
+        continue;
+      }
+      const Pose2& T = odometry->T_odom_body;
+      const double turn_rad = std::remainder(T.theta_rad, 2 * std::numbers::pi);
+      const Place place{std::lround(T.x_m / kInstant_m), std::lround(T.y_m / kInstant_m),
+                        std::lround(turn_rad / kInstant_rad)};
+      if (place != last && been[place] < kVisits) {
+        ++been[place];
         out_.tracks.instants.push_back(instant);
+        frame_of_instant_.push_back(frame);
+        last = place;
       }
     }
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
@@ -119,19 +177,11 @@ class Calibration {
 
   /// What each camera knows by itself, laid on what the first one knows.
   void begin() {
-    const std::size_t instants = out_.tracks.instants.size();
-    const MappedCamera& first = cameras_.front();
     const PlanarHandEye& by_first = out_.hand_eye.front();
-    std::size_t k = 0;
-    for (std::size_t i = 0; i < first.adjusted.keyframes.size() && k < instants; ++i) {
-      const auto frame = static_cast<std::size_t>(first.adjusted.keyframes[i]);
-      const Time instant = first.map.frames[frame].stamp - from_seconds(by_first.clock_offset_s);
-      if (instant == out_.tracks.instants[k]) {
-        state_.T_start_body.push_back(
-            in_start(by_first, by_first.T_start_map, first.adjusted.T_map_camera[i]) *
-            by_first.T_body_camera.inverse());
-        ++k;
-      }
+    for (const std::size_t frame : frame_of_instant_) {
+      state_.T_start_body.push_back(
+          in_start(by_first, by_first.T_start_map, adjusted_at(cameras_.front(), frame)) *
+          by_first.T_body_camera.inverse());
     }
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
       const MappedCamera& camera = cameras_[c];
@@ -139,13 +189,24 @@ class Calibration {
       state_.T_body_camera.push_back(by_itself.T_body_camera);
       state_.lenses.push_back(camera.adjusted.lens);
       state_.clock_offset_s.push_back(by_itself.clock_offset_s);
-      // Its own start is the body at its first keyframe.
-      const auto frame = static_cast<std::size_t>(camera.adjusted.keyframes.front());
-      const Pose3 T_start_map =
-          body_at(camera.map.frames[frame].stamp - from_seconds(by_itself.clock_offset_s)) *
-          by_itself.T_start_map;
+      const Pose3 T_start_map = own_start_in_start(c) * by_itself.T_start_map;
       add_points(c, T_start_map);
     }
+  }
+
+  /// A camera's own start is the body at its first picture: where that is, by the first picture
+  /// that the wheels tell of.
+  Pose3 own_start_in_start(std::size_t c) const {
+    const PlanarHandEye& by_itself = out_.hand_eye[c];
+    for (const StampedCamera& at : path_of(cameras_[c])) {
+      const Time instant = at.stamp - from_seconds(by_itself.clock_offset_s);
+      if (wheels_(instant)) {
+        const Pose3 T_own_body = in_start(by_itself, by_itself.T_start_map, at.T_map_camera) *
+                                 by_itself.T_body_camera.inverse();
+        return body_at(instant) * T_own_body.inverse();
+      }
+    }
+    return {};
   }
 
   static Pose3 in_start(const PlanarHandEye& by, const Pose3& T_start_map,
@@ -315,14 +376,38 @@ class Calibration {
   const WheelReadings& wheels_;
   const FramePicture& picture_;
   std::vector<RigCamera> believed_;
+  std::vector<std::size_t> frame_of_instant_;  // of the first camera
   std::vector<std::size_t> frame_of_view_;
   std::vector<MonoMap::Seen> first_seen_;  // by point
   std::vector<PointSource> sources_;       // by point
-  RigState state_;
+  RigBundleState state_;
   RigCalibration out_;
 };
 
 }  // namespace
+
+Rig calibrated(const Rig& believed, const RigCalibration& calibration) {
+  Rig rig = believed;
+  const RigBundleState& state = calibration.bundle.state;
+  const RigCovariance& known = calibration.bundle.known;
+  for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
+    RigCamera& camera = rig.cameras.at(calibration.cameras[c]);
+    const Eigen::Index at = known.camera[c];
+    const Eigen::VectorXd sigma = known.covariance.diagonal().cwiseMax(0).cwiseSqrt();
+    camera.T_body_camera = state.T_body_camera[c];
+    camera.sigma.rotation_rad = sigma.segment<3>(at);
+    camera.sigma.position_m = sigma.segment<3>(at + 3);
+    const Intrinsics& lens = state.lenses[c];
+    if (lens_fault(lens).empty()) {
+      camera.intrinsics = lens;
+      camera.sigma.focal_ratio = std::max(sigma[at + 6] / lens.fx_px, sigma[at + 7] / lens.fy_px);
+      camera.sigma.centre_px = std::max(sigma[at + 8], sigma[at + 9]);
+    }
+    camera.clock_offset_s = state.clock_offset_s[c];
+    camera.sigma.clock_s = sigma[at + 6 + lens_parameters(lens).size()];
+  }
+  return rig;
+}
 
 RigCalibration calibrate_rig(const RigCalibrationOptions& options,
                              const std::vector<MappedCamera>& cameras, const WheelReadings& wheels,

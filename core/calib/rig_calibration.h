@@ -40,7 +40,13 @@ struct RigCalibration {
   std::vector<int> map_of_point;        ///< the camera whose map each point is of
   RigTracks tracks;
   RigBundle bundle;
+  std::vector<int> shared;  ///< points that each camera and another one's map have in common
+  WheelsKnown wheels_known;
 };
+
+/// The rig file's cameras as they were found, with the sigmas that are left. What nothing has shown
+/// stays, with its sigma.
+Rig calibrated(const Rig& believed, const RigCalibration& calibration);
 
 /// A picture of a camera, grey: the frame of its map.
 using FramePicture = std::function<cv::Mat(std::size_t camera, std::size_t frame)>;

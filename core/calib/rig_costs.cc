@@ -2,6 +2,8 @@
 #include "core/calib/rig_costs.h"
 
 #include <cmath>
+#include <numbers>
+#include <utility>
 
 #include <ceres/sized_cost_function.h>
 
@@ -12,6 +14,9 @@
 
 namespace panoptes {
 namespace {
+
+// A point that comes nearer to a camera is on its way through it: no step is to end there.
+constexpr double kNearest_m = 0.01;
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using ByPose = Eigen::Matrix<double, Eigen::Dynamic, 6>;
@@ -41,7 +46,7 @@ class RigReprojectionCost : public ceres::CostFunction {
     const Pose3 T_taken_instant = on_floor(moved_.with_offset(blocks[3][0])).inverse();
     const Vec3 p_taken = T_taken_instant * (T_body_start * p_start);
     const Vec3 p = T_camera_body * p_taken;
-    if (!can_draw(lens, p)) {
+    if (!can_draw(lens, p) || p.norm() < kNearest_m) {
       return false;
     }
     const Projection drawn = project_with_jacobian(lens, p);
@@ -103,21 +108,24 @@ class WheelsCost : public ceres::SizedCostFunction<3, 7, 7, kWheelErrors> {
         (before.rotation * now.rotation.conjugate()).toRotationMatrix();  // before from now
     const Vec3 shift = before.translation - R * now.translation;
     const double turn_rad = std::atan2(R(1, 0), R(0, 0));
-    // The chord of an arc turns by half of what the arc does.
-    const double more_rad = error[kTurnError] * turn_rad_ + error[kTurnPerMetre] * way_.norm();
+    // The chord of an arc turns by half of what the arc truly does, whatever the wheels say of it.
+    const double more_rad = std::remainder(turn_rad - turn_rad_, 2 * std::numbers::pi);
     const Vec2 turned = Eigen::Rotation2Dd(more_rad / 2) * way_;
     const Vec2 expected = (1 + error[kWayError]) * turned;
     Eigen::Map<Vec3> r(residuals);
-    r << shift.head<2>() - expected, std::remainder(turn_rad - turn_rad_ - more_rad, 2 * M_PI);
+    r << shift.head<2>() - expected,
+        more_rad - error[kTurnError] * turn_rad_ - error[kTurnPerMetre] * way_.norm();
     r = (weight_ * r).eval();
     if (jacobians == nullptr) {
       return true;
     }
+    const Vec2 by_turn(expected.y() / 2, -expected.x() / 2);
     if (jacobians[0] != nullptr) {
       Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
       J.topLeftCorner<2, 3>() = cross_matrix(R * now.translation).topRows<2>();
       J.topRightCorner<2, 3>().leftCols<2>().setIdentity();
       J(2, 2) = 1;
+      J.topRows<2>() += by_turn * J.row(2);
       set_by_pose(jacobians[0], weight_ * J);
     }
     if (jacobians[1] != nullptr) {
@@ -125,14 +133,14 @@ class WheelsCost : public ceres::SizedCostFunction<3, 7, 7, kWheelErrors> {
       J.topLeftCorner<2, 3>() = -(R * cross_matrix(now.translation)).topRows<2>();
       J.topRightCorner<2, 3>() = -R.topRows<2>();
       J.row(2) << -R.row(2), 0, 0, 0;
+      J.topRows<2>() += by_turn * J.row(2);
       set_by_pose(jacobians[1], weight_ * J);
     }
     if (jacobians[2] != nullptr) {
-      const Vec2 aside(-expected.y() / 2, expected.x() / 2);
       Eigen::Map<Eigen::Matrix<double, 3, kWheelErrors, Eigen::RowMajor>> J(jacobians[2]);
       J.col(kWayError) << -turned, 0;
-      J.col(kTurnError) << -turn_rad_ * aside, -turn_rad_;
-      J.col(kTurnPerMetre) << -way_.norm() * aside, -way_.norm();
+      J.col(kTurnError) << 0, 0, -turn_rad_;
+      J.col(kTurnPerMetre) << 0, 0, -way_.norm();
       J = (weight_ * J).eval();
     }
     return true;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace panoptes {
 
@@ -14,7 +15,8 @@ class ScratchTest : public testing::Test {
   void SetUp() override {
     const auto* info = testing::UnitTest::GetInstance()->current_test_info();
     folder_ = std::filesystem::path(testing::TempDir()) /
-              (std::string("panoptes-") + info->test_suite_name() + "-" + info->name());
+              (std::string("panoptes-") + info->test_suite_name() + "-" + info->name() + "-" +
+               std::to_string(::getpid()));  // other checkouts run the same tests
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
   }

@@ -160,6 +160,18 @@ class CalibrateMaps : public SystemTest {
   }
 };
 
+TEST_F(CalibrateMaps, ARigIsNotToldByADriveThatHardlyTurns) {
+  record();
+  const Said said = panoptes({"calibrate", "rose", "--quiet", "--out", "rig"});
+  EXPECT_EQ(said.status, 1) << said.out << said.err;
+  EXPECT_THAT(said.out, HasSubstr("failed: no rig is told"));
+  EXPECT_THAT(said.out, HasSubstr("stage rig: ahead: it turns by"));
+  const auto m = metrics("rig");
+  EXPECT_EQ(m["verdict"], "failed");
+  EXPECT_FALSE(m.contains("reference")) << "no number is told";
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "work/rig/map_behind.json"));
+}
+
 TEST_F(CalibrateMaps, EachCameraMapsWhatItPasses) {
   record();
   const Said said = maps({"--cameras", "ahead,left", "--out", "run"});

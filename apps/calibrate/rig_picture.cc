@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/calibrate/rig_picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "apps/calibrate/drawn_ellipse.h"
+#include "apps/draw/canvas.h"
+#include "apps/draw/pictures.h"
+#include "apps/draw/plan_picture.h"
+#include "core/eval/statistics.h"
+
+namespace panoptes {
+namespace {
+
+constexpr double kMargin = 20;
+constexpr double kTitle = 46;
+constexpr double kLegend = 64;
+constexpr double kSide = 620;
+const double kOf95 = std::sqrt(5.991);  // chi-squared of two numbers
+
+/// A square of the canvas that shows a square of a plane, x right and y up.
+struct Square {
+  Vec2 low_px;
+  Vec2 middle = Vec2::Zero();
+  double half = 1;
+
+  Vec2 at(const Vec2& p) const {
+    const Vec2 d = (p - middle) * (kSide / (2 * half));
+    return low_px + Vec2(kSide / 2 + d.x(), kSide / 2 - d.y());
+  }
+  bool shows(const Vec2& p) const { return (p - middle).cwiseAbs().maxCoeff() < half; }
+};
+
+double draw_grid(const Square& square, Canvas& canvas) {
+  const double step = round_step(2 * square.half, 10);
+  for (int axis = 0; axis < 2; ++axis) {
+    for (const double v :
+         round_values(square.middle[axis] - square.half, square.middle[axis] + square.half, step)) {
+      Vec2 a = square.middle - Vec2::Constant(square.half);
+      Vec2 b = square.middle + Vec2::Constant(square.half);
+      a[axis] = b[axis] = v;
+      canvas.line(square.at(a), square.at(b), kGridColour, 1);
+    }
+  }
+  return step;
+}
+
+void draw_map(const RigCalibration& calibration, Canvas& canvas, Square square) {
+  const RigBundleState& state = calibration.bundle.state;
+  std::vector<double> xs;
+  std::vector<double> ys;
+  for (const Vec3& p : state.points_start) {
+    xs.push_back(p.x());
+    ys.push_back(p.y());
+  }
+  if (!xs.empty()) {  // what nearly all of the points lie in
+    const Vec2 low(quantile(xs, 0.02), quantile(ys, 0.02));
+    const Vec2 high(quantile(xs, 0.98), quantile(ys, 0.98));
+    square.middle = (low + high) / 2;
+    square.half = 0.58 * (high - low).maxCoeff();
+  }
+  const double step = draw_grid(square, canvas);
+  for (std::size_t i = 0; i < state.points_start.size(); ++i) {
+    const Vec2 p = state.points_start[i].head<2>();
+    if (square.shows(p)) {
+      canvas.disc(square.at(p), 2.2,
+                  nth_colour(static_cast<std::size_t>(calibration.map_of_point[i])));
+    }
+  }
+  std::vector<Vec2> way;
+  for (const Pose3& T : state.T_start_body) {
+    way.push_back(square.at(T.translation.head<2>()));
+  }
+  canvas.polyline(way, kInk, 1.5);
+  canvas.frame(square.low_px, square.low_px + Vec2::Constant(kSide), kFaint, 1);
+  canvas.text(fmt::format("the points of all maps, and the robot's way; a square: {} m",
+                          short_number(step)),
+              square.low_px + Vec2(0, kSide + 22), kInk);
+}
+
+void draw_mounting(const RigCalibration& calibration, const Rig& believed, Canvas& canvas,
+                   Square square) {
+  const RigBundleState& state = calibration.bundle.state;
+  const RigCovariance& known = calibration.bundle.known;
+  double far_m = 0.05;
+  double sigma_m = 0;
+  for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
+    far_m = std::max(far_m, state.T_body_camera[c].translation.head<2>().norm());
+    if (c > 0) {
+      const auto P = known.relative(state, 0, c);
+      sigma_m = std::max(sigma_m, std::sqrt(P.block<3, 3>(3, 3).trace()));
+    }
+  }
+  square.half = 1.6 * far_m;
+  const double step = draw_grid(square, canvas);
+  // Ellipses are drawn so much larger that they can be seen.
+  double enlarged = 1;
+  while (sigma_m > 0 && kOf95 * sigma_m * enlarged * 10 < far_m / 2) {
+    enlarged *= 10;
+  }
+  canvas.cross(square.at(Vec2::Zero()), 7, kFaint, 1.5);
+  for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
+    const Pose3& T = state.T_body_camera[c];
+    const Pose3& before = believed.cameras.at(calibration.cameras[c]).T_body_camera;
+    const Colour colour = nth_colour(c);
+    canvas.ring(square.at(before.translation.head<2>()), 6, kFaint, 1.5);
+    const Vec2 eye = T.translation.head<2>();
+    const Vec2 ahead = (T.rotation * Vec3::UnitZ()).head<2>();
+    canvas.line(square.at(eye), square.at(eye + 0.35 * far_m * ahead), colour, 2.5);
+    canvas.disc(square.at(eye), 4, colour);
+    if (c > 0) {
+      const Mat3 R = state.T_body_camera.front().rotation.toRotationMatrix();
+      const Mat3 P = R * known.relative(state, 0, c).block<3, 3>(3, 3) * R.transpose();
+      std::vector<Vec2> line = drawn_ellipse(eye, P.topLeftCorner<2, 2>(), kOf95 * enlarged);
+      std::transform(line.begin(), line.end(), line.begin(),
+                     [&square](const Vec2& p) { return square.at(p); });
+      canvas.polyline(line, colour, 1.5);
+    }
+    canvas.label(calibration.cameras[c], square.at(eye + 0.42 * far_m * ahead), colour, 15, 0.5);
+  }
+  canvas.frame(square.low_px, square.low_px + Vec2::Constant(kSide), kFaint, 1);
+  canvas.text(
+      fmt::format("the rig, the robot's front to the right; a square: {} m", short_number(step)),
+      square.low_px + Vec2(0, kSide + 22), kInk);
+  canvas.text(fmt::format("95 % ellipses as {} sees them, {:g} times; rings: the rig file",
+                          calibration.cameras.front(), enlarged),
+              square.low_px + Vec2(0, kSide + 44), kInk);
+}
+
+}  // namespace
+
+cv::Mat draw_rig(const RigCalibration& calibration, const Rig& believed) {
+  Canvas canvas(static_cast<int>(2 * kSide + 3 * kMargin),
+                static_cast<int>(kTitle + kSide + kLegend), kPaper);
+  canvas.text(fmt::format("{} cameras, {} keyframes, {} observations, {} of other cameras' points; "
+                          "reprojection {:.2f} px",
+                          calibration.cameras.size(), calibration.tracks.instants.size(),
+                          calibration.bundle.observations, calibration.bundle.observations_other,
+                          calibration.bundle.rms_after_px),
+              {kMargin, 30}, kInk, 18);
+  draw_map(calibration, canvas, {Vec2(kMargin, kTitle)});
+  draw_mounting(calibration, believed, canvas, {Vec2(2 * kMargin + kSide, kTitle)});
+  return canvas.shrunk();
+}
+
+}  // namespace panoptes

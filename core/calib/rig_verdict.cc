@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/calib/rig_verdict.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "core/calib/map_verdict.h"
+#include "core/camera/mounting.h"
+
+namespace panoptes {
+namespace {
+
+constexpr double kMostReprojection_px = 0.8;
+constexpr double kMostLeftOut = 0.15;  // as a share
+constexpr int kFewestShared = 20;
+constexpr double kMostSigmas = 4;
+// A rig file is off by a hand's breadth and a look, unless it is of another rig.
+constexpr double kMostOff_rad = deg_to_rad(15);
+constexpr double kMostOff_m = 0.15;
+constexpr double kMostMissing = 0.1;  // of the instants, as a share
+
+double turn_between(const Pose3& a, const Pose3& b) {
+  return a.rotation.angularDistance(b.rotation);
+}
+
+}  // namespace
+
+Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration& calibration) {
+  Judged judged;
+  const auto doubt = [&](Verdict worse, std::string why) {
+    judged.verdict = std::max(judged.verdict, worse);
+    judged.reasons.push_back(std::move(why));
+  };
+  const RigBundle& bundle = calibration.bundle;
+  const RigBundleState& state = bundle.state;
+  for (const MappedCamera& camera : cameras) {
+    const Judged of_map = judge_map(camera.map, camera.adjusted, camera.believed);
+    for (const std::string& reason : of_map.reasons) {
+      doubt(std::min(of_map.verdict, Verdict::kPoor), camera.name + ": its own map: " + reason);
+    }
+  }
+  if (!bundle.converged) {
+    doubt(Verdict::kPoor, "the adjustment of all cameras together did not converge");
+  }
+  if (bundle.rms_after_px > kMostReprojection_px) {
+    doubt(Verdict::kPoor,
+          fmt::format("the cameras do not agree: {:.2f} px of reprojection are left, "
+                      "more than {:g}",
+                      bundle.rms_after_px, kMostReprojection_px));
+  }
+  const int seen = bundle.observations + bundle.left_out;
+  if (bundle.left_out > kMostLeftOut * seen) {
+    doubt(Verdict::kPoor, fmt::format("the cameras contradict one another: {} of {} observations "
+                                      "are left out",
+                                      bundle.left_out, seen));
+  }
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const MappedCamera& camera = cameras[c];
+    if (cameras.size() > 1 && calibration.shared[c] < kFewestShared) {
+      doubt(Verdict::kPoor,
+            fmt::format("{}: shares {} points with other cameras, fewer than {}: how much higher "
+                        "it stands than they do is not seen; drive a motion that turns it to "
+                        "where they have looked",
+                        camera.name, calibration.shared[c], kFewestShared));
+    }
+    const Pose3& found = state.T_body_camera[c];
+    const double turn_rad = turn_between(found, camera.believed.T_body_camera);
+    const double shift_m = (found.translation - camera.believed.T_body_camera.translation).norm();
+    const CameraSigmas& sigma = camera.believed.sigma;
+    if (turn_rad > std::max(kMostOff_rad, kMostSigmas * sigma.rotation_rad.norm()) ||
+        shift_m > std::max(kMostOff_m, kMostSigmas * sigma.position_m.norm())) {
+      std::string like;
+      for (std::size_t other = 0; other < cameras.size(); ++other) {
+        if (other != c &&
+            turn_between(found, cameras[other].believed.T_body_camera) < turn_rad / 4) {
+          like = fmt::format("; it looks as {} is said to: are their pictures swapped?",
+                             cameras[other].name);
+        }
+      }
+      doubt(Verdict::kPoor,
+            fmt::format("{}: is mounted {:.0f} degrees and {:.2f} m off what the rig file says, "
+                        "another rig's{}",
+                        camera.name, rad_to_deg(turn_rad), shift_m, like));
+    }
+    const PlanarHandEye& alone = calibration.hand_eye[c];
+    const double contradicts_rad = turn_between(found, alone.T_body_camera);
+    constexpr double kLeast_rad = deg_to_rad(1);
+    if (contradicts_rad > std::max(kLeast_rad, kMostSigmas * alone.yaw_sigma_rad)) {
+      doubt(Verdict::kPoor,
+            fmt::format("{}: its own path beside the wheels' has it {:.1f} degrees elsewhere than "
+                        "all cameras together",
+                        camera.name, rad_to_deg(contradicts_rad)));
+    }
+    const double late_s = state.clock_offset_s[c] - camera.believed.clock_offset_s;
+    if (std::abs(late_s) > kMostSigmas * sigma.clock_s) {
+      doubt(Verdict::kPoor, fmt::format("{}: its clock is {:.0f} ms off what the rig file says, "
+                                        "which has it known to {:g} ms",
+                                        camera.name, 1000 * late_s, 1000 * sigma.clock_s));
+    }
+  }
+  const std::array<const char*, kWheelErrors> names{"the way", "the turn", "the turn by the way"};
+  for (int i = 0; i < kWheelErrors; ++i) {
+    if (std::abs(state.wheel_errors[i]) > kMostSigmas * calibration.wheels_known.sigma[i]) {
+      doubt(Verdict::kPoor,
+            fmt::format("wheels and pictures contradict one another: {} is {:+.1f} % off what the "
+                        "wheels say",
+                        names[static_cast<std::size_t>(i)], 100 * state.wheel_errors[i]));
+    }
+  }
+  const auto instants = static_cast<double>(calibration.tracks.instants.size());
+  if (bundle.without_wheels > kMostMissing * instants) {
+    doubt(Verdict::kPoor, fmt::format("the wheels say nothing of {} of {} of its stretches",
+                                      bundle.without_wheels, calibration.tracks.instants.size()));
+  }
+  return judged;
+}
+
+}  // namespace panoptes
