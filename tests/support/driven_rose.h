@@ -14,7 +14,7 @@
 namespace panoptes {
 
 /// What a drive over a floor consists of, and how its wheels lie.
-struct Rose {
+struct RoseShape {
   int legs = 9;
   double leg_m = 0.4;     ///< out and back, 0: it turns on the spot
   double turn_rad = 0.8;  ///< between legs, 0: it never turns
@@ -29,7 +29,7 @@ struct Rose {
 /// A robot that drives a rose: soft starts and stops, so that a clock can be told by them.
 class DrivenRose {
  public:
-  DrivenRose(const Rose& rose, Rng rng) : period_s_(rose.period_s) {
+  DrivenRose(const RoseShape& rose, Rng rng) : period_s_(rose.period_s) {
     stand();
     for (int leg = 0; leg < rose.legs; ++leg) {
       run(0, rose.turn_rad, rose);
@@ -84,7 +84,7 @@ class DrivenRose {
     }
   }
 
-  void run(double way_m, double turn_rad, const Rose& rose) {
+  void run(double way_m, double turn_rad, const RoseShape& rose) {
     const double mean_s =
         way_m != 0 ? std::abs(way_m) / rose.speed_mps : std::abs(turn_rad) / rose.turn_radps;
     const int steps = std::max(4, static_cast<int>(2 * mean_s / rose.period_s));

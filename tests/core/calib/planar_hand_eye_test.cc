@@ -83,7 +83,7 @@ TEST(PlanarHandEye, NoisyPathsGiveItWithinWhatItSays) {
   int outside = 0;
   constexpr int kRuns = 20;
   for (int seed = 0; seed < kRuns; ++seed) {
-    Rose rose;
+    RoseShape rose;
     rose.noise_m = 0.007;
     rose.noise_rad = 0.01;
     rose.turn_error = 0.01;
@@ -99,7 +99,7 @@ TEST(PlanarHandEye, NoisyPathsGiveItWithinWhatItSays) {
 }
 
 TEST(PlanarHandEye, ADriveWithoutATurnIsRefused) {
-  Rose straight;
+  RoseShape straight;
   straight.turn_rad = 0;
   const DrivenRose drive(straight, Rng(1));
   try {
@@ -111,7 +111,7 @@ TEST(PlanarHandEye, ADriveWithoutATurnIsRefused) {
 }
 
 TEST(PlanarHandEye, ATurnOnTheSpotTellsNoMetre) {
-  Rose spin;
+  RoseShape spin;
   spin.leg_m = 0;
   const DrivenRose drive(spin, Rng(1));
   try {
@@ -124,7 +124,7 @@ TEST(PlanarHandEye, ATurnOnTheSpotTellsNoMetre) {
 
 TEST(PlanarHandEye, WheelsOfAnotherDriveAreRefused) {
   const DrivenRose drive({}, Rng(1));
-  Rose other;
+  RoseShape other;
   other.turn_rad = 0.3;
   other.leg_m = 0.9;
   const DrivenRose another(other, Rng(1));

@@ -36,7 +36,7 @@ struct Scene {
   double false_share = 0;
 };
 
-Drive drive(const Scene& scene, const Rose& rose, Rng rng) {
+Drive drive(const Scene& scene, const RoseShape& rose, Rng rng) {
   Drive out{{}, {}, {}, DrivenRose(rose, rng.fork("drive")), {}, {}};
   for (int c = 0; c < 2; ++c) {
     RigCamera camera;
@@ -114,8 +114,8 @@ Drive drive(const Scene& scene, const Rose& rose, Rng rng) {
   return out;
 }
 
-Rose noisy() {
-  Rose rose;
+RoseShape noisy() {
+  RoseShape rose;
   rose.noise_m = 0.005;
   rose.noise_rad = 0.01;
   return rose;
@@ -205,7 +205,7 @@ TEST(RigBundle, CamerasThatShareNothingKeepTheirHeights) {
 }
 
 TEST(RigBundle, ATurnOnTheSpotShowsNeitherYawNorPlace) {
-  Rose spin = noisy();
+  RoseShape spin = noisy();
   spin.leg_m = 0;
   Drive of = drive({}, spin, Rng(34));
   const RigBundle bundle = adjusted(of);

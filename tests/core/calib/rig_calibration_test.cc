@@ -22,7 +22,7 @@ using ::testing::HasSubstr;
 class RigCalibrationTest : public testing::Test {
  protected:
   void SetUp() override {
-    Rose rose;
+    RoseShape rose;
     rose.legs = 8;
     rose.leg_m = 0.3;
     rose.period_s = 1.0 / 10;
