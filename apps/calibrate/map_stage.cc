@@ -16,13 +16,13 @@
 #include "apps/calibrate/camera_map.h"
 #include "apps/calibrate/map_picture.h"
 #include "apps/calibrate/stage_cameras.h"
+#include "apps/calibrate/stage_metrics.h"
 #include "apps/command/out_dir.h"
 #include "apps/draw/pictures.h"
 #include "apps/mission/stop_condition.h"
 #include "apps/process/fault.h"
 #include "apps/process/process.h"
 #include "apps/process/progress.h"
-#include "apps/process/stage_clock.h"
 #include "core/base/text.h"
 #include "core/base/utf8.h"
 #include "core/calib/map_verdict.h"
@@ -38,8 +38,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-constexpr int kInterrupted = 130;
 
 double percent(const CameraPathErrors& errors) {
   return errors.path_m > 0 ? 100 * errors.position_rms_m / errors.path_m : 0;
@@ -264,14 +262,7 @@ int calibrate_maps(const MapStage& args) {
   if (interrupted || worst == Verdict::kFailed || !faults.none()) {
     figures["outcome"] = interrupted ? "interrupted" : "failed";
   }
-  if (!faults.none()) {
-    figures["fault"] = as_utf8(faults.text());
-  }
-  const ProcessUse use = process_use();
-  figures["wall_s"] = use.wall_s;
-  figures["cpu_s"] = use.cpu_s;
-  figures["peak_memory_mb"] = use.peak_memory_mb;
-  faults.attempt([&] { write_file(out.path() / "metrics.json", figures.dump(2) + "\n"); });
+  write_metrics(out.path(), figures, faults);
   return !faults.none() ? faults.status() : interrupted ? kInterrupted : worst == Verdict::kFailed;
 }
 

@@ -18,12 +18,12 @@
 #include "apps/calibrate/rig_picture.h"
 #include "apps/calibrate/saved_map.h"
 #include "apps/calibrate/stage_cameras.h"
+#include "apps/calibrate/stage_metrics.h"
 #include "apps/command/out_dir.h"
 #include "apps/draw/pictures.h"
 #include "apps/mission/stop_condition.h"
 #include "apps/process/fault.h"
 #include "apps/process/progress.h"
-#include "apps/process/stage_clock.h"
 #include "core/base/error.h"
 #include "core/base/utf8.h"
 #include "core/calib/rig_verdict.h"
@@ -40,8 +40,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-constexpr int kInterrupted = 130;  // 128 + SIGINT
 
 std::string map_file(const std::string& camera) { return "map_" + camera + ".json"; }
 
@@ -145,6 +143,7 @@ int calibrate_rig_of(const RigStage& args) {
   const auto lenses = stage_cameras(args.dataset, args.rig, args.cameras);
   const RecordedWheels wheels(args.dataset);
   for (const auto& [camera, believed] : lenses) {
+    check_recording(args.dataset, camera, believed, args.slam);
     wheels.check_reach(recorded_pictures(args.dataset, camera), believed);
   }
   std::vector<std::string> may_hold;
@@ -229,14 +228,7 @@ int calibrate_rig_of(const RigStage& args) {
   if (judged.verdict == Verdict::kFailed || !faults.none()) {
     figures["outcome"] = "failed";
   }
-  if (!faults.none()) {
-    figures["fault"] = as_utf8(faults.text());
-  }
-  const ProcessUse use = process_use();
-  figures["wall_s"] = use.wall_s;
-  figures["cpu_s"] = use.cpu_s;
-  figures["peak_memory_mb"] = use.peak_memory_mb;
-  faults.attempt([&] { write_file(out.path() / "metrics.json", figures.dump(2) + "\n"); });
+  write_metrics(out.path(), figures, faults);
   return !faults.none() ? faults.status() : judged.verdict == Verdict::kFailed ? 1 : 0;
 }
 

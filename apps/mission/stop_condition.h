@@ -13,6 +13,9 @@
 
 namespace panoptes {
 
+/// The exit status of what the user interrupted: 128 and SIGINT's number.
+inline constexpr int kInterrupted = 130;
+
 /// Ends a run: its duration, its number of keyframes, a lost device, a rig that is not the file's,
 /// or the user (Ctrl-C, SIGTERM, SIGHUP). A second signal asks to leave out what can be made again
 /// from the files of the run; a third one ends the process at once.

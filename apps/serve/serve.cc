@@ -24,7 +24,6 @@ namespace panoptes {
 namespace {
 
 constexpr double kForEver_s = 1e8;
-constexpr int kInterrupted = 130;
 
 struct ServeArguments {
   std::string mission;

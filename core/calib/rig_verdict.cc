@@ -103,13 +103,15 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                                         camera.name, 1000 * late_s, 1000 * sigma.clock_s));
     }
   }
-  const std::array<const char*, kWheelErrors> names{"the way", "the turn", "the turn by the way"};
+  const std::array<std::string, kWheelErrors> off{
+      fmt::format("the way by {:+.1f} %", 100 * state.wheel_errors[kWayError]),
+      fmt::format("the turn by {:+.1f} %", 100 * state.wheel_errors[kTurnError]),
+      fmt::format("the turn by {:+.1f} degrees a metre",
+                  rad_to_deg(state.wheel_errors[kTurnPerMetre]))};
   for (int i = 0; i < kWheelErrors; ++i) {
     if (std::abs(state.wheel_errors[i]) > kMostSigmas * calibration.wheels_known.sigma[i]) {
-      doubt(Verdict::kPoor,
-            fmt::format("wheels and pictures contradict one another: {} is {:+.1f} % off what the "
-                        "wheels say",
-                        names[static_cast<std::size_t>(i)], 100 * state.wheel_errors[i]));
+      doubt(Verdict::kPoor, "wheels and pictures contradict one another: " +
+                                off[static_cast<std::size_t>(i)] + " off what the wheels say");
     }
   }
   const auto instants = static_cast<double>(calibration.tracks.instants.size());
