@@ -42,23 +42,56 @@ constexpr double kLargestRadius = 1e6;
 constexpr double kSeen_m = 0.1;
 constexpr double kSeen_rad = deg_to_rad(3);
 
-/// How far wheels and floor are off, learned from the run.
+/// How far wheels and floor are off, learned from the run. What wheels are off by grows with the
+/// root of the way that they roll, together: of a metre of it, so much.
 struct MotionNoise {
-  double way_m = 0.005;  ///< of a metre; grows with the root of the way
+  double way_m = 0.005;
   double across_m = 0.005;
-  double turn_rad = 0.02;  ///< of a radian; grows with the root of the turn
+  double turn_rad = 0.02;
   double height_m = 0.001;
   double tilt_rad = deg_to_rad(0.1);
 };
 constexpr MotionNoise kLeastNoise{0.0005, 0.0005, 0.001, 0.00002, deg_to_rad(0.002)};
 constexpr double kStep_m = 0.0003;  // a tick of the wheels
 constexpr double kStep_rad = 0.0005;
-constexpr double kLeastMoved = 0.01;  // m or rad: less is steps
+constexpr double kLeastRolled_m = 0.01;     // less is steps
+constexpr double kWheelFromMiddle_m = 0.2;  // about: a turn rolls the wheels too
 
-WheelSigma sigma_of(const MotionNoise& noise, const Pose2& moved) {
-  const double root_m = std::sqrt(moved.position().norm());
-  return {std::hypot(kStep_m, noise.way_m * root_m), std::hypot(kStep_m, noise.across_m * root_m),
-          std::hypot(kStep_rad, noise.turn_rad * std::sqrt(std::abs(moved.theta_rad)))};
+/// What the wheels say from an instant to the next.
+struct Driven {
+  Pose2 T_before_now;
+  double way_m = 0;     ///< of the body,
+  double rolled_m = 0;  ///< and of its wheels; there and back is twice the way
+};
+
+std::optional<Driven> driven(const WheelReadings& wheels, Time from, Time to) {
+  constexpr Duration kPiece = std::chrono::milliseconds(50);
+  const std::optional<Odometry> first = wheels(from);
+  std::optional<Odometry> before = first;
+  Driven out;
+  for (Time at = from; before && at < to;) {
+    at = std::min(at + kPiece, to);
+    const std::optional<Odometry> now = wheels(at);
+    if (!now) {
+      return std::nullopt;
+    }
+    const Pose2 moved = before->T_odom_body.inverse() * now->T_odom_body;
+    out.way_m += moved.position().norm();
+    out.rolled_m +=
+        std::max(moved.position().norm(), kWheelFromMiddle_m * std::abs(moved.theta_rad));
+    out.T_before_now = first->T_odom_body.inverse() * now->T_odom_body;
+    before = now;
+  }
+  return before ? std::optional<Driven>(out) : std::nullopt;
+}
+
+WheelSigma sigma_of(const MotionNoise& noise, const Driven& moved) {
+  const double root_m = std::sqrt(moved.rolled_m);
+  // A heading that wanders evenly leaves its chord by so much of the way.
+  const double swung_m = noise.turn_rad * root_m * moved.way_m / std::sqrt(12.0);
+  return {std::hypot(kStep_m, noise.way_m * root_m),
+          std::hypot(std::hypot(kStep_m, swung_m), noise.across_m * root_m),
+          std::hypot(kStep_rad, noise.turn_rad * root_m)};
 }
 
 /// All that is adjusted, as the solver holds it.
@@ -145,11 +178,7 @@ class Adjustment {
                                   start.clock_offset_s[view.camera]));
     }
     for (std::size_t i = 0; i + 1 < tracks.instants.size(); ++i) {
-      const std::optional<Odometry> here = wheels(tracks.instants[i]);
-      const std::optional<Odometry> next = wheels(tracks.instants[i + 1]);
-      driven_.push_back(here && next
-                            ? std::optional<Pose2>(here->T_odom_body.inverse() * next->T_odom_body)
-                            : std::nullopt);
+      driven_.push_back(driven(wheels, tracks.instants[i], tracks.instants[i + 1]));
     }
     camera_of_point_.assign(start.points_start.size(), 0);
     for (RigSeen& seen : tracks.seen) {
@@ -185,7 +214,8 @@ class Adjustment {
       out.observations += seen.believed ? 1 : 0;
       out.observations_other += seen.believed && !seen.own ? 1 : 0;
     }
-    out.without_wheels = static_cast<int>(std::count(driven_.begin(), driven_.end(), std::nullopt));
+    out.without_wheels = static_cast<int>(std::count_if(
+        driven_.begin(), driven_.end(), [](const auto& stretch) { return !stretch; }));
     out.left_out = static_cast<int>(tracks_.seen.size()) - out.observations;
     for (std::size_t c = 0; c < believed_.size(); ++c) {
       out.sigma_own_px.push_back(sigma_px_[2 * c]);
@@ -209,7 +239,9 @@ class Adjustment {
     }
     const Intrinsics lens = with_parameters(state_.lenses[view.camera], blocks_.lens[view.camera]);
     const Vec3 p = from_block(blocks_.T_camera_body[view.camera].data()) *
-                   (on_floor(moved->with_offset(blocks_.clock_offset_s[view.camera])).inverse() *
+                   (on_floor(truly_moved(moved->with_offset(blocks_.clock_offset_s[view.camera]),
+                                         Vec3(blocks_.wheel_errors.data())))
+                        .inverse() *
                     (from_block(blocks_.T_body_start[view.instant].data()) *
                      Vec3(Eigen::Map<const Vec3>(blocks_.p_start[seen.point].data()))));
     return can_draw(lens, p) && p.norm() > kNearest_m
@@ -278,21 +310,18 @@ class Adjustment {
       const Pose3 T = from_block(blocks_.T_body_start[i].data());
       const Vec3 up = T.rotation * Vec3::UnitZ();
       tilt.push_back(up.head<2>().squaredNorm());
-      height.push_back(std::abs(up.dot(T.translation)));
+      height.push_back(std::abs(up.dot(T.translation)) / (1 + blocks_.wheel_errors[kWayError]));
       if (i + 1 < tracks_.instants.size() && driven_[i]) {
-        const std::unique_ptr<ceres::CostFunction> cost(wheels_cost(*driven_[i], {}));
+        const std::unique_ptr<ceres::CostFunction> cost(wheels_cost(driven_[i]->T_before_now, {}));
         const double* all[] = {blocks_.T_body_start[i].data(), blocks_.T_body_start[i + 1].data(),
                                blocks_.wheel_errors.data()};
         Vec3 off;
         cost->Evaluate(all, off.data(), nullptr);
-        const double root_m = std::sqrt(driven_[i]->position().norm());
-        const double root_rad = std::sqrt(std::abs(driven_[i]->theta_rad));
-        if (root_m > std::sqrt(kLeastMoved)) {
+        if (driven_[i]->rolled_m > kLeastRolled_m) {
+          const double root_m = std::sqrt(driven_[i]->rolled_m);
           along.push_back(std::abs(off.x()) / root_m);
           across.push_back(std::abs(off.y()) / root_m);
-        }
-        if (root_rad > std::sqrt(kLeastMoved)) {
-          turn.push_back(std::abs(off.z()) / root_rad);
+          turn.push_back(std::abs(off.z()) / root_m);
         }
       }
     }
@@ -369,15 +398,17 @@ class Adjustment {
   void build(ceres::Problem& problem, Loss loss) {
     for (PoseBlock& block : blocks_.T_body_start) {
       add_pose(problem, block);
-      problem.AddResidualBlock(level_cost(noise_.height_m, noise_.tilt_rad), nullptr, block.data());
+      problem.AddResidualBlock(level_cost(noise_.height_m, noise_.tilt_rad), nullptr, block.data(),
+                               blocks_.wheel_errors.data());
     }
     problem.AddResidualBlock(start_cost(), nullptr, blocks_.T_body_start.front().data());
     problem.AddParameterBlock(blocks_.wheel_errors.data(), kWheelErrors);
     for (std::size_t i = 0; i < driven_.size(); ++i) {
       if (driven_[i]) {
-        problem.AddResidualBlock(wheels_cost(*driven_[i], sigma_of(noise_, *driven_[i])),
-                                 made(Loss::kHuber), blocks_.T_body_start[i].data(),
-                                 blocks_.T_body_start[i + 1].data(), blocks_.wheel_errors.data());
+        problem.AddResidualBlock(
+            wheels_cost(driven_[i]->T_before_now, sigma_of(noise_, *driven_[i])),
+            made(Loss::kHuber), blocks_.T_body_start[i].data(), blocks_.T_body_start[i + 1].data(),
+            blocks_.wheel_errors.data());
       }
     }
     problem.AddResidualBlock(known_cost(Vec3::Zero(), options_.wheels.sigma), nullptr,
@@ -395,12 +426,12 @@ class Adjustment {
       if (seen.believed) {
         const RigView& view = tracks_.views[seen.view];
         const std::size_t c = view.camera;
-        problem.AddResidualBlock(rig_reprojection_cost(state_.lenses[c], seen.px,
-                                                       sigma_px_[group(seen)], *moved_[seen.view]),
-                                 made(loss), blocks_.lens[c].data(),
-                                 blocks_.T_camera_body[c].data(),
-                                 blocks_.T_body_start[view.instant].data(),
-                                 &blocks_.clock_offset_s[c], blocks_.p_start[seen.point].data());
+        problem.AddResidualBlock(
+            rig_reprojection_cost(state_.lenses[c], seen.px, sigma_px_[group(seen)],
+                                  *moved_[seen.view]),
+            made(loss), blocks_.lens[c].data(), blocks_.T_camera_body[c].data(),
+            blocks_.T_body_start[view.instant].data(), &blocks_.clock_offset_s[c],
+            blocks_.wheel_errors.data(), blocks_.p_start[seen.point].data());
       }
     }
   }
@@ -452,7 +483,7 @@ class Adjustment {
   RigBundleState state_;
   Blocks blocks_;
   std::vector<std::optional<BodyMoved>> moved_;  // by view
-  std::vector<std::optional<Pose2>> driven_;     // from each instant to the next
+  std::vector<std::optional<Driven>> driven_;    // from each instant to the next
   std::vector<std::size_t> camera_of_point_;
   std::vector<double> sigma_px_;  // by group
   MotionNoise noise_;

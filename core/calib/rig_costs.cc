@@ -18,6 +18,12 @@ namespace {
 // A point that comes nearer to a camera is on its way through it: no step is to end there.
 constexpr double kNearest_m = 0.01;
 
+/// How far forward, by the chord of its arc.
+double chord(const Pose2& moved) {
+  const double half_rad = moved.theta_rad / 2;
+  return std::cos(half_rad) * moved.x_m + std::sin(half_rad) * moved.y_m;
+}
+
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using ByPose = Eigen::Matrix<double, Eigen::Dynamic, 6>;
 
@@ -33,7 +39,8 @@ class RigReprojectionCost : public ceres::CostFunction {
                       const BodyMoved& moved)
       : lens_(lens), seen_px_(seen_px), sigma_px_(sigma_px), moved_(moved) {
     set_num_residuals(2);
-    *mutable_parameter_block_sizes() = {static_cast<int>(lens_parameters(lens).size()), 7, 7, 1, 3};
+    *mutable_parameter_block_sizes() = {
+        static_cast<int>(lens_parameters(lens).size()), 7, 7, 1, kWheelErrors, 3};
   }
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
@@ -42,8 +49,11 @@ class RigReprojectionCost : public ceres::CostFunction {
         with_parameters(lens_, Eigen::Map<const Eigen::VectorXd>(blocks[0], count));
     const Pose3 T_camera_body = from_block(blocks[1]);
     const Pose3 T_body_start = from_block(blocks[2]);
-    const Vec3 p_start = Eigen::Map<const Vec3>(blocks[4]);
-    const Pose3 T_taken_instant = on_floor(moved_.with_offset(blocks[3][0])).inverse();
+    const Vec3 errors = Eigen::Map<const Vec3>(blocks[4]);
+    const Vec3 p_start = Eigen::Map<const Vec3>(blocks[5]);
+    const Pose2 by_wheels = moved_.with_offset(blocks[3][0]);
+    const Pose2 T_instant_taken = truly_moved(by_wheels, errors);
+    const Pose3 T_taken_instant = on_floor(T_instant_taken).inverse();
     const Vec3 p_taken = T_taken_instant * (T_body_start * p_start);
     const Vec3 p = T_camera_body * p_taken;
     if (!can_draw(lens, p) || p.norm() < kNearest_m) {
@@ -70,14 +80,27 @@ class RigReprojectionCost : public ceres::CostFunction {
     }
     if (jacobians[3] != nullptr) {
       // By a later clock the body was less far on its way.
-      const Twist2& twist = moved_.twist_body;
-      const Vec3 by_offset(twist.v_mps - twist.w_radps * p_taken.y(), twist.w_radps * p_taken.x(),
-                           0);
+      const double v_mps = (1 + errors[kWayError]) * moved_.twist_body.v_mps;
+      const double w_radps = (1 + errors[kTurnError]) * moved_.twist_body.w_radps +
+                             errors[kTurnPerMetre] * moved_.twist_body.v_mps;
+      const Vec3 by_offset(v_mps - w_radps * p_taken.y(), w_radps * p_taken.x(), 0);
       Eigen::Map<Vec2> J(jacobians[3]);
       J = by_taken * by_offset;
     }
     if (jacobians[4] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[4]);
+      // In the body's axes at the picture: the longer the way, the nearer is what lies ahead.
+      const Vec2 way_taken = -T_instant_taken.inverse().position();
+      Eigen::Matrix<double, 3, kWheelErrors> taken_by_errors =
+          Eigen::Matrix<double, 3, kWheelErrors>::Zero();
+      taken_by_errors.col(kWayError).head<2>() = -way_taken / (1 + errors[kWayError]);
+      const Vec2 by_turn(p_taken.y() + way_taken.y() / 2, -p_taken.x() - way_taken.x() / 2);
+      taken_by_errors.col(kTurnError).head<2>() = by_wheels.theta_rad * by_turn;
+      taken_by_errors.col(kTurnPerMetre).head<2>() = chord(by_wheels) * by_turn;
+      Eigen::Map<Eigen::Matrix<double, 2, kWheelErrors, Eigen::RowMajor>> J(jacobians[4]);
+      J = by_taken * taken_by_errors;
+    }
+    if (jacobians[5] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[5]);
       J = by_body * T_body_start.rotation.toRotationMatrix();
     }
     return true;
@@ -93,7 +116,9 @@ class RigReprojectionCost : public ceres::CostFunction {
 class WheelsCost : public ceres::SizedCostFunction<3, 7, 7, kWheelErrors> {
  public:
   WheelsCost(const Pose2& T_before_now, const WheelSigma& sigma)
-      : way_(T_before_now.position()), turn_rad_(T_before_now.theta_rad) {
+      : way_(T_before_now.position()),
+        chord_m_(chord(T_before_now)),
+        turn_rad_(T_before_now.theta_rad) {
     weight_.setZero();
     weight_.topLeftCorner<2, 2>() = Vec2(1 / sigma.along_m, 1 / sigma.across_m).asDiagonal() *
                                     Eigen::Rotation2Dd(-turn_rad_ / 2).toRotationMatrix();
@@ -111,36 +136,36 @@ class WheelsCost : public ceres::SizedCostFunction<3, 7, 7, kWheelErrors> {
     // The chord of an arc turns by half of what the arc truly does, whatever the wheels say of it.
     const double more_rad = std::remainder(turn_rad - turn_rad_, 2 * std::numbers::pi);
     const Vec2 turned = Eigen::Rotation2Dd(more_rad / 2) * way_;
-    const Vec2 expected = (1 + error[kWayError]) * turned;
+    const double per_metre = 1 / (1 + error[kWayError]);
     Eigen::Map<Vec3> r(residuals);
-    r << shift.head<2>() - expected,
-        more_rad - error[kTurnError] * turn_rad_ - error[kTurnPerMetre] * way_.norm();
+    r << per_metre * shift.head<2>() - turned,
+        more_rad - error[kTurnError] * turn_rad_ - error[kTurnPerMetre] * chord_m_;
     r = (weight_ * r).eval();
     if (jacobians == nullptr) {
       return true;
     }
-    const Vec2 by_turn(expected.y() / 2, -expected.x() / 2);
+    const Vec2 by_turn(turned.y() / 2, -turned.x() / 2);
     if (jacobians[0] != nullptr) {
       Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
-      J.topLeftCorner<2, 3>() = cross_matrix(R * now.translation).topRows<2>();
-      J.topRightCorner<2, 3>().leftCols<2>().setIdentity();
+      J.topLeftCorner<2, 3>() = per_metre * cross_matrix(R * now.translation).topRows<2>();
+      J.topRightCorner<2, 3>().leftCols<2>().diagonal().setConstant(per_metre);
       J(2, 2) = 1;
       J.topRows<2>() += by_turn * J.row(2);
       set_by_pose(jacobians[0], weight_ * J);
     }
     if (jacobians[1] != nullptr) {
       Eigen::Matrix<double, 3, 6> J;
-      J.topLeftCorner<2, 3>() = -(R * cross_matrix(now.translation)).topRows<2>();
-      J.topRightCorner<2, 3>() = -R.topRows<2>();
+      J.topLeftCorner<2, 3>() = -per_metre * (R * cross_matrix(now.translation)).topRows<2>();
+      J.topRightCorner<2, 3>() = -per_metre * R.topRows<2>();
       J.row(2) << -R.row(2), 0, 0, 0;
       J.topRows<2>() += by_turn * J.row(2);
       set_by_pose(jacobians[1], weight_ * J);
     }
     if (jacobians[2] != nullptr) {
       Eigen::Map<Eigen::Matrix<double, 3, kWheelErrors, Eigen::RowMajor>> J(jacobians[2]);
-      J.col(kWayError) << -turned, 0;
+      J.col(kWayError) << -per_metre * per_metre * shift.head<2>(), 0;
       J.col(kTurnError) << 0, 0, -turn_rad_;
-      J.col(kTurnPerMetre) << 0, 0, -way_.norm();
+      J.col(kTurnPerMetre) << 0, 0, -chord_m_;
       J = (weight_ * J).eval();
     }
     return true;
@@ -148,6 +173,7 @@ class WheelsCost : public ceres::SizedCostFunction<3, 7, 7, kWheelErrors> {
 
  private:
   Vec2 way_;
+  double chord_m_;  // forward
   double turn_rad_;
   Mat3 weight_;
 };
@@ -169,7 +195,7 @@ class StartCost : public ceres::SizedCostFunction<3, 7> {
   }
 };
 
-class LevelCost : public ceres::SizedCostFunction<3, 7> {
+class LevelCost : public ceres::SizedCostFunction<3, 7, kWheelErrors> {
  public:
   LevelCost(double sigma_m, double sigma_rad)
       : weight_(1 / sigma_rad, 1 / sigma_rad, 1 / sigma_m) {}
@@ -179,12 +205,21 @@ class LevelCost : public ceres::SizedCostFunction<3, 7> {
     const Vec3 up = T_body_start.rotation * Vec3::UnitZ();
     const Vec3& t = T_body_start.translation;
     Eigen::Map<Vec3> r(residuals);
-    r = weight_.cwiseProduct(Vec3(up.x(), up.y(), up.dot(t)));
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
+    const double per_metre = 1 / (1 + blocks[1][kWayError]);
+    r = weight_.cwiseProduct(Vec3(up.x(), up.y(), per_metre * up.dot(t)));
+    if (jacobians == nullptr) {
+      return true;
+    }
+    if (jacobians[0] != nullptr) {
       Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
       J.topLeftCorner<2, 3>() = -cross_matrix(up).topRows<2>();
-      J.row(2) << up.cross(t).transpose(), up.transpose();
+      J.row(2) << per_metre * up.cross(t).transpose(), per_metre * up.transpose();
       set_by_pose(jacobians[0], weight_.asDiagonal() * J);
+    }
+    if (jacobians[1] != nullptr) {
+      Eigen::Map<Eigen::Matrix<double, 3, kWheelErrors, Eigen::RowMajor>> J(jacobians[1]);
+      J.setZero();
+      J(2, kWayError) = -weight_[2] * per_metre * per_metre * up.dot(t);
     }
     return true;
   }
@@ -248,6 +283,14 @@ class MountingKnownCost : public ceres::SizedCostFunction<6, 7> {
 };
 
 }  // namespace
+
+Pose2 truly_moved(const Pose2& by_wheels, const Vec3& wheel_errors) {
+  const double more_rad = wheel_errors[kTurnError] * by_wheels.theta_rad +
+                          wheel_errors[kTurnPerMetre] * chord(by_wheels);
+  const Vec2 way =
+      (1 + wheel_errors[kWayError]) * (Eigen::Rotation2Dd(more_rad / 2) * by_wheels.position());
+  return {way.x(), way.y(), by_wheels.theta_rad + more_rad};
+}
 
 Pose2 BodyMoved::with_offset(double offset_s) const {
   return T_instant_taken * exp_twist(twist_body, clock_offset_s - offset_s);

@@ -14,7 +14,14 @@ class CostFunction;
 
 namespace panoptes {
 
-/// How the body moved from a keyframe's instant to when a camera took its picture, by a clock
+/// What odometry misses, besides noise: of the way and of the turn as a share, and how it turns
+/// with the way (forward is positive: of unequal wheels, the way back undoes it).
+enum WheelError : int { kWayError = 0, kTurnError = 1, kTurnPerMetre = 2, kWheelErrors = 3 };
+
+/// How the body truly moved, by what the wheels say and what they err by (WheelError).
+Pose2 truly_moved(const Pose2& by_wheels, const Vec3& wheel_errors);
+
+/// What the wheels say from a keyframe's instant to when a camera took its picture, by a clock
 /// offset of that camera.
 struct BodyMoved {
   Pose2 T_instant_taken;
@@ -26,13 +33,9 @@ struct BodyMoved {
 };
 
 /// A point where a picture of a rig's camera shows it. Blocks: the lens (lens_parameters),
-/// T_camera_body, T_body_start, the clock offset in s, the point in start.
+/// T_camera_body, T_body_start, the clock offset in s, the wheels' errors, the point in start.
 ceres::CostFunction* rig_reprojection_cost(const Intrinsics& lens, const Vec2& seen_px,
                                            double sigma_px, const BodyMoved& moved);
-
-/// What odometry misses, besides noise: of the way and of the turn as a share, and how it turns
-/// with the way.
-enum WheelError : int { kWayError = 0, kTurnError = 1, kTurnPerMetre = 2, kWheelErrors = 3 };
 
 /// How well wheels tell a motion: wheels slip along the way rather than across it.
 struct WheelSigma {
@@ -42,13 +45,16 @@ struct WheelSigma {
 };
 
 /// What the wheels say between two instants: along and across its chord, and the turn. Blocks:
-/// T_body_start of both, the wheels' errors.
+/// T_body_start of both, the wheels' errors. What it is off by is in the wheels' own metres: in
+/// true ones a shorter metre would make all noise less, and the metre shrink with every motion
+/// told.
 ceres::CostFunction* wheels_cost(const Pose2& T_before_now, const WheelSigma& sigma);
 
 /// The body where `start` lies, but for what a level floor says. Block: T_body_start.
 ceres::CostFunction* start_cost();
 
-/// A body on a level floor. Block: T_body_start.
+/// A body on a level floor, in the wheels' metres (as wheels_cost). Blocks: T_body_start, the
+/// wheels' errors.
 ceres::CostFunction* level_cost(double sigma_m, double sigma_rad);
 
 /// Numbers that are known before, each to its sigma. One block.

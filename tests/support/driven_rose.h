@@ -21,8 +21,7 @@ struct RoseShape {
   double period_s = 0.1;
   double speed_mps = 0.4;
   double turn_radps = 0.5;
-  double noise_m = 0;     ///< of the way of a metre, the root of the way
-  double noise_rad = 0;   ///< of a turn of a radian, the root of the turn
+  double noise_m = 0;     ///< of a wheel that rolls a metre; grows with the root of the way
   double turn_error = 0;  ///< of the wheels, as a share
 };
 
@@ -42,10 +41,14 @@ class DrivenRose {
       if (i > 0) {
         const Pose2 moved = true_[i - 1].inverse() * true_[i];
         const double way = std::copysign(moved.position().norm(), moved.x_m);
-        const double turn = moved.theta_rad;
-        const Twist2 told{way + rose.noise_m * std::sqrt(std::abs(way)) * rng.normal(),
-                          turn / (1 + rose.turn_error) +
-                              rose.noise_rad * std::sqrt(std::abs(turn)) * rng.normal()};
+        const double turn = moved.theta_rad / (1 + rose.turn_error);
+        const auto rolled = [&](double wheel_m) {
+          return wheel_m + rose.noise_m * std::sqrt(std::abs(wheel_m)) * rng.normal();
+        };
+        constexpr double kBase_m = 0.4;
+        const double left = rolled(way - turn * kBase_m / 2);
+        const double right = rolled(way + turn * kBase_m / 2);
+        const Twist2 told{(left + right) / 2, (right - left) / kBase_m};
         odometry = odometry * exp_twist(told, 1);
       }
       odometry_.push_back(odometry);

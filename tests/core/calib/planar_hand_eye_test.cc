@@ -85,7 +85,6 @@ TEST(PlanarHandEye, NoisyPathsGiveItWithinWhatItSays) {
   for (int seed = 0; seed < kRuns; ++seed) {
     RoseShape rose;
     rose.noise_m = 0.007;
-    rose.noise_rad = 0.01;
     rose.turn_error = 0.01;
     const DrivenRose drive(rose, Rng(10 + seed));
     const RigCamera truth = mounted_truly();

@@ -27,7 +27,6 @@ class RigCalibrationTest : public testing::Test {
     rose.leg_m = 0.3;
     rose.period_s = 1.0 / 10;
     rose.noise_m = 0.005;
-    rose.noise_rad = 0.01;
     drive_.emplace(rose, Rng(3));
     const Rng rng(4);
     for (const std::string name : {"ahead", "behind"}) {

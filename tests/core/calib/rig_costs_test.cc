@@ -89,6 +89,7 @@ TEST(RigCosts, ReprojectionHasItsDerivatives) {
                       pose(T_camera_body),
                       pose(kBodyStart),
                       {0.013},
+                      {0.01, -0.02, 0.03},
                       {p_start.x(), p_start.y(), p_start.z()}},
                      1e-5);
 }
@@ -107,11 +108,11 @@ TEST(RigCosts, WheelsHaveTheirDerivativesAndAgreeWithTheArcThatWasDriven) {
 
 TEST(RigCosts, LevelFloorHasItsDerivatives) {
   const std::unique_ptr<ceres::CostFunction> cost(level_cost(0.01, 0.02));
-  EXPECT_LT(residuals(*cost, {pose(kBodyStart)}).norm(), 1e-9);
+  EXPECT_LT(residuals(*cost, {pose(kBodyStart), {0, 0, 0}}).norm(), 1e-9);
   Pose3 tilted = kBodyStart;
   tilted.rotation = (turned_by({0.02, -0.03, 0}) * tilted.rotation).normalized();
   tilted.translation.z() += 0.05;
-  expect_derivatives(*cost, {pose(tilted)}, 1e-5);
+  expect_derivatives(*cost, {pose(tilted), {0.01, -0.02, 0.03}}, 1e-5);
 }
 
 TEST(RigCosts, KnownMountingHasItsDerivatives) {
