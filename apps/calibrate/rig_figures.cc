@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <nlohmann/json.hpp>
 
 #include "core/base/utf8.h"
@@ -40,6 +41,15 @@ void add_errors(const Pose3& found, const Pose3& truth, Json& figures) {
       rad_to_deg(std::atan2(cross, found.translation.dot(truth.translation)));
 }
 
+/// e^T C^-1 e by its dimension: 1 on the mean where the covariance is as large as errors are.
+double normalised_error(const Pose3& found, const Pose3& truth,
+                        const Eigen::Matrix<double, 6, 6>& covariance) {
+  const Eigen::AngleAxisd off(found.rotation * truth.rotation.conjugate());
+  Eigen::Matrix<double, 6, 1> e;
+  e << off.angle() * off.axis(), found.translation - truth.translation;
+  return e.dot(covariance.ldlt().solve(e)) / static_cast<double>(e.size());
+}
+
 Json lens_json(const Intrinsics& lens, const Eigen::VectorXd& sigma) {
   Json figures;
   const Eigen::VectorXd numbers = lens_parameters(lens);
@@ -64,7 +74,8 @@ Json rig_figures(const RigCalibration& calibration, const std::optional<Rig>& tr
     return truth && truth->cameras.contains(name) ? &truth->cameras.at(name) : nullptr;
   };
   const RigCamera* true_reference = true_camera(reference);
-  Json figures{{"reference", as_utf8(reference)}, {"scale_source", "odometry"}};
+  Json figures{{"reference", as_utf8(reference)},
+               {"scale_source", calibration.bundle.tells_metre ? "odometry" : "rig_file"}};
   Json of_body = pose_json(state.T_body_camera.front());
   of_body["covariance"] = matrix_json(known.covariance.topLeftCorner<6, 6>());
   of_body["unobservable"] = known.unobservable.front();
@@ -90,8 +101,10 @@ Json rig_figures(const RigCalibration& calibration, const std::optional<Rig>& tr
       camera["T_reference_camera"] = pose_json(T);
       camera["covariance"] = matrix_json(known.relative(state, 0, c));
       if (true_reference != nullptr && true_camera(name) != nullptr) {
-        add_errors(T, true_reference->T_body_camera.inverse() * true_camera(name)->T_body_camera,
-                   camera);
+        const Pose3 truly =
+            true_reference->T_body_camera.inverse() * true_camera(name)->T_body_camera;
+        add_errors(T, truly, camera);
+        camera["normalised_error"] = normalised_error(T, truly, known.relative(state, 0, c));
       }
     }
     camera["T_body_camera"] = pose_json(state.T_body_camera[c]);

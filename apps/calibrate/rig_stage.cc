@@ -132,6 +132,11 @@ void say(const RigCalibration& told, const Judged& judged, const Json& figures) 
       std::printf("    not seen: %s\n", what.c_str());
     }
   }
+  if (!told.bundle.tells_metre) {
+    std::printf(
+        "  no metre: the robot never leaves where it begins; lengths are as the rig file has them; "
+        "drive a motion with legs, or a rose\n");
+  }
   for (const std::string& reason : judged.reasons) {
     std::printf("  %s\n", reason.c_str());
   }

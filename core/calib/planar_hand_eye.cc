@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -19,11 +20,14 @@ namespace panoptes {
 namespace {
 
 constexpr double kLeastTurn_rad = deg_to_rad(90);
-constexpr double kLeastDrive_m = 0.3;
 constexpr double kLongestOffset_s = 0.5;  // that is looked for
 constexpr double kOffsetStep_s = 0.01;
 constexpr double kMostSigmas = 2;  // of what counts fully (Huber)
 constexpr int kWeighings = 10;
+// What is believed of a mounting counts for nothing beside a metre of drive. A turn on the spot, or
+// a circle, leaves yaw, place and metre open together: then they are those that are nearest to it.
+constexpr double kBelieved_m = 0.1;
+constexpr double kBelieved_rad = 0.2;
 // Of what wheels say between two pictures: a step of the encoder, and slip over a metre.
 constexpr double kStep_m = 0.0005;
 constexpr double kSlip_m = 0.01;
@@ -124,70 +128,102 @@ double clock_offset(const std::vector<double>& angle_rad, const std::vector<Stam
              : best_s;
 }
 
-Mat2 turn(double angle_rad) { return Eigen::Rotation2Dd(angle_rad).toRotationMatrix(); }
+using Complex = std::complex<double>;  // of a plane: a turn and a scale are one number
 
 struct Mounted {
-  Vec2 metre_and_heading = Vec2::Zero();  ///< of the levelled map in start: m (cos, sin)
-  Vec2 position_body = Vec2::Zero();
+  Complex
+      map_by_body;  ///< of the levelled map's metres, turned into its axes, by the body's metres
+  Complex position_map;  ///< the camera from the body, in the levelled map
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Identity();
-  double driven_m = 0;
+  double unexplained = 1;  ///< share of all that moves (squared) that is left between both paths
 };
 
-/// Between one instant and the next the body moves by R(-a_i) [m R(yaw) (q_j - q_i) -
-/// (R(a_j) - R(a_i)) x] in its own frame, q being the camera in the levelled map: linear in
-/// m (cos yaw, sin yaw) and in x.
+Complex complex(const Vec2& v) { return {v.x(), v.y()}; }
+
+/// Between one instant and the next the camera moves in the levelled map by
+/// e^(i a_i) k b + (e^(i a_j) - e^(i a_i)) y, where b is what the body moves in its own frame, a
+/// its turn, k takes the body's metres to the map's and y is where the camera is: linear in both.
+/// What is measured is the camera's way, so that y is known where the body only turns, and noise
+/// does not make it less.
 std::optional<Mounted> mounted(const std::vector<Vec2>& q, const std::vector<double>& angle_rad,
-                               const std::vector<std::optional<Pose2>>& wheels) {
+                               const std::vector<std::optional<Pose2>>& wheels,
+                               const Vec2& believed_body, double heading_rad) {
   struct Row {
-    Eigen::Matrix<double, 2, 4> A;
-    Vec2 b;
-    double sigma_m = 1;  ///< as the wheels' noise grows
+    Complex moved_map;
+    Complex by_body;      ///< e^(i a_i) b
+    Complex by_position;  ///< e^(i a_j) - e^(i a_i)
+    double sigma_m = 1;   ///< of b, as the wheels' noise grows
   };
+  using Coefficients = Eigen::Matrix<double, 2, 4>;
+  const auto coefficients = [](Complex of_k, Complex of_y) {
+    Coefficients A;
+    A << of_k.real(), -of_k.imag(), of_y.real(), -of_y.imag(), of_k.imag(), of_k.real(),
+        of_y.imag(), of_y.real();
+    return A;
+  };
+  const double driven = tells_metre(wheels) ? 1 : 0;  // what they wander tells none
   std::vector<Row> rows;
-  Mounted out;
   for (std::size_t i = 0; i + 1 < q.size(); ++i) {
-    if (!wheels[i] || !wheels[i + 1]) {
-      continue;
+    if (wheels[i] && wheels[i + 1]) {
+      const Vec2 b = (wheels[i]->inverse() * *wheels[i + 1]).position();
+      const Complex before = std::polar(1.0, angle_rad[i]);
+      rows.push_back({complex(q[i + 1] - q[i]), driven * before * complex(b),
+                      std::polar(1.0, angle_rad[i + 1]) - before,
+                      std::hypot(kStep_m, kSlip_m * std::sqrt(b.norm()))});
     }
-    const Vec2 d = q[i + 1] - q[i];
-    Row row;
-    row.A.leftCols<2>() << d.x(), -d.y(), d.y(), d.x();
-    row.A.rightCols<2>() = -(turn(angle_rad[i + 1]) - turn(angle_rad[i]));
-    row.A = (turn(-angle_rad[i]) * row.A).eval();
-    row.b = (wheels[i]->inverse() * *wheels[i + 1]).position();
-    row.sigma_m = std::hypot(kStep_m, kSlip_m * std::sqrt(row.b.norm()));
-    out.driven_m += row.b.norm();
-    rows.push_back(row);
   }
   if (rows.size() < 4) {
     return std::nullopt;
   }
-  Eigen::Vector4d x = Eigen::Vector4d::Zero();
+  Mounted out;
   std::vector<double> weight(rows.size(), 1);
   double scatter = 1;
+  double k_size = 1;
   for (int round = 0; round < kWeighings; ++round) {
     Eigen::Matrix4d H = Eigen::Matrix4d::Zero();
     Eigen::Vector4d g = Eigen::Vector4d::Zero();
+    const auto add = [&](const Coefficients& A, Complex b, double w) {
+      H += w * A.transpose() * A;
+      g += w * A.transpose() * Vec2(b.real(), b.imag());
+    };
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      const double w = weight[i] / (rows[i].sigma_m * rows[i].sigma_m);
-      H += w * rows[i].A.transpose() * rows[i].A;
-      g += w * rows[i].A.transpose() * rows[i].b;
+      const double sigma = scatter * k_size * rows[i].sigma_m;
+      add(coefficients(rows[i].by_body, rows[i].by_position), rows[i].moved_map,
+          weight[i] / (sigma * sigma));
     }
+    add(coefficients(complex(believed_body), -1), 0, std::pow(kBelieved_m * k_size, -2));
+    // The body's axis x in the map is k; across the believed heading it is nothing.
+    Coefficients across = coefficients(std::polar(1.0, heading_rad), 0);
+    across.row(0).setZero();
+    add(across, 0, std::pow(kBelieved_rad * k_size, -2));
     const Eigen::LDLT<Eigen::Matrix4d> solver(H);
-    x = solver.solve(g);
-    std::vector<double> off;
-    for (const Row& row : rows) {
-      off.push_back((row.A * x - row.b).squaredNorm() / (row.sigma_m * row.sigma_m));
+    const Eigen::Vector4d x = solver.solve(g);
+    out.map_by_body = {x[0], x[1]};
+    out.position_map = {x[2], x[3]};
+    out.covariance = solver.solve(Eigen::Matrix4d::Identity());
+    k_size = std::abs(out.map_by_body);
+    if (!(k_size > 0)) {
+      return std::nullopt;
     }
+    std::vector<double> off;
+    double left = 0;
+    double all = 0;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const Row& row = rows[i];
+      const Complex by_body = row.by_body * out.map_by_body;
+      const Complex by_position = row.by_position * out.position_map;
+      const double r2 = std::norm(by_body + by_position - row.moved_map);
+      off.push_back(r2 / std::pow(k_size * row.sigma_m, 2));
+      left += weight[i] * r2;
+      all += weight[i] * (std::norm(row.moved_map) + std::norm(by_body) + std::norm(by_position));
+    }
+    out.unexplained = all > 0 ? left / all : 1;
     const double median_of_chi2 = 2 * std::log(2);  // of two numbers
     scatter = std::max(1e-12, std::sqrt(median(std::vector<double>(off)) / median_of_chi2));
     for (std::size_t i = 0; i < rows.size(); ++i) {
       weight[i] = std::min(1.0, kMostSigmas * scatter / std::sqrt(std::max(off[i], 1e-24)));
     }
-    out.covariance = scatter * scatter * solver.solve(Eigen::Matrix4d::Identity());
   }
-  out.metre_and_heading = x.head<2>();
-  out.position_body = x.tail<2>();
   return out;
 }
 
@@ -234,30 +270,40 @@ PlanarHandEye planar_hand_eye(const std::vector<StampedCamera>& path, const Whee
   for (const StampedCamera& each : path) {
     q.push_back((R_level_map * each.T_map_camera.translation).head<2>());
   }
-  const std::optional<Mounted> fit = mounted(q, turning.angle_rad, at);
-  if (!fit || fit->driven_m < kLeastDrive_m) {
-    throw HandEyeError(
-        fmt::format("it drives {:.2f} m in all (at least {:g}): a turn on the spot "
-                    "tells no metre; drive a motion with legs, or a rose",
-                    fit ? fit->driven_m : 0, kLeastDrive_m));
-  }
-  out.map_metre_m = fit->metre_and_heading.norm();
-  const double heading_rad = std::atan2(fit->metre_and_heading.y(), fit->metre_and_heading.x());
-  const double metre_sigma = std::sqrt(fit->covariance.topLeftCorner<2, 2>().trace() / 2);
-  constexpr double kLeastSure = 5;
-  if (!(out.map_metre_m > kLeastSure * metre_sigma)) {
-    throw HandEyeError(
-        "the camera's path and the wheels' do not fit one another: no metre comes of them");
-  }
-  const Eigen::Quaterniond R_start_map = turned_by({0, 0, heading_rad}) * R_level_map;
   const Pose3& first = path.front().T_map_camera;
+  const Vec3 ahead_level =
+      R_level_map *
+      (first.rotation * (believed.T_body_camera.rotation.conjugate() * Vec3::UnitX()));
+  const std::optional<Mounted> fit =
+      mounted(q, turning.angle_rad, at, believed.T_body_camera.translation.head<2>(),
+              std::atan2(ahead_level.y(), ahead_level.x()));
+  if (!fit) {
+    throw HandEyeError("the wheels tell of fewer than 4 of the ways between its pictures");
+  }
+  constexpr double kMostUnexplained = 0.1;
+  if (!(fit->unexplained < kMostUnexplained)) {
+    throw HandEyeError(fmt::format(
+        "the camera's path and the wheels' do not fit one another: {:.0f} % of what moves is left "
+        "between them (at most {:.0f}, squared)",
+        100 * fit->unexplained, 100 * kMostUnexplained));
+  }
+  out.map_metre_m = 1 / std::abs(fit->map_by_body);
+  const Complex position = fit->position_map / fit->map_by_body;
+  const Eigen::Quaterniond R_start_map =
+      turned_by({0, 0, -std::arg(fit->map_by_body)}) * R_level_map;
   out.T_body_camera.rotation = (R_start_map * first.rotation).normalized();
-  out.T_body_camera.translation << fit->position_body, believed.T_body_camera.translation.z();
+  out.T_body_camera.translation << position.real(), position.imag(),
+      believed.T_body_camera.translation.z();
   out.T_start_map.rotation = R_start_map;
   out.T_start_map.translation =
       out.T_body_camera.translation - out.map_metre_m * (R_start_map * first.translation);
-  out.yaw_sigma_rad = metre_sigma / out.map_metre_m;
-  out.position_sigma_m = std::sqrt(fit->covariance.bottomRightCorner<2, 2>().diagonal().maxCoeff());
+  const Eigen::Matrix4d& known = fit->covariance;
+  out.yaw_sigma_rad = out.map_metre_m * std::sqrt(known.topLeftCorner<2, 2>().trace() / 2);
+  // A shift of y / k is that of y less that of k times where the camera is, by k.
+  Eigen::Matrix<double, 2, 4> J;
+  J << -position.real(), position.imag(), 1, 0, -position.imag(), -position.real(), 0, 1;
+  out.position_sigma_m =
+      out.map_metre_m * std::sqrt((J * known * J.transpose()).diagonal().maxCoeff());
   return out;
 }
 

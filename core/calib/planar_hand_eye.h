@@ -40,8 +40,9 @@ struct PlanarHandEye {
 /// two paths tell (planar hand-eye calibration: Guo, Mirzaei and Roumeliotis 2012; Heng, Li and
 /// Pollefeys 2013): roll and pitch by the axis that all turns are about, the clock by when it
 /// turns, yaw, place and metre by what the body moves between the camera's instants. Nothing is
-/// assumed of the mounting but its height. Throws HandEyeError for motions that leave one of them
-/// open: without a turn or without a drive.
+/// assumed of the mounting but its height, unless the motion leaves yaw, place and metre open (a
+/// turn on the spot, a circle): then they are nearest to what is believed, and their sigmas large.
+/// Throws HandEyeError for a motion without turns, and for paths that do not fit one another.
 PlanarHandEye planar_hand_eye(const std::vector<StampedCamera>& path, const WheelReadings& wheels,
                               const RigCamera& believed);
 

@@ -20,6 +20,7 @@
 #include "core/calib/pose_block.h"
 #include "core/calib/reprojection_cost.h"
 #include "core/camera/lens_parameters.h"
+#include "core/camera/mounting.h"
 #include "core/geometry/cross_matrix.h"
 
 namespace panoptes {
@@ -37,7 +38,7 @@ constexpr double kNearest_m = 0.05;  // no camera sees nearer
 constexpr double kLeastParallax_rad = deg_to_rad(1);
 constexpr double kAway_m = 2;  // what is seen, about
 // So that what nothing shows stays where it is, and the normal equations keep a solution.
-constexpr double kLargestRadius = 1e6;
+constexpr double kLargestRadius = 1e12;
 // What is not known to this is not seen.
 constexpr double kSeen_m = 0.1;
 constexpr double kSeen_rad = deg_to_rad(3);
@@ -154,6 +155,9 @@ std::optional<BodyMoved> body_moved(const WheelReadings& wheels, Time instant, T
                    clock_offset_s};
 }
 
+/// Without a way: what wheels wander in a turn on the spot would tell a metre.
+Pose2 turn_of(const Pose2& moved) { return {0, 0, moved.theta_rad}; }
+
 enum class Loss { kSquare, kHuber, kCauchy };
 
 ceres::LossFunction* made(Loss loss) {
@@ -173,12 +177,25 @@ class Adjustment {
         state_(start),
         blocks_(to_blocks(start)),
         sigma_px_(2 * believed.size(), 1) {
+    std::vector<std::optional<Pose2>> poses;
+    for (const Time instant : tracks.instants) {
+      const std::optional<Odometry> here = wheels(instant);
+      poses.push_back(here ? std::optional<Pose2>(here->T_odom_body) : std::nullopt);
+    }
+    no_metre_ = !tells_metre(poses);
     for (const RigView& view : tracks.views) {
       moved_.push_back(body_moved(wheels, tracks.instants[view.instant], view.stamp,
                                   start.clock_offset_s[view.camera]));
+      if (no_metre_ && moved_.back()) {
+        moved_.back()->T_instant_taken = turn_of(moved_.back()->T_instant_taken);
+        moved_.back()->twist_body.v_mps = 0;
+      }
     }
     for (std::size_t i = 0; i + 1 < tracks.instants.size(); ++i) {
       driven_.push_back(driven(wheels, tracks.instants[i], tracks.instants[i + 1]));
+      if (no_metre_ && driven_.back()) {
+        driven_.back()->T_before_now = turn_of(driven_.back()->T_before_now);
+      }
     }
     camera_of_point_.assign(start.points_start.size(), 0);
     for (RigSeen& seen : tracks.seen) {
@@ -204,7 +221,7 @@ class Adjustment {
       out.converged = solve(Loss::kSquare);
     }
     learn_noise();
-    put_at_believed_height();
+    put_as_believed();
     out.rms_after_px = rms_px();
     const Blocks adjusted = blocks_;
     blocks_ = to_blocks(state_);
@@ -216,6 +233,7 @@ class Adjustment {
     }
     out.without_wheels = static_cast<int>(std::count_if(
         driven_.begin(), driven_.end(), [](const auto& stretch) { return !stretch; }));
+    out.tells_metre = !no_metre_;
     out.left_out = static_cast<int>(tracks_.seen.size()) - out.observations;
     for (std::size_t c = 0; c < believed_.size(); ++c) {
       out.sigma_own_px.push_back(sigma_px_[2 * c]);
@@ -364,25 +382,66 @@ class Adjustment {
     return first;
   }
 
-  /// A height that all of those share is the one that was believed of them, on the mean.
-  void put_at_believed_height() {
+  /// What all of those that share points have in common, and nothing shows, is as it was believed
+  /// of them: their height, and after a turn on the spot their yaw and the metre.
+  void put_as_believed() {
     const std::vector<std::size_t> first = sharing();
-    std::vector<double> off_m(first.size(), 0);
-    std::vector<int> count(first.size(), 0);
     RigBundleState state = to_state(blocks_, state_);
-    for (std::size_t c = 0; c < first.size(); ++c) {
-      off_m[first[c]] +=
-          believed_[c].T_body_camera.translation.z() - state.T_body_camera[c].translation.z();
-      ++count[first[c]];
-    }
-    for (std::size_t c = 0; c < first.size(); ++c) {
-      state.T_body_camera[c].translation.z() += off_m[first[c]] / count[first[c]];
-    }
-    for (std::size_t p = 0; p < state.points_start.size(); ++p) {
-      const std::size_t of = first[camera_of_point_[p]];
-      state.points_start[p].z() += off_m[of] / count[of];
+    for (std::size_t of = 0; of < first.size(); ++of) {
+      if (first[of] == of) {
+        put_as_believed(of, first, state);
+      }
     }
     blocks_ = to_blocks(state);
+  }
+
+  void put_as_believed(std::size_t of, const std::vector<std::size_t>& first,
+                       RigBundleState& state) const {
+    double off_m = 0;
+    double found_m = 0;
+    double count = 0;
+    double across = 0;
+    double turning = 0;
+    double along = 0;
+    double size = 0;
+    for (std::size_t c = 0; c < first.size(); ++c) {
+      if (first[c] != of) {
+        continue;
+      }
+      const RigCamera& camera = believed_[c];
+      const Vec3& found = state.T_body_camera[c].translation;
+      const Vec3& told = camera.T_body_camera.translation;
+      found_m += found.z();
+      off_m += told.z() - found.z();
+      ++count;
+      const double by_place = 1 / camera.sigma.position_m.head<2>().squaredNorm();
+      const double by_yaw = 1 / std::pow(camera.sigma.rotation_rad.z(), 2);
+      across +=
+          by_place * (found.x() * told.y() - found.y() * told.x()) -
+          by_yaw * mounting_offset(camera.T_body_camera, state.T_body_camera[c]).rotation_rad.z();
+      turning += by_place * found.head<2>().squaredNorm() + by_yaw;
+      along += by_place * found.head<2>().dot(told.head<2>());
+      size += by_place * found.head<2>().squaredNorm();
+    }
+    const double turn_rad = no_metre_ ? across / turning : 0;
+    const double metre = no_metre_ && along > 0 ? along / size : 1;
+    const Eigen::Quaterniond R = turned_by({0, 0, turn_rad});
+    const Vec3 middle(0, 0, found_m / count);
+    const Vec3 up(0, 0, off_m / count);
+    const auto placed = [&](const Vec3& p) -> Vec3 {
+      return R * (metre * (p - middle)) + middle + up;
+    };
+    for (std::size_t c = 0; c < first.size(); ++c) {
+      if (first[c] == of) {
+        Pose3& T = state.T_body_camera[c];
+        T = {R * T.rotation, placed(T.translation)};
+      }
+    }
+    for (std::size_t p = 0; p < state.points_start.size(); ++p) {
+      if (first[camera_of_point_[p]] == of) {
+        state.points_start[p] = placed(state.points_start[p]);
+      }
+    }
   }
 
   void judge() {
@@ -392,6 +451,12 @@ class Adjustment {
           off && off->norm() < options_.inlier_sigma * std::sqrt(2.0) * sigma_px_[group(seen)];
     }
     leave_out_what_is_seen_from_one_place();
+  }
+
+  Vec3 wheels_known() const {
+    Vec3 sigma = options_.wheels.sigma;
+    sigma[kWayError] = no_metre_ ? 1 : sigma[kWayError];
+    return sigma;
   }
 
   /// All but what holds the mountings.
@@ -411,7 +476,7 @@ class Adjustment {
             blocks_.wheel_errors.data());
       }
     }
-    problem.AddResidualBlock(known_cost(Vec3::Zero(), options_.wheels.sigma), nullptr,
+    problem.AddResidualBlock(known_cost(Vec3::Zero(), wheels_known()), nullptr,
                              blocks_.wheel_errors.data());
     for (std::size_t c = 0; c < believed_.size(); ++c) {
       const RigCamera& camera = believed_[c];
@@ -436,6 +501,28 @@ class Adjustment {
     }
   }
 
+  /// By the place of one camera of each of those that share points: what wanders would shrink it.
+  void fix_metre_and_yaw(ceres::Problem& problem, const std::vector<std::size_t>& first) {
+    constexpr double kFixed = 1e-6;
+    constexpr double kFree = 1e3;
+    problem.AddResidualBlock(known_cost(Vec3::Zero(), Vec3(kFixed, kFree, kFree)), nullptr,
+                             blocks_.wheel_errors.data());
+    const auto far_m = [this](std::size_t c) {
+      return believed_[c].T_body_camera.translation.head<2>().norm();
+    };
+    for (std::size_t of = 0; of < first.size(); ++of) {
+      std::size_t farthest = of;
+      for (std::size_t c = 0; c < first.size(); ++c) {
+        farthest = first[c] == of && far_m(c) > far_m(farthest) ? c : farthest;
+      }
+      if (first[of] == of) {
+        problem.AddResidualBlock(mounting_known_cost(believed_[farthest].T_body_camera, kFree,
+                                                     Vec3(kFixed_m, kFixed_m, kFree)),
+                                 nullptr, blocks_.T_camera_body[farthest].data());
+      }
+    }
+  }
+
   bool solve(Loss loss) {
     ceres::Problem problem;
     build(problem, loss);
@@ -445,6 +532,9 @@ class Adjustment {
           mounting_known_cost(believed_[c].T_body_camera, kHeld_rad,
                               Vec3(kHeld_m, kHeld_m, first[c] == c ? kFixed_m : kHeld_m)),
           nullptr, blocks_.T_camera_body[c].data());
+    }
+    if (no_metre_) {
+      fix_metre_and_yaw(problem, first);
     }
     auto order = std::make_shared<ceres::ParameterBlockOrdering>();
     for (auto& p : blocks_.p_start) {
@@ -487,6 +577,7 @@ class Adjustment {
   std::vector<std::size_t> camera_of_point_;
   std::vector<double> sigma_px_;  // by group
   MotionNoise noise_;
+  bool no_metre_ = false;
 };
 
 /// How turn and shift about the body's axes move with the solver's six moves of T_camera_body.
@@ -621,7 +712,7 @@ RigCovariance Adjustment::covariance(const RigBundleState& state) {
     unit.segment<2>(at + 8).setConstant(kWide * sigma.centre_px);
     unit[at + 6 + lens] = kWide * sigma.clock_s;
   }
-  unit.tail<kWheelErrors>() = kWide * options_.wheels.sigma;
+  unit.tail<kWheelErrors>() = kWide * wheels_known();
   Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
   scaled = 0.5 * (scaled + scaled.transpose()).eval();
   for (std::size_t c = 0; c < believed_.size(); ++c) {

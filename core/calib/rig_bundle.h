@@ -88,7 +88,8 @@ struct RigBundle {
   int left_out = 0;
   double rms_before_px = 0;  ///< sqrt(mean(dx^2 + dy^2)) of the believed
   double rms_after_px = 0;
-  int without_wheels = 0;  ///< stretches between instants of which they say nothing
+  bool tells_metre = true;  ///< else (a turn on the spot) lengths are as they were believed
+  int without_wheels = 0;   ///< stretches between instants of which they say nothing
   bool converged = false;
 };
 

@@ -325,7 +325,7 @@ class Calibration {
       const Vec3& p_start = state_.points_start[i];
       PointFromBoth both;
       both.p_now = T_camera_start * p_start;
-      if (both.p_now.z() < kNearest_m || !lens.sees(both.p_now)) {
+      if (both.p_now.norm() < kNearest_m || !lens.sees(both.p_now)) {
         continue;
       }
       const Projection drawn = project_with_jacobian(lens, both.p_now);
