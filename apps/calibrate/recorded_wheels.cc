@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 
 #include <fmt/format.h>
 
 #include "core/base/error.h"
 #include "core/io/dataset_rows.h"
+#include "core/io/gaps.h"
 
 namespace panoptes {
 
@@ -18,12 +20,25 @@ RecordedWheels::RecordedWheels(const std::string& dataset)
           [&](const std::string& file) { return read_part(std::filesystem::path(dataset) / file); },
           written_by(dataset))) {
   add_velocities(rows_);
+  constexpr int kPeriods = 4;
+  std::vector<Time> stamps;
+  for (const StampedOdometry& row : rows_) {
+    stamps.push_back(row.stamp);
+  }
+  longest_gap_ = kPeriods * median_period(stamps);
 }
 
 std::optional<Odometry> RecordedWheels::at(Time instant) const {
-  return instant >= rows_.front().stamp && instant <= rows_.back().stamp
-             ? std::optional<Odometry>(odometry_at(rows_, instant))
-             : std::nullopt;
+  if (instant < rows_.front().stamp || instant > rows_.back().stamp) {
+    return std::nullopt;
+  }
+  const auto after =
+      std::lower_bound(rows_.begin(), rows_.end(), instant,
+                       [](const StampedOdometry& row, Time at) { return row.stamp < at; });
+  if (after != rows_.begin() && after->stamp - std::prev(after)->stamp > longest_gap_) {
+    return std::nullopt;
+  }
+  return odometry_at(rows_, instant);
 }
 
 void RecordedWheels::check_reach(const std::vector<RecordedPicture>& pictures,

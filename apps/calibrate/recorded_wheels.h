@@ -17,7 +17,7 @@ class RecordedWheels {
   /// Throws ConfigError with the file and line for what is missing or wrong.
   explicit RecordedWheels(const std::string& dataset);
 
-  /// Empty where it does not reach.
+  /// Empty where it does not reach, and in gaps: what happens in one is not on a line.
   std::optional<Odometry> at(Time instant) const;
 
   /// Throws ConfigError where it does not reach over most of a camera's pictures.
@@ -26,6 +26,7 @@ class RecordedWheels {
  private:
   std::string file_;
   std::vector<StampedOdometry> rows_;
+  Duration longest_gap_{};
 };
 
 }  // namespace panoptes

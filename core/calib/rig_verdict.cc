@@ -18,6 +18,7 @@ namespace {
 constexpr double kMostReprojection_px = 0.8;
 constexpr double kMostLeftOut = 0.15;  // as a share
 constexpr int kFewestShared = 20;
+constexpr int kFewestToSettle = 60;  // points of a map that is worth anything
 constexpr double kMostSigmas = 4;
 // A rig file is off by a hand's breadth and a look, unless it is of another rig.
 constexpr double kMostOff_rad = deg_to_rad(15);
@@ -38,10 +39,16 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
   };
   const RigBundle& bundle = calibration.bundle;
   const RigBundleState& state = bundle.state;
-  for (const MappedCamera& camera : cameras) {
-    const Judged of_map = judge_map(camera.map, camera.adjusted, camera.believed);
+  // What a map alone leaves in doubt, other cameras that see its points settle, or contradict
+  // below.
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const Judged of_map = judge_map(cameras[c].map, cameras[c].adjusted, cameras[c].believed);
+    const bool is_settled =
+        of_map.verdict == Verdict::kPoor && calibration.shared[c] >= kFewestToSettle;
     for (const std::string& reason : of_map.reasons) {
-      doubt(std::min(of_map.verdict, Verdict::kPoor), camera.name + ": its own map: " + reason);
+      doubt(is_settled ? Verdict::kGood : std::min(of_map.verdict, Verdict::kPoor),
+            cameras[c].name + ": its own map: " + reason +
+                (is_settled ? "; other cameras have seen the same since" : ""));
     }
   }
   if (!bundle.converged) {
@@ -53,11 +60,12 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                       "more than {:g}",
                       bundle.rms_after_px, kMostReprojection_px));
   }
-  const int seen = bundle.observations + bundle.left_out;
-  if (bundle.left_out > kMostLeftOut * seen) {
-    doubt(Verdict::kPoor, fmt::format("the cameras contradict one another: {} of {} observations "
-                                      "are left out",
-                                      bundle.left_out, seen));
+  std::vector<int> seen(cameras.size(), 0);
+  std::vector<int> left_out(cameras.size(), 0);
+  for (const RigSeen& each : calibration.tracks.seen) {
+    const std::size_t c = calibration.tracks.views[each.view].camera;
+    ++seen[c];
+    left_out[c] += each.believed ? 0 : 1;
   }
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const MappedCamera& camera = cameras[c];
@@ -67,6 +75,25 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                         "it stands than they do is not seen; drive a motion that turns it to "
                         "where they have looked",
                         camera.name, calibration.shared[c], kFewestShared));
+    }
+    if (left_out[c] > kMostLeftOut * seen[c]) {
+      doubt(Verdict::kPoor,
+            fmt::format("{}: contradicts the others: {} of {} observations are left out (at most "
+                        "{:.0f} %)",
+                        camera.name, left_out[c], seen[c], 100 * kMostLeftOut));
+    }
+    const Intrinsics& lens = camera.believed.intrinsics;
+    const double focal_off = state.lenses[c].fx_px / lens.fx_px - 1;
+    const double centre_off_px = std::max(std::abs(state.lenses[c].cx_px - lens.cx_px),
+                                          std::abs(state.lenses[c].cy_px - lens.cy_px));
+    if (std::abs(focal_off) > kMostSigmas * camera.believed.sigma.focal_ratio ||
+        centre_off_px > kMostSigmas * camera.believed.sigma.centre_px) {
+      doubt(Verdict::kPoor,
+            fmt::format("{}: its pictures are of another lens: focal length {:+.2f} %, centre off "
+                        "by {:.1f} px, known to {:g} % and {:g} px; calibrate it by a board, or "
+                        "say in the rig how badly it is known",
+                        camera.name, 100 * focal_off, centre_off_px,
+                        100 * camera.believed.sigma.focal_ratio, camera.believed.sigma.centre_px));
     }
     const Pose3& found = state.T_body_camera[c];
     const double turn_rad = turn_between(found, camera.believed.T_body_camera);

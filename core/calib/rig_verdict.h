@@ -8,9 +8,10 @@
 
 namespace panoptes {
 
-/// What a calibrated rig is worth, with each camera's name: poor where a camera's own map is, where
-/// cameras share no points, where pictures, wheels and rig file contradict one another; failed
-/// where it did not come to an end. What no motion over a floor shows is no fault of it.
+/// What a calibrated rig is worth, with each camera's name: poor where a camera's own map is and no
+/// other camera has seen the same, where cameras share no points, where pictures, lenses, wheels
+/// and rig file contradict one another; failed where it did not come to an end. What no motion over
+/// a floor shows is no fault of it.
 Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration& calibration);
 
 }  // namespace panoptes

@@ -89,6 +89,9 @@ struct RoomPlan {
   std::optional<double> clutter = {};
   double blank = 0.05;         ///< share of the walls that is plain paint with nothing on it
   double start_clear_m = 0.7;  ///< to each side of the place to start
+  /// One half is the other turned by half a turn, and all paintings are of one kind: made to be
+  /// confused, as seen from a start in the middle.
+  bool alike = false;
   std::optional<std::uint64_t> seed = {};  ///< else the mission's, and 1 where there is none
 };
 

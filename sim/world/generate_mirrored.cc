@@ -43,11 +43,6 @@ bool has_place(const MirroredPlan& plan) {
   return plan.desks % 2 == 0 && plan.desks / 2 <= most_desks(half_of(plan.size_m));
 }
 
-/// Half a turn about the middle.
-Pose2 turned(const Pose2& at, const Vec2& size_m) {
-  return {size_m.x() - at.x_m, size_m.y() - at.y_m, wrap_angle(at.theta_rad + std::numbers::pi)};
-}
-
 /// The half of the room below x = size / 2, without the wall in the middle.
 WorldSettings western_half(const MirroredPlan& plan, const Rng& rng) {
   WorldSettings half;
@@ -109,28 +104,7 @@ void generate(const MirroredPlan& plan, WorldSettings& into) {
   }
   put_wall(into, divide);
   const WorldSettings half = western_half(plan, Rng(plan.seed).fork("mirrored"));
-  for (const bool is_turned : {false, true}) {
-    const auto in_place = [&](const Pose2& at) { return is_turned ? turned(at, plan.size_m) : at; };
-    const char* const suffix = is_turned ? "-east" : "-west";
-    for (ObjectSettings object : half.objects) {
-      object.name += suffix;
-      object.at = in_place(object.at);
-      into.objects.push_back(std::move(object));
-    }
-    for (BoxSettings box : half.boxes) {
-      box.name += suffix;
-      box.at = in_place(box.at);
-      into.boxes.push_back(std::move(box));
-    }
-    for (AreaLight light : half.lights) {
-      const Pose2 at = in_place({light.at_m.x(), light.at_m.y(), 0});
-      light.at_m.head<2>() = at.position();
-      if (is_turned) {
-        light.normal.head<2>() *= -1;
-      }
-      into.lights.push_back(light);
-    }
-  }
+  put_both_halves(into, half, plan.size_m);
 }
 
 }  // namespace panoptes::sim

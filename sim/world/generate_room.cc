@@ -137,6 +137,43 @@ void cut_corner(WorldSettings& into, HomeRoom& room, PassabilityGrid& passabilit
   room.is_outside.resize(room.faces.size(), false);
 }
 
+/// What stands and hangs in the western half, in both; the walls are papered all around.
+void make_alike(WorldSettings& into, const Vec2& size_m) {
+  const auto is_east = [&size_m](double x_m) { return x_m >= size_m.x() / 2; };
+  const auto is_shell = [](const BoxSettings& box) {
+    return box.name.starts_with("wall-") || box.name.starts_with("floor") ||
+           box.name.starts_with("ceiling");
+  };
+  WorldSettings half;
+  std::string painting;
+  for (ObjectSettings& object : into.objects) {
+    if (object.mesh.find("painting") != std::string::npos) {
+      painting = painting.empty() ? object.mesh : painting;
+      object.mesh = painting;
+    }
+    if (!is_east(object.at.x_m)) {
+      half.objects.push_back(std::move(object));
+    }
+  }
+  std::vector<BoxSettings> shell;
+  for (BoxSettings& box : into.boxes) {
+    if (is_shell(box)) {
+      shell.push_back(std::move(box));
+    } else if (!is_east(box.at.x_m)) {
+      half.boxes.push_back(std::move(box));
+    }
+  }
+  for (const AreaLight& light : into.lights) {
+    if (!is_east(light.at_m.x())) {
+      half.lights.push_back(light);
+    }
+  }
+  into.objects.clear();
+  into.boxes = std::move(shell);
+  into.lights.clear();
+  put_both_halves(into, half, size_m);
+}
+
 }  // namespace
 
 void bind(Fields& f, RoomPlan& o) {
@@ -145,6 +182,7 @@ void bind(Fields& f, RoomPlan& o) {
   f("clutter", o.clutter, between(0, 1));
   f("blank", o.blank, between(0, 1));
   f("start_clear_m", o.start_clear_m, between(kLeastStart_m, kLeast_m / 2 - kBesideStart_m));
+  f("alike", o.alike);
   f("seed", o.seed);
   f.require(!o.size_m || is_sensible(*o.size_m), "size_m", size_rule());
   f.require(is_range(o.drawn_size_m), "drawn_size_m",
@@ -178,8 +216,8 @@ void generate(const RoomPlan& plan, WorldSettings& into) {
   const std::string paper =
       room.kind == RoomKind::kKitchen ? wall_picture(room.kind) : one_of(kPapers, surfaces);
   PassabilityGrid passability({0, 0}, size);
-  put_walls(into, room, paper, plan.blank, rng.fork("panels"));
-  if (shape.uniform() < 0.4) {
+  put_walls(into, room, paper, plan.alike ? 0 : plan.blank, rng.fork("panels"));
+  if (shape.uniform() < 0.4 && !plan.alike) {
     cut_corner(into, room, passability, paper, rng.fork("corner"));
   }
   put_floor(into, {0, 0}, size, floor.picture, floor.tile_m);
@@ -213,8 +251,9 @@ void generate(const RoomPlan& plan, WorldSettings& into) {
   const double half_start_m = plan.start_clear_m + kBesideStart_m;
   const Rectangle inside = room.area.grown(-half_start_m);
   for (int i = 0; i < 1000; ++i) {
-    const Vec2 p(starts.uniform(inside.low.x(), inside.high.x()),
-                 starts.uniform(inside.low.y(), inside.high.y()));
+    const Vec2 drawn_at(starts.uniform(inside.low.x(), inside.high.x()),
+                        starts.uniform(inside.low.y(), inside.high.y()));
+    const Vec2 p = plan.alike ? Vec2(size / 2) : drawn_at;
     const Rectangle around = Rectangle{p, p}.grown(half_start_m);
     if (std::none_of(room.solid.begin(), room.solid.end(),
                      [&around](const Rectangle& r) { return r.overlaps(around); })) {
@@ -225,6 +264,9 @@ void generate(const RoomPlan& plan, WorldSettings& into) {
   }
   passability.keep_open(places);
   furnish(into, std::move(room), passability, rng.fork("furniture"));
+  if (plan.alike) {
+    make_alike(into, size);
+  }
 }
 
 }  // namespace panoptes::sim

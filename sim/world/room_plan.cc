@@ -97,6 +97,34 @@ void put_ceiling(WorldSettings& into, const Vec2& low, const Vec2& high, const s
   put_slab(into, "ceiling", low, high, height_m, "bottom", picture, tile_m);
 }
 
+void put_both_halves(WorldSettings& into, const WorldSettings& half, const Vec2& size_m) {
+  const auto turned = [&size_m](const Pose2& at) -> Pose2 {
+    return {size_m.x() - at.x_m, size_m.y() - at.y_m, wrap_angle(at.theta_rad + std::numbers::pi)};
+  };
+  for (const bool is_turned : {false, true}) {
+    const auto in_place = [&](const Pose2& at) { return is_turned ? turned(at) : at; };
+    const char* const suffix = is_turned ? "-east" : "-west";
+    for (ObjectSettings object : half.objects) {
+      object.name += suffix;
+      object.at = in_place(object.at);
+      into.objects.push_back(std::move(object));
+    }
+    for (BoxSettings box : half.boxes) {
+      box.name += suffix;
+      box.at = in_place(box.at);
+      into.boxes.push_back(std::move(box));
+    }
+    for (AreaLight light : half.lights) {
+      const Pose2 at = in_place({light.at_m.x(), light.at_m.y(), 0});
+      light.at_m.head<2>() = at.position();
+      if (is_turned) {
+        light.normal.head<2>() *= -1;
+      }
+      into.lights.push_back(light);
+    }
+  }
+}
+
 void put_lamp(WorldSettings& into, const Pose2& at, double power, double ceiling_m) {
   put(into, "office/lamp", at, ceiling_m);
   AreaLight light;

@@ -63,6 +63,9 @@ void put_lamp(WorldSettings& into, const Pose2& at, double power = 1,
 void put_lamps(WorldSettings& into, const Vec2& low, const Vec2& high, double pitch_m = 2.9,
                double power = 1, double ceiling_m = kRoomHeight_m);
 
+/// Half a place, west of the middle of `size_m`, and the same again turned by half a turn about it.
+void put_both_halves(WorldSettings& into, const WorldSettings& half, const Vec2& size_m);
+
 /// A way through a wall.
 struct Opening {
   double from_m = 0;  ///< along the wall from its first end

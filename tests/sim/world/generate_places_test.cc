@@ -22,6 +22,8 @@
 namespace panoptes::sim {
 namespace {
 
+using ::testing::Eq;
+using ::testing::Ge;
 using ::testing::Gt;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -192,6 +194,27 @@ TEST(GeneratedPlaces, SmallRoomsAreAsLargeAsTheyAreToBeDrawnWithAPlaceToStartAsC
     }
     EXPECT_THAT(starts, Gt(0));
   }
+}
+
+TEST(GeneratedPlaces, ARoomThatIsAlikeIsTheSameAfterHalfATurn) {
+  const Vec2 size(6, 5);
+  const WorldSettings room = made(RoomPlan{.size_m = size, .alike = true, .seed = 4});
+  EXPECT_THAT(room.objects.size(), Gt(20));
+  for (const ObjectSettings& object : room.objects) {
+    const auto like =
+        std::count_if(room.objects.begin(), room.objects.end(), [&](const ObjectSettings& other) {
+          return other.mesh == object.mesh &&
+                 (other.at.position() - (size - object.at.position())).norm() < 1e-9;
+        });
+    EXPECT_THAT(like, Ge(1)) << object.name;
+  }
+  std::set<std::string> paintings;
+  for (const ObjectSettings& object : room.objects) {
+    if (object.mesh.find("painting") != std::string::npos) {
+      paintings.insert(object.mesh);
+    }
+  }
+  EXPECT_THAT(paintings.size(), Eq(1));
 }
 
 TEST(GeneratedPlaces, SmallRoomsAreAsClutteredAndAsBareAsIsSaid) {

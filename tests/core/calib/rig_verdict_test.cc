@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/calib/rig_verdict.h"
+
+#include <numbers>
+#include <utility>
+
+#include <gmock/gmock.h>
+
+#include "core/camera/mounting.h"
+
+namespace panoptes {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+struct JudgedRig {
+  std::vector<MappedCamera> cameras;
+  RigCalibration calibration;
+
+  Judged judged() const { return judge_rig(cameras, calibration); }
+};
+
+/// Two cameras back to back of which all is as it was believed.
+JudgedRig as_believed() {
+  JudgedRig rig;
+  RigBundle& bundle = rig.calibration.bundle;
+  for (const double yaw_rad : {0.0, std::numbers::pi}) {
+    MappedCamera camera;
+    camera.name = yaw_rad == 0 ? "ahead" : "behind";
+    camera.believed.intrinsics = pinhole(640, 480, deg_to_rad(80));
+    camera.believed.T_body_camera =
+        mounted_camera({yaw_rad == 0 ? 0.15 : -0.15, 0, 0.7}, yaw_rad, 0);
+    for (int i = 0; i < 100; ++i) {
+      camera.map.frames.push_back({time_at(i / 10.0), {}, false});
+    }
+    camera.map.points.resize(60);
+    camera.map.closed = 80;
+    camera.map.start_is_known = true;
+    camera.adjusted.T_map_camera.resize(20);
+    camera.adjusted.lens = camera.believed.intrinsics;
+    camera.adjusted.converged = true;
+    bundle.state.T_body_camera.push_back(camera.believed.T_body_camera);
+    bundle.state.lenses.push_back(camera.believed.intrinsics);
+    bundle.state.clock_offset_s.push_back(0);
+    PlanarHandEye alone;
+    alone.T_body_camera = camera.believed.T_body_camera;
+    rig.calibration.cameras.push_back(camera.name);
+    rig.calibration.hand_eye.push_back(alone);
+    rig.calibration.shared.push_back(100);
+    rig.calibration.tracks.views.push_back({rig.cameras.size(), 0, {}});
+    rig.cameras.push_back(std::move(camera));
+  }
+  rig.calibration.tracks.instants.resize(100);
+  rig.calibration.tracks.seen.resize(200);
+  for (std::size_t i = 0; i < 100; ++i) {
+    rig.calibration.tracks.seen[i].view = 1;
+  }
+  bundle.observations = 200;
+  bundle.converged = true;
+  return rig;
+}
+
+TEST(RigVerdict, IsGoodWhereNothingIsWrong) {
+  EXPECT_EQ(as_believed().judged().verdict, Verdict::kGood);
+  EXPECT_THAT(as_believed().judged().reasons, IsEmpty());
+}
+
+TEST(RigVerdict, SwappedPicturesAreNamed) {
+  JudgedRig rig = as_believed();
+  std::vector<Pose3>& found = rig.calibration.bundle.state.T_body_camera;
+  std::swap(found[0], found[1]);
+  EXPECT_EQ(rig.judged().verdict, Verdict::kPoor);
+  EXPECT_THAT(rig.judged().reasons, Contains(HasSubstr("it looks as behind is said to")));
+}
+
+TEST(RigVerdict, ACameraThatContradictsTheOthersIsNamed) {
+  JudgedRig rig = as_believed();
+  for (std::size_t i = 0; i < 20; ++i) {
+    rig.calibration.tracks.seen[i].believed = false;
+  }
+  EXPECT_EQ(rig.judged().verdict, Verdict::kPoor);
+  EXPECT_THAT(rig.judged().reasons,
+              Contains(HasSubstr("behind: contradicts the others: 20 of 100")));
+}
+
+TEST(RigVerdict, AnotherLensIsNamed) {
+  JudgedRig rig = as_believed();
+  rig.calibration.bundle.state.lenses[1].fx_px *= 1.2;
+  EXPECT_EQ(rig.judged().verdict, Verdict::kPoor);
+  EXPECT_THAT(rig.judged().reasons,
+              Contains(HasSubstr("behind: its pictures are of another lens")));
+}
+
+TEST(RigVerdict, WhatAMapAloneLeavesInDoubtOtherCamerasSettle) {
+  JudgedRig rig = as_believed();
+  rig.cameras[0].map.frames[50].lost = true;
+  rig.cameras[0].map.lost_s = 0.1;
+  EXPECT_EQ(rig.judged().verdict, Verdict::kGood);
+  EXPECT_THAT(rig.judged().reasons, Contains(HasSubstr("ahead: its own map: it was lost")));
+  rig.calibration.shared[0] = 30;
+  EXPECT_EQ(rig.judged().verdict, Verdict::kPoor);
+}
+
+TEST(RigVerdict, WheelsThatContradictThePicturesAreNamed) {
+  JudgedRig rig = as_believed();
+  rig.calibration.bundle.state.wheel_errors[kTurnError] = 0.2;
+  EXPECT_EQ(rig.judged().verdict, Verdict::kPoor);
+  EXPECT_THAT(rig.judged().reasons, Contains(HasSubstr("the turn by +20.0 %")));
+}
+
+}  // namespace
+}  // namespace panoptes
