@@ -19,8 +19,13 @@ namespace {
 
 constexpr double kNearest_m = 0.2;
 constexpr double kSearchSigmas = 3;
-// A picture is of an instant when it was taken so little from it.
-constexpr double kSameInstant_s = 0.1;
+// Pictures are of one instant when they were taken so little apart: as long as clocks are hardly
+// known, and then.
+constexpr Duration kRoughly = std::chrono::milliseconds(40);
+constexpr Duration kTogether = std::chrono::microseconds(1500);
+// More make it no better, and slow.
+constexpr std::size_t kMostInstants = 400;
+constexpr double kCoarser = 1.3;
 // Where the body was twice, out and back, a third time shows nothing new.
 constexpr int kVisits = 2;
 constexpr double kInstant_m = 0.1;
@@ -52,7 +57,15 @@ class Calibration {
     for (const MappedCamera& camera : cameras_) {
       out_.hand_eye.push_back(hand_eye_of(camera));
     }
-    choose_views();
+    // Clocks first: pictures of one instant are known by them.
+    choose_views(kRoughly);
+    begin();
+    adjust();
+    for (std::size_t c = 0; c < cameras_.size(); ++c) {
+      out_.hand_eye[c].clock_offset_s = state_.clock_offset_s[c];
+    }
+    progress(0.05);
+    choose_views(kTogether);
     begin();
     adjust();
     progress(0.15);
@@ -126,87 +139,144 @@ class Calibration {
     }
   }
 
-  /// Instants of the first camera's pictures, each where the body was at most once before, and of
-  /// each camera the picture nearest to each.
-  void choose_views() {
-    const MappedCamera& first = cameras_.front();
-    using Place = std::array<long, 3>;
-    std::map<Place, int> been;
-    std::optional<Place> last;
-    for (std::size_t frame = 0; frame < first.map.frames.size(); ++frame) {
-      const Time instant =
-          first.map.frames[frame].stamp - from_seconds(out_.hand_eye.front().clock_offset_s);
-      const std::optional<Odometry> odometry = wheels_(instant);
-      if (!odometry || first.map.frames[frame].lost) {
-        continue;
-      }
-      const Pose2& T = odometry->T_odom_body;
-      const double turn_rad = std::remainder(T.theta_rad, 2 * std::numbers::pi);
-      const Place place{std::lround(T.x_m / kInstant_m), std::lround(T.y_m / kInstant_m),
-                        std::lround(turn_rad / kInstant_rad)};
-      if (place != last && been[place] < kVisits) {
-        ++been[place];
-        out_.tracks.instants.push_back(instant);
-        frame_of_instant_.push_back(frame);
-        last = place;
-      }
-    }
+  /// A picture that may be of an instant.
+  struct Taken {
+    Time instant;  ///< by the odometry's clock
+    std::size_t camera = 0;
+    std::size_t frame = 0;
+  };
+  using Place = std::array<long, 3>;
+
+  std::vector<Taken> all_pictures() const {
+    std::vector<Taken> taken;
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
       const auto& frames = cameras_[c].map.frames;
       const Duration offset = from_seconds(out_.hand_eye[c].clock_offset_s);
-      for (std::size_t k = 0; k < out_.tracks.instants.size(); ++k) {
-        const Time stamp = out_.tracks.instants[k] + offset;
-        auto nearest =
-            std::lower_bound(frames.begin(), frames.end(), stamp,
-                             [](const MonoMap::Frame& frame, Time at) { return frame.stamp < at; });
-        if (nearest == frames.end() ||
-            (nearest != frames.begin() &&
-             stamp - std::prev(nearest)->stamp < nearest->stamp - stamp)) {
-          if (nearest == frames.begin()) {
-            continue;
-          }
-          --nearest;
+      for (std::size_t frame = 0; frame < frames.size(); ++frame) {
+        if (!frames[frame].lost && wheels_(frames[frame].stamp - offset)) {
+          taken.push_back({frames[frame].stamp - offset, c, frame});
         }
-        if (std::abs(to_seconds(nearest->stamp - stamp)) < kSameInstant_s && !nearest->lost) {
-          out_.tracks.views.push_back({c, k, nearest->stamp});
-          frame_of_view_.push_back(static_cast<std::size_t>(nearest - frames.begin()));
-        }
+      }
+    }
+    std::stable_sort(taken.begin(), taken.end(),
+                     [](const Taken& a, const Taken& b) { return a.instant < b.instant; });
+    return taken;
+  }
+
+  Place place_at(Time instant, double cells) const {
+    const Pose2 T = wheels_(instant)->T_odom_body;
+    const double turn_rad = std::remainder(T.theta_rad, 2 * std::numbers::pi);
+    return {std::lround(T.x_m / (cells * kInstant_m)), std::lround(T.y_m / (cells * kInstant_m)),
+            std::lround(turn_rad / (cells * kInstant_rad))};
+  }
+
+  /// Instants, each where one of its cameras was at most once before, and the pictures that were
+  /// taken then, within `same`: what wheels say between pictures is far less true than pictures.
+  void choose_views(Duration same) {
+    for (double cells = 1;; cells *= kCoarser) {
+      choose_views(same, cells);
+      if (out_.tracks.instants.size() <= kMostInstants) {
+        return;
       }
     }
   }
 
-  /// What each camera knows by itself, laid on what the first one knows.
-  void begin() {
-    const PlanarHandEye& by_first = out_.hand_eye.front();
-    for (const std::size_t frame : frame_of_instant_) {
-      state_.T_start_body.push_back(
-          in_start(by_first, by_first.T_start_map, adjusted_at(cameras_.front(), frame)) *
-          by_first.T_body_camera.inverse());
+  void choose_views(Duration same, double cells) {
+    out_.tracks.instants.clear();
+    out_.tracks.views.clear();
+    frame_of_view_.clear();
+    std::vector<std::map<Place, int>> been(cameras_.size());
+    std::vector<std::optional<Place>> last(cameras_.size());
+    const std::vector<Taken> taken = all_pictures();
+    for (std::size_t first = 0; first < taken.size();) {
+      std::size_t end = first;
+      std::vector<bool> has(cameras_.size(), false);
+      while (end < taken.size() && taken[end].instant - taken[first].instant <= same &&
+             !has[taken[end].camera]) {
+        has[taken[end++].camera] = true;
+      }
+      const Time instant =
+          taken[first].instant + (taken[end - 1].instant - taken[first].instant) / 2;
+      const Place place = place_at(taken[first].instant, cells);
+      const bool is_new =
+          std::any_of(taken.begin() + static_cast<std::ptrdiff_t>(first),
+                      taken.begin() + static_cast<std::ptrdiff_t>(end), [&](const Taken& each) {
+                        return last[each.camera] != place && been[each.camera][place] < kVisits;
+                      });
+      for (std::size_t i = first; i < end && is_new; ++i) {
+        const std::size_t c = taken[i].camera;
+        ++been[c][place];
+        last[c] = place;
+        out_.tracks.views.push_back(
+            {c, out_.tracks.instants.size(), cameras_[c].map.frames[taken[i].frame].stamp});
+        frame_of_view_.push_back(taken[i].frame);
+      }
+      if (is_new) {
+        out_.tracks.instants.push_back(instant);
+      }
+      first = end;
     }
+  }
+
+  /// What each camera knows by itself, laid on what those before it know.
+  void begin() {
+    state_ = {};
+    out_.tracks.seen.clear();
+    out_.map_of_point.clear();
+    first_seen_.clear();
+    state_.T_start_body.resize(out_.tracks.instants.size());
+    is_placed_.assign(out_.tracks.instants.size(), false);
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
       const MappedCamera& camera = cameras_[c];
       const PlanarHandEye& by_itself = out_.hand_eye[c];
       state_.T_body_camera.push_back(by_itself.T_body_camera);
       state_.lenses.push_back(camera.adjusted.lens);
       state_.clock_offset_s.push_back(by_itself.clock_offset_s);
-      const Pose3 T_start_map = own_start_in_start(c) * by_itself.T_start_map;
+      const Pose3 T_start_map = (c == 0 ? Pose3() : own_start_in_start(c)) * by_itself.T_start_map;
+      place_instants(c, T_start_map);
       add_points(c, T_start_map);
+    }
+    // Start is the body at the first instant.
+    const Pose3 T_first_start = state_.T_start_body.front().inverse();
+    for (Pose3& T : state_.T_start_body) {
+      T = T_first_start * T;
+    }
+    for (Vec3& p : state_.points_start) {
+      p = T_first_start * p;
     }
   }
 
-  /// A camera's own start is the body at its first picture: where that is, by the first picture
-  /// that the wheels tell of.
-  Pose3 own_start_in_start(std::size_t c) const {
-    const PlanarHandEye& by_itself = out_.hand_eye[c];
-    for (const StampedCamera& at : path_of(cameras_[c])) {
-      const Time instant = at.stamp - from_seconds(by_itself.clock_offset_s);
-      if (wheels_(instant)) {
-        const Pose3 T_own_body = in_start(by_itself, by_itself.T_start_map, at.T_map_camera) *
-                                 by_itself.T_body_camera.inverse();
-        return body_at(instant) * T_own_body.inverse();
+  void place_instants(std::size_t c, const Pose3& T_start_map) {
+    for (std::size_t v = 0; v < out_.tracks.views.size(); ++v) {
+      const RigView& view = out_.tracks.views[v];
+      if (view.camera == c && !is_placed_[view.instant]) {
+        const Pose3 T_start_camera =
+            in_start(out_.hand_eye[c], T_start_map, adjusted_at(cameras_[c], frame_of_view_[v]));
+        state_.T_start_body[view.instant] =
+            T_start_camera * out_.hand_eye[c].T_body_camera.inverse();
+        is_placed_[view.instant] = true;
       }
     }
-    return {};
+  }
+
+  /// A camera's own start is the body at its first picture: where that is, by the picture that is
+  /// nearest in time to an instant that is placed.
+  Pose3 own_start_in_start(std::size_t c) const {
+    const PlanarHandEye& by_itself = out_.hand_eye[c];
+    std::optional<Time> best;
+    Duration nearest = Duration::max();
+    Pose3 T_own_body;
+    for (const StampedCamera& at : path_of(cameras_[c])) {
+      const Time instant = at.stamp - from_seconds(by_itself.clock_offset_s);
+      const std::optional<std::size_t> k = placed_near(instant);
+      if (k && wheels_(instant) && std::chrono::abs(out_.tracks.instants[*k] - instant) < nearest) {
+        best = instant;
+        nearest = std::chrono::abs(out_.tracks.instants[*k] - instant);
+        T_own_body = in_start(by_itself, by_itself.T_start_map, at.T_map_camera) *
+                     by_itself.T_body_camera.inverse();
+      }
+    }
+    return best ? body_at(*best) * T_own_body.inverse() : Pose3();
   }
 
   static Pose3 in_start(const PlanarHandEye& by, const Pose3& T_start_map,
@@ -214,18 +284,25 @@ class Calibration {
     return T_start_map * Pose3{T_map_camera.rotation, by.map_metre_m * T_map_camera.translation};
   }
 
-  /// By the nearest instant and what the wheels say since.
-  Pose3 body_at(Time instant) const {
+  std::optional<std::size_t> placed_near(Time instant) const {
     const auto& instants = out_.tracks.instants;
-    std::size_t k = 0;
-    for (std::size_t i = 1; i < instants.size(); ++i) {
-      if (std::chrono::abs(instants[i] - instant) < std::chrono::abs(instants[k] - instant)) {
-        k = i;
+    std::optional<std::size_t> nearest;
+    for (std::size_t i = 0; i < instants.size(); ++i) {
+      if (is_placed_[i] && (!nearest || std::chrono::abs(instants[i] - instant) <
+                                            std::chrono::abs(instants[*nearest] - instant))) {
+        nearest = i;
       }
     }
-    const std::optional<Odometry> then = wheels_(instants[k]);
+    return nearest;
+  }
+
+  /// By the nearest instant and what the wheels say since.
+  Pose3 body_at(Time instant) const {
+    const std::size_t k = *placed_near(instant);
+    const std::optional<Odometry> then = wheels_(out_.tracks.instants[k]);
     const std::optional<Odometry> now = wheels_(instant);
-    return now ? state_.T_start_body[k] * on_floor(then->T_odom_body.inverse() * now->T_odom_body)
+    return then && now
+               ? state_.T_start_body[k] * on_floor(then->T_odom_body.inverse() * now->T_odom_body)
                : state_.T_start_body[k];
   }
 
@@ -376,7 +453,7 @@ class Calibration {
   const WheelReadings& wheels_;
   const FramePicture& picture_;
   std::vector<RigCamera> believed_;
-  std::vector<std::size_t> frame_of_instant_;  // of the first camera
+  std::vector<bool> is_placed_;  // by instant
   std::vector<std::size_t> frame_of_view_;
   std::vector<MonoMap::Seen> first_seen_;  // by point
   std::vector<PointSource> sources_;       // by point

@@ -19,11 +19,18 @@ constexpr double kMostReprojection_px = 0.8;
 constexpr double kMostLeftOut = 0.15;  // as a share
 constexpr int kFewestShared = 20;
 constexpr int kFewestToSettle = 60;  // points of a map that is worth anything
+constexpr double kMostLost = 0.05;   // of the drive, as a share
 constexpr double kMostSigmas = 4;
 // A rig file is off by a hand's breadth and a look, unless it is of another rig.
 constexpr double kMostOff_rad = deg_to_rad(15);
 constexpr double kMostOff_m = 0.15;
 constexpr double kMostMissing = 0.1;  // of the instants, as a share
+
+double lost_share(const MonoMap& map) {
+  return map.frames.size() > 1
+             ? map.lost_s / to_seconds(map.frames.back().stamp - map.frames.front().stamp)
+             : 0;
+}
 
 double turn_between(const Pose3& a, const Pose3& b) {
   return a.rotation.angularDistance(b.rotation);
@@ -43,8 +50,9 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
   // below.
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Judged of_map = judge_map(cameras[c].map, cameras[c].adjusted, cameras[c].believed);
-    const bool is_settled =
-        of_map.verdict == Verdict::kPoor && calibration.shared[c] >= kFewestToSettle;
+    const bool is_settled = of_map.verdict == Verdict::kPoor &&
+                            calibration.shared[c] >= kFewestToSettle &&
+                            lost_share(cameras[c].map) < kMostLost;
     for (const std::string& reason : of_map.reasons) {
       doubt(is_settled ? Verdict::kGood : std::min(of_map.verdict, Verdict::kPoor),
             cameras[c].name + ": its own map: " + reason +

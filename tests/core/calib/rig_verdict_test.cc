@@ -101,6 +101,9 @@ TEST(RigVerdict, WhatAMapAloneLeavesInDoubtOtherCamerasSettle) {
   EXPECT_THAT(rig.judged().reasons, Contains(HasSubstr("ahead: its own map: it was lost")));
   rig.calibration.shared[0] = 30;
   EXPECT_EQ(rig.judged().verdict, Verdict::kPoor);
+  rig.calibration.shared[0] = 100;
+  rig.cameras[0].map.lost_s = 3;  // of 10 s
+  EXPECT_EQ(rig.judged().verdict, Verdict::kPoor);
 }
 
 TEST(RigVerdict, WheelsThatContradictThePicturesAreNamed) {
