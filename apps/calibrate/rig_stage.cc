@@ -33,6 +33,7 @@
 #include "core/io/dataset.h"
 #include "core/io/dataset_rows.h"
 #include "core/io/file.h"
+#include "core/io/rig_export.h"
 #include "hw/replay/truth_files.h"
 
 namespace panoptes {
@@ -102,6 +103,21 @@ std::string map_fault(const MappedCamera& camera) {
                    "what --stage maps says of it, or leave it out with --cameras",
                    camera.name, camera.map.points.size())
              : "";
+}
+
+/// The rig for Panoptes, for Kalibr, and for ROS.
+void write_rig(const fs::path& out, const Rig& rig, const std::vector<std::string>& cameras,
+               Verdict verdict) {
+  const std::string by =
+      fmt::format("# panoptes {}, calibrate: {}\n", PANOPTES_VERSION, name(verdict));
+  write_file(out / "rig_calibrated.yaml", by + write_settings(rig));
+  write_file(out / "camchain.yaml", by + kalibr_camchain(rig, cameras));
+  write_file(out / "rig.urdf", urdf_of(rig, cameras));
+  fs::create_directory(out / "camera_info");
+  for (const std::string& camera : cameras) {
+    write_file(out / "camera_info" / (camera + ".yaml"),
+               ros_camera_info(camera, rig.cameras.at(camera).intrinsics));
+  }
 }
 
 void say(const RigCalibration& told, const Judged& judged, const Json& figures) {
@@ -214,12 +230,8 @@ int calibrate_rig_of(const RigStage& args) {
     const Json of_rig = rig_figures(*told, true_rig(args.dataset));
     figures.update(of_rig);
     const Rig believed = whole_rig(args.dataset, args.rig);
-    faults.attempt([&] {
-      write_file(
-          out.path() / "rig_calibrated.yaml",
-          fmt::format("# panoptes {}, calibrate: {}\n", PANOPTES_VERSION, name(judged.verdict)) +
-              write_settings(calibrated(believed, *told)));
-    });
+    faults.attempt(
+        [&] { write_rig(out.path(), calibrated(believed, *told), told->cameras, judged.verdict); });
     faults.attempt([&] { write_file(out.path() / "rig.png", png(draw_rig(*told, believed))); });
     say(*told, judged, of_rig);
   } else {
