@@ -26,6 +26,7 @@
 #include "apps/process/progress.h"
 #include "core/base/error.h"
 #include "core/base/utf8.h"
+#include "core/calib/joint_of_rig.h"
 #include "core/calib/rig_verdict.h"
 #include "core/camera/lens_parameters.h"
 #include "core/config/fields.h"
@@ -230,8 +231,11 @@ int calibrate_rig_of(const RigStage& args) {
     const Json of_rig = rig_figures(*told, true_rig(args.dataset));
     figures.update(of_rig);
     const Rig believed = whole_rig(args.dataset, args.rig);
-    faults.attempt(
-        [&] { write_rig(out.path(), calibrated(believed, *told), told->cameras, judged.verdict); });
+    faults.attempt([&] {
+      Rig found = calibrated(believed, *told);
+      found.covariance = joint_covariance(*told);
+      write_rig(out.path(), found, told->cameras, judged.verdict);
+    });
     faults.attempt([&] { write_file(out.path() / "rig.png", png(draw_rig(*told, believed))); });
     say(*told, judged, of_rig);
   } else {
