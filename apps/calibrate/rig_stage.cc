@@ -168,7 +168,7 @@ int calibrate_rig_of(const RigStage& args) {
     check_recording(args.dataset, camera, believed, args.slam);
     wheels.check_reach(recorded_pictures(args.dataset, camera), believed);
   }
-  std::vector<std::string> may_hold;
+  std::vector<std::string> may_hold{"recording"};  // of a mission
   for (const auto& [camera, believed] : lenses) {
     may_hold.push_back(map_file(camera));
   }
