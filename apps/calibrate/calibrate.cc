@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "apps/calibrate/lens_stage.h"
 #include "apps/calibrate/map_stage.h"
+#include "apps/calibrate/recorded_here.h"
 #include "apps/calibrate/rig_stage.h"
 #include "apps/command/command.h"
 #include "core/base/error.h"
@@ -20,6 +23,7 @@ struct CalibrateArguments {
   RigStage rig;
   std::string stage;
   std::string features = "sift";
+  CommonArguments drive;  ///< of a mission: only what is said of it
 };
 
 FeatureMethod method_of(const std::string& word) {
@@ -36,7 +40,20 @@ FeatureMethod method_of(const std::string& word) {
   return FeatureMethod::kSift;
 }
 
+bool is_file(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(path, ignored);
+}
+
 int calibrate(CalibrateArguments args) {
+  const bool by_mission =
+      is_file(args.lens.pictures) && args.stage.empty() && args.lens.board.empty();
+  if (!by_mission && !args.drive.overrides().empty()) {
+    throw ConfigError(
+        "--seed, --duration and --set are of a mission that is recorded first; give its file in "
+        "place of " +
+        args.lens.pictures);
+  }
   if (args.stage == "maps") {
     args.maps.dataset = args.lens.pictures;
     args.maps.rig = args.lens.rig;
@@ -49,6 +66,14 @@ int calibrate(CalibrateArguments args) {
     return calibrate_lenses(args.lens);
   }
   args.rig.dataset = args.lens.pictures;
+  if (by_mission) {
+    const DriveToRecord drive{args.lens.pictures, args.drive.overrides(), args.lens.out,
+                              args.lens.quiet};
+    if (const int status = record_here(drive); status != 0) {
+      return status;
+    }
+    args.rig.dataset = drive.dataset().string();
+  }
   args.rig.rig = args.lens.rig;
   args.rig.cameras = args.maps.cameras;
   args.rig.out = args.lens.out;
@@ -65,11 +90,13 @@ void add_calibrate(CLI::App& app, Command& chosen) {
                                      "How the cameras of a rig are mounted, by a recorded drive; "
                                      "what lenses are, by pictures of a "
                                      "chessboard");
-  sub->add_option("PICTURES", args->lens.pictures,
-                  "a dataset; with --board also a folder of one camera's pictures, or a folder "
-                  "with one such folder for each camera")
+  sub->add_option(
+         "PICTURES", args->lens.pictures,
+         "a dataset, or the file of a mission, whose drive is recorded first; with --board "
+         "also a folder of one camera's pictures, or a folder with one such folder for "
+         "each camera")
       ->required()
-      ->type_name("DIR");
+      ->type_name("DIR|MISSION");
   CLI::Option* board = sub->add_option("--board", args->lens.board,
                                        "the chessboard: inner corners along and down, side of a "
                                        "square in metres")
@@ -104,8 +131,10 @@ void add_calibrate(CLI::App& app, Command& chosen) {
       ->type_name("FILE");
   sub->add_option(
          "--out", args->lens.out,
-         "where the results go: rig_calibrated.yaml and rig.png, and each camera's map, so that "
-         "an interrupted calibration goes on when it is started again; with --board "
+         "where the results go: rig_calibrated.yaml, the same for Kalibr (camchain.yaml) and ROS "
+         "(camera_info/CAMERA.yaml, rig.urdf), rig.png, the recording of a mission, and each "
+         "camera's map, so that an interrupted calibration goes on when it is started again; with "
+         "--board "
          "rig_calibrated.yaml (lenses.yaml without a rig), boards_CAMERA.png and boards.csv, with "
          "--stage maps map_CAMERA.png, "
          "growth_CAMERA.png, search_CAMERA.png, reprojection_CAMERA.png, points_CAMERA.csv and "
@@ -115,11 +144,14 @@ void add_calibrate(CLI::App& app, Command& chosen) {
   sub->add_option("--threads", args->lens.threads, "to look for boards with; changes no result")
       ->check(CLI::Range(1, 64))
       ->needs(board);
+  add_overrides(*sub, args->drive);
   sub->add_flag("--quiet", args->lens.quiet, "no progress");
   sub->footer(
       "A rig, by a drive that turns by more than a whole turn and has legs, or a rose:\n"
       "  panoptes record scenes/missions/record-room.yaml --out runs/rose\n"
       "  panoptes calibrate runs/rose --out runs/rig\n"
+      "Both at once, the recording goes to runs/rig/recording:\n"
+      "  panoptes calibrate scenes/missions/record-room.yaml --seed 1 --out runs/rig\n"
       "Lenses by a board: hold a stiff board still in 20 to 40 places: all over the picture, near "
       "enough to fill a "
       "third of it,\nslanted by up to 45 degrees each way, and wholly in the picture.\n"

@@ -219,6 +219,7 @@ fs::path write_lenses(const fs::path& folder, std::optional<Rig> rig,
     const CalibratedLens lens = calibrated(told.fit);
     lenses.cameras[told.camera] = lens;
     if (rig) {
+      rig->covariance.reset();  // it was of other lenses
       RigCamera& camera = rig->cameras.at(told.camera);
       camera.intrinsics = lens.intrinsics;
       camera.sigma.focal_ratio = lens.focal_ratio;

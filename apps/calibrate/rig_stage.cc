@@ -26,6 +26,7 @@
 #include "apps/process/progress.h"
 #include "core/base/error.h"
 #include "core/base/utf8.h"
+#include "core/calib/joint_of_rig.h"
 #include "core/calib/rig_verdict.h"
 #include "core/camera/lens_parameters.h"
 #include "core/config/fields.h"
@@ -33,6 +34,7 @@
 #include "core/io/dataset.h"
 #include "core/io/dataset_rows.h"
 #include "core/io/file.h"
+#include "core/io/rig_export.h"
 #include "hw/replay/truth_files.h"
 
 namespace panoptes {
@@ -104,6 +106,21 @@ std::string map_fault(const MappedCamera& camera) {
              : "";
 }
 
+/// The rig for Panoptes, for Kalibr, and for ROS.
+void write_rig(const fs::path& out, const Rig& rig, const std::vector<std::string>& cameras,
+               Verdict verdict) {
+  const std::string by =
+      fmt::format("# panoptes {}, calibrate: {}\n", PANOPTES_VERSION, name(verdict));
+  write_file(out / "rig_calibrated.yaml", by + write_settings(rig));
+  write_file(out / "camchain.yaml", by + kalibr_camchain(rig, cameras));
+  write_file(out / "rig.urdf", urdf_of(rig, cameras));
+  fs::create_directory(out / "camera_info");
+  for (const std::string& camera : cameras) {
+    write_file(out / "camera_info" / (camera + ".yaml"),
+               ros_camera_info(camera, rig.cameras.at(camera).intrinsics));
+  }
+}
+
 void say(const RigCalibration& told, const Judged& judged, const Json& figures) {
   std::printf(
       "%s: %zu cameras; %d observations in %zu keyframes, %d of them of points of other "
@@ -151,7 +168,7 @@ int calibrate_rig_of(const RigStage& args) {
     check_recording(args.dataset, camera, believed, args.slam);
     wheels.check_reach(recorded_pictures(args.dataset, camera), believed);
   }
-  std::vector<std::string> may_hold;
+  std::vector<std::string> may_hold{"recording"};  // of a mission
   for (const auto& [camera, believed] : lenses) {
     may_hold.push_back(map_file(camera));
   }
@@ -215,10 +232,9 @@ int calibrate_rig_of(const RigStage& args) {
     figures.update(of_rig);
     const Rig believed = whole_rig(args.dataset, args.rig);
     faults.attempt([&] {
-      write_file(
-          out.path() / "rig_calibrated.yaml",
-          fmt::format("# panoptes {}, calibrate: {}\n", PANOPTES_VERSION, name(judged.verdict)) +
-              write_settings(calibrated(believed, *told)));
+      Rig found = calibrated(believed, *told);
+      found.covariance = joint_covariance(*told);
+      write_rig(out.path(), found, told->cameras, judged.verdict);
     });
     faults.attempt([&] { write_file(out.path() / "rig.png", png(draw_rig(*told, believed))); });
     say(*told, judged, of_rig);

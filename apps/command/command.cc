@@ -40,12 +40,7 @@ std::string seed_fault(const std::string& seed) {
 
 }  // namespace
 
-void add_common(CLI::App& subcommand, CommonArguments& args) {
-  subcommand.add_option("--out", args.out_dir, "where the results go (runs/<mission>-<seed>)")
-      ->type_name("DIR")
-      ->check([](const std::string& folder) {
-        return folder.empty() ? "must name a folder" : std::string();
-      });
+void add_overrides(CLI::App& subcommand, CommonArguments& args) {
   subcommand.add_option("--seed", args.seed, "of every random choice")
       ->type_name("N")
       ->check(seed_fault);
@@ -57,6 +52,15 @@ void add_common(CLI::App& subcommand, CommonArguments& args) {
       ->type_name("KEY.PATH=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+void add_common(CLI::App& subcommand, CommonArguments& args) {
+  subcommand.add_option("--out", args.out_dir, "where the results go (runs/<mission>-<seed>)")
+      ->type_name("DIR")
+      ->check([](const std::string& folder) {
+        return folder.empty() ? "must name a folder" : std::string();
+      });
+  add_overrides(subcommand, args);
   subcommand.add_option("--threads", args.threads, "that draw (1 or 2, as there are cores)")
       ->type_name("N")
       ->check(CLI::Range(1, 64))

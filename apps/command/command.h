@@ -30,6 +30,9 @@ struct CommonArguments {
   /// `--set`, `--seed` and `--duration` as overrides of a mission.
   std::vector<std::string> overrides() const;
 };
+/// `--seed`, `--duration` and `--set`.
+void add_overrides(CLI::App& subcommand, CommonArguments& args);
+/// These and all others.
 void add_common(CLI::App& subcommand, CommonArguments& args);
 
 }  // namespace panoptes

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <memory>
 #include <optional>
-#include <utility>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "apps/command/command.h"
 #include "apps/mission/mission.h"
-#include "apps/run/mission_run.h"
+#include "apps/run/recording.h"
 #include "apps/run/refined.h"
-#include "hw/replay/recording_robot.h"
 
 namespace panoptes {
 namespace {
@@ -22,8 +22,6 @@ struct RecordArguments {
   CommonArguments common;
 };
 
-// Drives a mission and keeps all that the robot perceived and was told in a dataset. What the
-// mission requires of a whole run, a recording of any part of it need not meet.
 int record(const RecordArguments& args) {
   std::vector<std::string> overrides = args.common.overrides();
   if (args.depth) {
@@ -34,17 +32,8 @@ int record(const RecordArguments& args) {
   }
   const auto mission = load_mission<ExploreMission>(
       args.mission, with_refined(args.refined, args.mission, overrides));
-  const auto keep_all = [&mission](OpenRobot& open, const std::filesystem::path& folder) {
-    auto robot = std::make_unique<hw::RecordingRobot>(
-        std::move(open.robot), folder,
-        RecordingInfo{std::string(kDatasetSchema), PANOPTES_VERSION, mission.name, mission.seed},
-        open.rig, mission.robot, open.true_pictures,
-        open.recorded == nullptr || open.recorded->touches_known());
-    open.finish = [recording = robot.get()] { recording->finish(); };
-    open.robot = std::move(robot);
-  };
-  return run_mission(mission, {"record", args.common.out_dir.value_or(default_out_dir(mission)),
-                               args.common.quiet, keep_all, false});
+  return record_mission(mission, args.common.out_dir.value_or(default_out_dir(mission)),
+                        args.common.quiet);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/camera/joint_covariance.h"
 #include "core/config/fields.h"
 #include "core/geometry/pose3.h"
 
@@ -131,6 +132,10 @@ struct RigCamera {
 struct Rig {
   std::map<std::string, RigCamera> cameras;
 
+  /// Where they were calibrated together. Only how parameters go together counts: how well each is
+  /// known, its camera's sigma says.
+  std::optional<JointCovariance> covariance;
+
   /// The name of the first camera (in order of name) with this role; empty when there is none.
   std::string with_role(std::string_view role) const;
 };
@@ -144,6 +149,7 @@ void bind(Fields& f, FloorView& o);
 /// {rotation_deg, position_m (one number or three), focal_percent, centre_px, clock_s}
 void bind(Fields& f, CameraSigmas& o);
 void bind(Fields& f, RigCamera& o);
+/// {cameras, covariance: [{parameter, row}]}
 void bind(Fields& f, Rig& o);
 
 }  // namespace panoptes

@@ -5,6 +5,9 @@
 #include <numbers>
 #include <optional>
 
+#include <Eigen/Eigenvalues>
+#include <fmt/format.h>
+
 #include "core/camera/rig.h"
 #include "core/config/geometry_fields.h"
 
@@ -139,6 +142,127 @@ void bind_mounting(Fields& f, Pose3& T_body_camera) {
   }
 }
 
+struct CovarianceRow {
+  std::string parameter;
+  std::vector<double> row;
+};
+
+void bind(Fields& f, CovarianceRow& o) {
+  f.needed("parameter", o.parameter);
+  f.needed("row", o.row);
+}
+
+std::string key_of_row(std::size_t i, const char* what) {
+  return fmt::format("covariance[{}].{}", i, what);
+}
+
+/// Whether the rows are those of cameras of the rig, each whole and in order.
+bool has_right_order(Fields& f, const Rig& rig, const std::vector<CovarianceRow>& rows) {
+  std::vector<std::string> told;  // cameras
+  std::size_t i = 0;
+  while (i < rows.size()) {
+    const std::string camera = rows[i].parameter.substr(0, rows[i].parameter.find('.'));
+    const auto found = rig.cameras.find(camera);
+    const bool anew = std::find(told.begin(), told.end(), camera) == told.end();
+    if (found == rig.cameras.end() || !anew) {
+      f.require(false, key_of_row(i, "parameter"),
+                anew ? "must be of a camera of the rig, as CAMERA.rotation_x_rad"
+                     : "must not be of a camera that had its rows before");
+      return false;
+    }
+    told.push_back(camera);
+    for (const std::string& expected : joint_parameters(camera, found->second.intrinsics)) {
+      if (i == rows.size()) {
+        f.require(false, "covariance", "must go on with a row of " + expected);
+        return false;
+      }
+      if (rows[i].parameter != expected) {
+        f.require(false, key_of_row(i, "parameter"), "must be " + expected);
+        return false;
+      }
+      ++i;
+    }
+  }
+  return true;
+}
+
+/// No direction in which it is negative, each parameter counted in its sigmas.
+bool is_semi_definite(const Eigen::MatrixXd& covariance) {
+  if (covariance.diagonal().minCoeff() < 0) {
+    return false;
+  }
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt();
+  const Eigen::VectorXd by = (sigma.array() > 0).select(sigma.cwiseInverse(), 1);
+  const Eigen::MatrixXd scaled = by.asDiagonal() * covariance * by.asDiagonal();
+  constexpr double kRoundoff = 1e-6;  // of what an inversion leaves
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly)
+             .eigenvalues()
+             .minCoeff() >= -kRoundoff;
+}
+
+std::optional<Eigen::MatrixXd> checked_matrix(Fields& f, const std::vector<CovarianceRow>& rows) {
+  const auto size = static_cast<Eigen::Index>(rows.size());
+  Eigen::MatrixXd covariance(size, size);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].row.size() != rows.size()) {
+      f.require(false, key_of_row(i, "row"),
+                fmt::format("must have a number for each of the {} rows, got {}", rows.size(),
+                            rows[i].row.size()));
+      return std::nullopt;
+    }
+    covariance.row(static_cast<Eigen::Index>(i)) =
+        Eigen::Map<const Eigen::RowVectorXd>(rows[i].row.data(), size);
+  }
+  constexpr double kPrinted = 1e-6;  // a few digits may be missing
+  for (Eigen::Index i = 0; i < size; ++i) {
+    for (Eigen::Index k = 0; k < i; ++k) {
+      const double most = kPrinted * std::sqrt(std::abs(covariance(i, i) * covariance(k, k)));
+      if (std::abs(covariance(i, k) - covariance(k, i)) > most) {
+        f.require(false, key_of_row(static_cast<std::size_t>(i), "row"),
+                  fmt::format("must say of {} what the row of {} says of it: {} is not {}",
+                              rows[static_cast<std::size_t>(k)].parameter,
+                              rows[static_cast<std::size_t>(i)].parameter, covariance(i, k),
+                              covariance(k, i)));
+        return std::nullopt;
+      }
+    }
+  }
+  covariance = (0.5 * (covariance + covariance.transpose())).eval();
+  if (!is_semi_definite(covariance)) {
+    f.require(false, "covariance", "must be positive semi-definite, as every covariance is");
+    return std::nullopt;
+  }
+  return covariance;
+}
+
+void bind_covariance(Fields& f, Rig& o) {
+  std::optional<std::vector<CovarianceRow>> rows;
+  if (f.writing()) {
+    if (!o.covariance) {
+      return;
+    }
+    rows.emplace();
+    for (std::size_t i = 0; i < o.covariance->parameters.size(); ++i) {
+      const Eigen::VectorXd row = o.covariance->covariance.row(static_cast<Eigen::Index>(i));
+      rows->push_back({o.covariance->parameters[i], {row.begin(), row.end()}});
+    }
+    f("covariance", rows);
+    return;
+  }
+  f("covariance", rows);
+  o.covariance.reset();
+  if (!rows || rows->empty() || !has_right_order(f, o, *rows)) {
+    return;
+  }
+  if (std::optional<Eigen::MatrixXd> matrix = checked_matrix(f, *rows)) {
+    JointCovariance& joint = o.covariance.emplace();
+    for (const CovarianceRow& row : *rows) {
+      joint.parameters.push_back(row.parameter);
+    }
+    joint.covariance = std::move(*matrix);
+  }
+}
+
 bool is_name(const std::string& text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '_' || c == '-';
@@ -251,6 +375,7 @@ void bind(Fields& f, Rig& o) {
   f.require(std::all_of(o.cameras.begin(), o.cameras.end(),
                         [](const auto& camera) { return is_name(camera.first); }),
             "cameras", "must be named by letters, digits, _ and - (their names become file names)");
+  bind_covariance(f, o);
 }
 
 }  // namespace panoptes

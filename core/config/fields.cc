@@ -902,6 +902,23 @@ bool Fields::write_file(std::string_view key, const std::string& file) {
   return true;
 }
 
+namespace {
+
+/// Of a mapping by its key, of a list as `[index]`.
+const SettingsTree* child_of(const SettingsTree& tree, const std::string& key) {
+  if (tree.kind != Kind::kList) {
+    return tree.find(key);
+  }
+  for (std::size_t i = 0; i < tree.items.size(); ++i) {
+    if (key == "[" + std::to_string(i) + "]") {
+      return &tree.items[i];
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace
+
 void Fields::require(bool holds, std::string_view key, std::string_view must) {
   if (holds || writing()) {
     return;
@@ -910,7 +927,7 @@ void Fields::require(bool holds, std::string_view key, std::string_view must) {
   const std::vector<std::string> keys = split_path(std::string(key));
   std::size_t found = 0;
   for (; found < keys.size(); ++found) {
-    const SettingsTree* child = at->find(keys[found]);
+    const SettingsTree* child = child_of(*at, keys[found]);
     if (child == nullptr) {
       break;
     }

@@ -159,7 +159,8 @@ class Fields {
              std::vector<std::string>& mentions);
 
   /// A rule between several fields of this struct, reported at `key`, which may lead into what
-  /// stands inside (`sensors.front.row_us`): then where as much of it as there is stands.
+  /// stands inside (`sensors.front.row_us`, `rows[3].name`): then where as much of it as there is
+  /// stands.
   void require(bool holds, std::string_view key, std::string_view must);
 
   bool writing() const;

@@ -137,6 +137,7 @@ Rig refined(const Rig& believed, const RigEstimate& estimate) {
   PANOPTES_CHECK(estimate.state.size() == rig_states(estimate.believed.size()),
                  "a state for every camera");
   Rig rig = believed;
+  rig.covariance.reset();
   for (int i = 0; i < static_cast<int>(estimate.believed.size()); ++i) {
     const LoopCamera& of = estimate.believed[static_cast<std::size_t>(i)];
     const int at = camera_state(i);

@@ -44,7 +44,7 @@ Eigen::MatrixXd systematic_covariance(const LoopCameras& cameras);
 /// The rig that was believed, its loop cameras corrected, with the sigmas that are left. What no
 /// state tells of (distortion, cameras that recognise no places) stays, and so does a lens
 /// that the correction would make impossible. Sigmas are marginal: what was learned of yaw and
-/// principal point together they tell of each alone.
+/// principal point together they tell of each alone, and the joint covariance is left out.
 Rig refined(const Rig& believed, const RigEstimate& estimate);
 
 }  // namespace panoptes

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <initializer_list>
 #include <limits>
 
 #include <Eigen/LU>
@@ -37,6 +38,48 @@ RigState prior_sigmas(const LoopCameras& cameras, const WheelPrior& wheels) {
   sigmas.tail<kWheelStates>() << wheels.scale_share, wheels.difference_share, wheels.base_share;
   constexpr double kExact = 1e-6;  // rad, m, share, px or s: what a file takes for exact is held
   return sigmas.cwiseMax(kExact);
+}
+
+/// How the states of cameras go together that were calibrated together; wheels with nothing.
+Eigen::MatrixXd prior_correlations(const LoopCameras& cameras, const JointCovariance& joint) {
+  std::vector<std::string> parameters(rig_states(cameras.size()));  // of no name: the wheels'
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const auto at = parameters.begin() + camera_state(static_cast<int>(i));
+    const auto put = [&](int first, std::initializer_list<const char*> names) {
+      std::transform(names.begin(), names.end(), at + first,
+                     [&](const char* parameter) { return cameras[i].name + "." + parameter; });
+    };
+    put(kRotation, {"rotation_x_rad", "rotation_y_rad", "rotation_z_rad"});
+    put(kPosition, {"position_x_m", "position_y_m", "position_z_m"});
+    put(kFocal, {"fx_px"});
+    put(kCentre, {"cx_px", "cy_px"});
+    put(kClock, {"clock_s"});
+  }
+  constexpr double kLoose = 1e-6;  // what is told to be off by the very same has an inverse, too
+  const Eigen::MatrixXd told = correlations(joint, parameters);
+  return (1 - kLoose) * told + kLoose * Eigen::MatrixXd::Identity(told.rows(), told.cols());
+}
+
+Eigen::MatrixXd prior_information_of(const RigState& sigmas, const LoopCameras& cameras,
+                                     const std::optional<JointCovariance>& joint) {
+  if (!joint) {
+    return sigmas.cwiseAbs2().cwiseInverse().asDiagonal();
+  }
+  const RigState by = sigmas.cwiseInverse();
+  const Eigen::MatrixXd information =
+      by.asDiagonal() * prior_correlations(cameras, *joint).inverse() * by.asDiagonal();
+  return 0.5 * (information + information.transpose());
+}
+
+/// The same of all others when nothing is known of the mounting any more, but these sigmas.
+void forget_mounting(Eigen::MatrixXd& information, int state, const MountingChange& sigmas) {
+  const Eigen::MatrixXd of_all = information.middleCols<kMountingStates>(state);
+  const Eigen::Matrix<double, kMountingStates, kMountingStates> own =
+      of_all.middleRows<kMountingStates>(state);
+  information -= of_all * own.inverse() * of_all.transpose();
+  information.middleRows<kMountingStates>(state).setZero();
+  information.middleCols<kMountingStates>(state).setZero();
+  information.diagonal().segment<kMountingStates>(state) = sigmas.cwiseAbs2().cwiseInverse();
 }
 
 }  // namespace
@@ -75,7 +118,7 @@ Localiser::Localiser(const LocaliserOptions& options, const OdometrySource& odom
       closer_(options.loops, believed_, rng.fork("loops")) {
   graph_.state = RigState::Zero(rig_states(believed_.size()));
   graph_.prior_information =
-      prior_sigmas(believed_, options.wheel_prior).cwiseAbs2().cwiseInverse().asDiagonal();
+      prior_information_of(prior_sigmas(believed_, options.wheel_prior), believed_, rig.covariance);
   state_information_ = graph_.prior_information;
 }
 
@@ -250,8 +293,7 @@ void Localiser::begin_anew(const Knock& knock) {
   covariance.middleRows<kMountingStates>(state).setZero();
   covariance.middleCols<kMountingStates>(state).setZero();
   covariance.diagonal().segment<kMountingStates>(state) = sigmas.cwiseAbs2();
-  graph_.prior_information.diagonal().segment<kMountingStates>(state) =
-      sigmas.cwiseAbs2().cwiseInverse();
+  forget_mounting(graph_.prior_information, state, sigmas);
   const RigState before = graph_.state;
   graph_.state.segment<kMountingStates>(state) += knock.change;
   const RigPriorState now{graph_.state, covariance.inverse()};

@@ -138,6 +138,7 @@ Rig true_rig(const RigErrors& errors, const Rig& nominal, const Rng& rng) {
   const Rng lens_rng = rng.fork("lens-errors");
   const Rng clock_rng = rng.fork("clock-errors");
   Rig rig = nominal;
+  rig.covariance.reset();
   for (auto& [name, camera] : rig.cameras) {
     const auto mounting = errors.mounting.exactly.find(name);
     camera.T_body_camera =

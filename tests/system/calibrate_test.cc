@@ -269,6 +269,54 @@ TEST_F(CalibrateMaps, WhatWasMappedUntilItWasCutShortIsKept) {
               HasSubstr("in mav0 there are ahead, "));
 }
 
+TEST_F(CalibrateMaps, AMissionIsRecordedAndCalibratedBy) {
+  const std::string mission = kScenes + "missions/record-room.yaml";
+  const auto calibrate = [&](const std::string& out, const std::string& seed,
+                             const Fate& fate = {}) {
+    return panoptes({"calibrate", mission, "--seed", seed, "--set", "until.duration_s=4",
+                     "--cameras", "ahead", "--quiet", "--out", out},
+                    fate);
+  };
+  const Said said = calibrate("rig", "2");
+  EXPECT_EQ(said.status, 1) << said.err;
+  EXPECT_THAT(said.out, HasSubstr("stage rig: ahead: it turns by"));
+  const std::filesystem::path recorded = folder_ / "work/rig/recording";
+  EXPECT_TRUE(std::filesystem::exists(recorded / "mav0/behind/data.csv"));
+  const auto m = metrics("rig/recording");
+  EXPECT_EQ(m["command"], "record");
+  EXPECT_EQ(m["seed"], 2);
+  EXPECT_EQ(m["outcome"], "completed");
+
+  // As one that was interrupted before it had its results: what is recorded is not recorded again.
+  const auto when = std::filesystem::last_write_time(recorded / "metrics.json");
+  std::filesystem::remove(folder_ / "work/rig/metrics.json");
+  const Said again = calibrate("rig", "2");
+  EXPECT_THAT(said.out, testing::EndsWith(again.out));
+  EXPECT_EQ(std::filesystem::last_write_time(recorded / "metrics.json"), when);
+  const Said other = calibrate("rig", "3");
+  EXPECT_EQ(other.status, 2);
+  EXPECT_THAT(other.err, HasSubstr("rig/recording: is of another mission, other settings"));
+
+  const Said cut = calibrate("cut", "2", {{}, {}, SIGINT, "cut/recording/mission.yaml"});
+  EXPECT_EQ(cut.status, 130);
+  EXPECT_THAT(cut.err, HasSubstr("cut/recording: the drive was cut short, and no rig is calibrated "
+                                 "by it; what was recorded is kept"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "work/cut/metrics.json"));
+  const Said after = calibrate("cut", "2");
+  EXPECT_EQ(after.status, 2);
+  EXPECT_THAT(after.err,
+              HasSubstr("cut/recording: was cut short (interrupted); remove it to record "
+                        "it anew, or calibrate it as it is with panoptes calibrate "
+                        "cut/recording --out DIR"));
+  const Said dataset = panoptes({"calibrate", "rig/recording", "--seed", "2", "--out", "none"});
+  EXPECT_EQ(dataset.status, 2);
+  EXPECT_THAT(dataset.err, HasSubstr("are of a mission that is recorded first"));
+  std::filesystem::create_directories(folder_ / "work/full");
+  write("full/notes.txt", "");
+  EXPECT_THAT(calibrate("full", "2").err, HasSubstr("full: is not empty"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "work/full/recording"));
+}
+
 TEST_F(CalibrateMaps, OneThingAtATimeIsAsked) {
   EXPECT_EQ(panoptes({"calibrate", "x", "--out", "y"}).status, 2);
   EXPECT_EQ(

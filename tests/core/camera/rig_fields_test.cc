@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +14,12 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
+
+struct CovarianceText {
+  std::string parameter;
+  std::vector<double> row;
+};
 
 std::vector<std::string> faults(const std::string& text) {
   try {
@@ -293,6 +301,93 @@ TEST(RigFields, RefusesSigmasThatAreNone) {
                   HasSubstr("cameras.a.sigma.focal_ratio: given twice; focal_percent says it "
                             "already"),
                   HasSubstr("cameras.a.sigma.centre: unknown key; did you mean centre_px?")));
+}
+
+// Two pinholes of 11 parameters each, with the lines of their rows from the fourth on.
+std::string calibrated_text(const std::function<void(std::vector<CovarianceText>&)>& change) {
+  std::vector<CovarianceText> rows;
+  for (const char* camera : {"a", "b"}) {
+    for (const char* parameter :
+         {"rotation_x_rad", "rotation_y_rad", "rotation_z_rad", "position_x_m", "position_y_m",
+          "position_z_m", "fx_px", "fy_px", "cx_px", "cy_px", "clock_s"}) {
+      rows.push_back({std::string(camera) + "." + parameter, std::vector<double>(22, 0.25)});
+      rows.back().row[rows.size() - 1] = 1;
+    }
+  }
+  change(rows);
+  std::string text =
+      "cameras:\n"
+      "  a: {fov_deg: 80, at_m: [0, 0, 1]}\n"
+      "  b: {fov_deg: 80, at_m: [0, 0, 1]}\n"
+      "covariance:\n";
+  for (const CovarianceText& row : rows) {
+    text += "  - {parameter: " + row.parameter + ", row: [";
+    for (const double number : row.row) {
+      text += std::to_string(number) + ", ";
+    }
+    text += "]}\n";
+  }
+  return text;
+}
+
+TEST(RigFields, CamerasAreKnownTogether) {
+  const auto rig = read_settings_text<Rig>(calibrated_text([](auto& rows) {
+                                             rows[2].row[12] = -0.5;
+                                             rows[12].row[2] = -0.5;
+                                           }),
+                                           "rig.yaml");
+  ASSERT_TRUE(rig.covariance);
+  EXPECT_EQ(rig.covariance->parameters[12], "b.rotation_y_rad");
+  EXPECT_EQ(rig.covariance->covariance(2, 12), -0.5);
+  EXPECT_EQ(rig.covariance->covariance(12, 2), -0.5);
+  EXPECT_EQ(rig.covariance->covariance(2, 11), 0.25);
+
+  const std::string text = write_settings(rig);
+  const auto back = read_settings_text<Rig>(text, "rig.yaml");
+  ASSERT_TRUE(back.covariance);
+  EXPECT_EQ(back.covariance->parameters, rig.covariance->parameters);
+  EXPECT_EQ(back.covariance->covariance, rig.covariance->covariance) << "to the bit";
+  EXPECT_EQ(write_settings(back), text);
+  EXPECT_FALSE(read_settings_text<Rig>(text, "rig.yaml", {"covariance=null"}).covariance);
+  EXPECT_FALSE(read_settings_text<Rig>(kRig, "rig.yaml").covariance);
+  EXPECT_THAT(write_settings(read_settings_text<Rig>(kRig, "rig.yaml")),
+              Not(HasSubstr("covariance")));
+}
+
+TEST(RigFields, RefusesWhatIsNoJointCovariance) {
+  const auto faults_of = [](const auto& change) { return faults(calibrated_text(change)); };
+  EXPECT_THAT(faults_of([](auto& rows) { rows[0].parameter = "c.rotation_x_rad"; }),
+              ElementsAre("rig.yaml:5:17: covariance[0].parameter: must be of a camera of the rig, "
+                          "as CAMERA.rotation_x_rad, got c.rotation_x_rad"));
+  EXPECT_THAT(faults_of([](auto& rows) { std::swap(rows[3], rows[4]); }),
+              ElementsAre("rig.yaml:8:17: covariance[3].parameter: must be a.position_x_m, got "
+                          "a.position_y_m"));
+  EXPECT_THAT(faults_of([](auto& rows) {
+                const auto once = rows;
+                rows.insert(rows.begin() + 11, once.begin(), once.begin() + 11);
+              }),
+              ElementsAre(HasSubstr("rig.yaml:16:17: covariance[11].parameter: must not be of a "
+                                    "camera that had its rows before")));
+  EXPECT_THAT(faults_of([](auto& rows) { rows.pop_back(); }),
+              ElementsAre("rig.yaml:5:3: covariance: must go on with a row of b.clock_s"));
+  EXPECT_THAT(faults_of([](auto& rows) { rows[7].row.pop_back(); }),
+              ElementsAre("rig.yaml:12:31: covariance[7].row: must have a number for each of the "
+                          "22 rows, got 21"));
+  EXPECT_THAT(faults_of([](auto& rows) { rows[5].row[1] = 0.5; }),
+              ElementsAre("rig.yaml:10:38: covariance[5].row: must say of a.rotation_y_rad what "
+                          "the row of a.position_z_m says of it: 0.5 is not 0.25"));
+  const auto semi_definite = ElementsAre(
+      "rig.yaml:5:3: covariance: must be positive semi-definite, as every covariance is");
+  EXPECT_THAT(faults_of([](auto& rows) {
+                rows[2].row[12] = 1.5;
+                rows[12].row[2] = 1.5;
+              }),
+              semi_definite);
+  EXPECT_THAT(faults_of([](auto& rows) { rows[4].row[4] = -1; }), semi_definite);
+  EXPECT_THAT(faults_of([](auto& rows) { rows[4].row[4] = 0; }), semi_definite)
+      << "what is exact goes with nothing";
+  EXPECT_THAT(faults("cameras: {a: {fov_deg: 80, at_m: [0, 0, 1]}}\ncovariance: 3\n"),
+              ElementsAre("rig.yaml:2:13: covariance: must be a list, got 3"));
 }
 
 }  // namespace

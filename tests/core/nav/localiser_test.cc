@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -37,6 +39,42 @@ TEST(Localiser, FirstObservationFoundsTheMap) {
   EXPECT_EQ(at.keyframe_made, 0);
   EXPECT_EQ(at.T_map_body, Pose2{});
   EXPECT_EQ(localiser.keyframes().size(), 1U);
+}
+
+// What was calibrated together is off together: here both yaws, and a yaw and its lens' centre.
+JointCovariance front_and_back_together(const LoopCameras& cameras) {
+  JointCovariance joint;
+  for (const LoopCamera& camera : cameras) {
+    for (const std::string& parameter : joint_parameters(camera.name, camera.intrinsics)) {
+      joint.parameters.push_back(parameter);
+    }
+  }
+  const auto rows = static_cast<Eigen::Index>(joint.parameters.size());
+  joint.covariance = 4 * Eigen::MatrixXd::Identity(rows, rows);
+  const Eigen::Index second = rows / 2;
+  joint.covariance(2, second + 2) = joint.covariance(second + 2, 2) = 3.96;
+  joint.covariance(2, 8) = joint.covariance(8, 2) = -0.4;
+  return joint;
+}
+
+// Sigmas are the cameras' own.
+TEST(Localiser, BelievesCamerasTogetherThatWereCalibratedTogether) {
+  test::RoomRobot robot(1);
+  Rig rig = robot.rig();
+  const Eigen::MatrixXd alone = Localiser({}, kWheels, rig, Rng(1)).rig_estimate().prior_covariance;
+  rig.covariance = front_and_back_together(loop_cameras(rig));
+  const Eigen::MatrixXd together =
+      Localiser({}, kWheels, rig, Rng(1)).rig_estimate().prior_covariance;
+  constexpr double kLoose = 1e-5;  // correlations are a millionth looser than told
+  const int yaw = kRotation + 2;
+  const int other_yaw = camera_state(1) + yaw;
+  Eigen::MatrixXd expected = alone;
+  expected(yaw, other_yaw) = expected(other_yaw, yaw) = 0.99 * alone(yaw, yaw);
+  expected(yaw, kCentre) = expected(kCentre, yaw) =
+      -0.1 * std::sqrt(alone(yaw, yaw) * alone(kCentre, kCentre));
+  const Eigen::VectorXd by = alone.diagonal().cwiseSqrt().cwiseInverse();
+  EXPECT_LT((by.asDiagonal() * (together - expected) * by.asDiagonal()).cwiseAbs().maxCoeff(),
+            kLoose);
 }
 
 TEST(Localiser, RemembersAPlaceAfterTheWayOrTheTurnThatOptionsSay) {
@@ -270,10 +308,12 @@ Pose2 moved_at(int keyframe) {
   return keyframe % 12 < 4 ? Pose2{0.25, 0, 0.04} : Pose2{0, 0, deg_to_rad(15)};
 }
 
-TEST(Localiser, LearnsACameraAnewThatIsKnocked) {
+void knock_and_learn(const std::optional<JointCovariance>& covariance) {
   constexpr int kKnockedAt = 56;
   test::RoomRobot robot(11);
-  Localiser localiser({}, kWheels, robot.rig(), Rng(11));
+  Rig believed = robot.rig();
+  believed.covariance = covariance;
+  Localiser localiser({}, kWheels, believed, Rng(11));
   Pose2 T_scene_body{-1, -0.5, 0};
   const Pose2 T_scene_map = T_scene_body;
   Pose2 T_odom_body;
@@ -296,6 +336,8 @@ TEST(Localiser, LearnsACameraAnewThatIsKnocked) {
   EXPECT_THAT(told(knock), testing::HasSubstr("front: knocked by about"));
   const RigEstimate rig = localiser.rig_estimate();
   ASSERT_EQ(rig.believed[0].name, "front");
+  const Eigen::MatrixXd mounted = rig.prior_covariance.topRows<6>();
+  EXPECT_EQ(mounted.rightCols(mounted.cols() - 6).norm(), 0) << "it sits as nothing told";
   EXPECT_NEAR(rad_to_deg(rig.state[camera_state(0) + kRotation + 1]), 2, 0.3);
   // no bundle since is left as it looked at first
   const int pitch = camera_state(0) + kRotation + 1;
@@ -307,6 +349,12 @@ TEST(Localiser, LearnsACameraAnewThatIsKnocked) {
   const Pose2 error = (T_scene_map * at.T_map_body).inverse() * T_scene_body;
   EXPECT_LT(error.position().norm(), 0.05);
   EXPECT_LT(std::abs(rad_to_deg(error.theta_rad)), 1);
+}
+
+TEST(Localiser, LearnsACameraAnewThatIsKnocked) { knock_and_learn(std::nullopt); }
+
+TEST(Localiser, LearnsACameraAnewThatWasCalibratedTogetherWithAnother) {
+  knock_and_learn(front_and_back_together(loop_cameras(test::RoomRobot(11).rig())));
 }
 
 TEST(Localiser, RefusesARigThatCannotRecognisePlaces) {

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/calibrate/recorded_here.h"
+
+#include <cstdio>
+#include <optional>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/command/out_dir.h"
+#include "apps/mission/mission.h"
+#include "apps/report/recorder.h"
+#include "apps/run/recording.h"
+#include "core/base/error.h"
+#include "core/io/dataset_rows.h"
+
+namespace panoptes {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// As its metrics.json says; "failed" where it has none: whoever recorded was killed.
+std::string outcome_of(const fs::path& recording) {
+  const auto metrics =
+      nlohmann::json::parse(read_part(recording / "metrics.json").value_or(""), nullptr, false);
+  const auto found = metrics.is_object() ? metrics.find("outcome") : metrics.end();
+  return metrics.is_object() && found != metrics.end() && found->is_string()
+             ? found->get<std::string>()
+             : "failed";
+}
+
+void check_whole(const fs::path& recording, const ExploreMission& mission) {
+  const std::string as_it_is =
+      fmt::format("calibrate it as it is with panoptes calibrate {} --out DIR", recording.string());
+  if (const std::string outcome = outcome_of(recording); outcome != "completed") {
+    throw ConfigError(fmt::format("{}: was cut short ({}); remove it to record it anew, or {}",
+                                  recording.string(), outcome, as_it_is));
+  }
+  if (read_part(recording / "mission.yaml") !=
+      mission_text(PANOPTES_VERSION, write_settings(mission))) {
+    throw ConfigError(
+        fmt::format("{}: is of another mission, other settings or another version; name another "
+                    "folder with --out, or {}",
+                    recording.string(), as_it_is));
+  }
+}
+
+}  // namespace
+
+fs::path DriveToRecord::dataset() const { return out / "recording"; }
+
+int record_here(const DriveToRecord& drive) {
+  const auto mission = load_mission<ExploreMission>(drive.mission, drive.overrides);
+  const fs::path recording = drive.dataset();
+  std::error_code ignored;
+  if (fs::exists(recording, ignored) && !fs::is_empty(recording, ignored)) {
+    check_whole(recording, mission);
+    return 0;
+  }
+  { const OutDir free(drive.out, {recording.filename().string()}); }  // refused before it drives
+  const int status = record_mission(mission, recording, drive.quiet);
+  if (status != 0) {
+    std::fprintf(stderr,
+                 "%s: the drive was cut short, and no rig is calibrated by it; what was recorded "
+                 "is kept\n",
+                 recording.c_str());
+  }
+  return status;
+}
+
+}  // namespace panoptes
