@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "core/camera/mounting.h"
-#include "tests/support/driven_rose.h"
+#include "tests/support/driven_rig.h"
 
 namespace panoptes {
 namespace {
@@ -20,99 +20,26 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-constexpr double kNoise_px = 0.1;
-
-/// Two cameras that look away from each other, on a robot that drives a rose amid points.
-struct Drive {
-  std::vector<RigCamera> truth;
-  std::vector<RigCamera> believed;
-  std::vector<Vec3> points_start;
-  DrivenRose rose;
-  RigTracks tracks;
-  RigBundleState start;
-};
-
-struct Scene {
-  bool shares = true;  ///< each camera sees the other's points
-  double false_share = 0;
-};
-
-Drive drive(const Scene& scene, const RoseShape& rose, Rng rng) {
-  Drive out{{}, {}, {}, DrivenRose(rose, rng.fork("drive")), {}, {}};
+/// Two cameras that look away from each other.
+std::vector<RigCamera> two_cameras() {
+  std::vector<RigCamera> rig;
   for (int c = 0; c < 2; ++c) {
     RigCamera camera;
     camera.intrinsics = lens_of_view(640, 480, deg_to_rad(80), BrownConrady{-0.2, 0.03, 0, 0, 0});
     camera.T_body_camera = mounted_camera({c == 0 ? 0.15 : -0.15, 0.02, 0.7 + 0.05 * c},
                                           c == 0 ? 0.05 : std::numbers::pi - 0.1, 0.05);
     camera.clock_offset_s = 0.004 - 0.01 * c;
+    camera.sigma.rotation_rad.setConstant(0.02);
     camera.sigma.focal_ratio = 0.001;
     camera.sigma.centre_px = 0.3;
     camera.sigma.clock_s = 0.005;
-    out.truth.push_back(camera);
-    RigCamera off = camera;
-    off.clock_offset_s = 0;
-    off.T_body_camera =
-        displaced(camera.T_body_camera, {0.02 * Vec3(rng.normal(), rng.normal(), rng.normal()),
-                                         0.01 * Vec3(rng.normal(), rng.normal(), rng.normal())});
-    off.intrinsics.fx_px *= 1 + 0.001 * rng.normal();
-    off.intrinsics.fy_px = off.intrinsics.fx_px;
-    off.intrinsics.cx_px += 0.3 * rng.normal();
-    off.intrinsics.cy_px += 0.3 * rng.normal();
-    out.believed.push_back(off);
+    rig.push_back(camera);
   }
-  constexpr std::size_t kEvery = 9;
-  for (std::size_t i = 10; i + 10 < out.rose.instants(); i += kEvery) {
-    const std::size_t instant = out.tracks.instants.size();
-    out.tracks.instants.push_back(out.rose.instant(i));
-    out.start.T_start_body.push_back(on_floor(out.rose.wheels(out.rose.instant(i))->T_odom_body));
-    for (std::size_t c = 0; c < out.truth.size(); ++c) {
-      out.tracks.views.push_back(
-          {c, instant, out.rose.instant(i) + from_seconds(out.truth[c].clock_offset_s)});
-    }
-  }
-  const Pose3 T_first = out.start.T_start_body.front().inverse();
-  for (Pose3& T : out.start.T_start_body) {
-    T = T_first * T;
-  }
-  const Pose2 first = out.rose.T_start_body(out.tracks.instants.front());
-  constexpr int kPoints = 100;
-  for (int p = 0; p < kPoints; ++p) {
-    const double angle_rad = rng.uniform(0, 2 * std::numbers::pi);
-    const double far_m = rng.uniform(1.5, 3);
-    const Vec3 at(far_m * std::cos(angle_rad), far_m * std::sin(angle_rad), rng.uniform(0.2, 1.6));
-    const auto of = static_cast<std::size_t>(p % 2);
-    std::vector<RigSeen> seen;
-    int own = 0;
-    for (std::size_t v = 0; v < out.tracks.views.size(); ++v) {
-      const RigView& view = out.tracks.views[v];
-      const RigCamera& camera = out.truth[view.camera];
-      const Pose3 T_start_camera =
-          on_floor(first.inverse() *
-                   out.rose.T_start_body(view.stamp - from_seconds(camera.clock_offset_s))) *
-          camera.T_body_camera;
-      const Vec3 p_camera = T_start_camera.inverse() * at;
-      if (!camera.intrinsics.sees(p_camera) || (view.camera != of && !scene.shares)) {
-        continue;
-      }
-      Vec2 px = camera.intrinsics.project(p_camera) + kNoise_px * Vec2(rng.normal(), rng.normal());
-      if (rng.uniform() < scene.false_share) {
-        px += Vec2(9, -7);
-      }
-      own += view.camera == of ? 1 : 0;
-      seen.push_back({v, out.start.points_start.size(), px, view.camera == of, true});
-    }
-    if (own >= 2) {
-      out.tracks.seen.insert(out.tracks.seen.end(), seen.begin(), seen.end());
-      out.points_start.push_back(at);
-      out.start.points_start.push_back(at + 0.02 * Vec3(rng.normal(), rng.normal(), rng.normal()));
-    }
-  }
-  for (const RigCamera& camera : out.believed) {
-    out.start.T_body_camera.push_back(camera.T_body_camera);
-    out.start.lenses.push_back(camera.intrinsics);
-    out.start.clock_offset_s.push_back(0);
-  }
-  return out;
+  return rig;
+}
+
+DrivenRig drive(const DrivenScene& scene, const RoseShape& rose, Rng rng) {
+  return driven_rig(two_cameras(), scene, rose, rng);
 }
 
 RoseShape noisy() {
@@ -121,25 +48,8 @@ RoseShape noisy() {
   return rose;
 }
 
-RigBundle adjusted(Drive& of) {
-  RigBundleOptions options;
-  options.systematic_px = 0;  // of pictures
-  return adjust_rig(
-      options, of.believed, [&of](Time at) { return of.rose.wheels(at); }, of.tracks, of.start);
-}
-
-/// Turn and shift by which the second camera is off as the first one sees it.
-Eigen::Matrix<double, 6, 1> relative_error(const Drive& of, const RigBundle& bundle) {
-  const Pose3 found = bundle.state.T_body_camera[0].inverse() * bundle.state.T_body_camera[1];
-  const Pose3 truth = of.truth[0].T_body_camera.inverse() * of.truth[1].T_body_camera;
-  const Eigen::AngleAxisd off(found.rotation * truth.rotation.conjugate());
-  Eigen::Matrix<double, 6, 1> e;
-  e << off.angle() * off.axis(), found.translation - truth.translation;
-  return e;
-}
-
 /// What is told of a metre: how far points are from one another.
-double metre(const Drive& of, const RigBundle& bundle) {
+double metre(const DrivenRig& of, const RigBundle& bundle) {
   const auto far_m = [](const std::vector<Vec3>& points) {
     double sum_m = 0;
     for (const Vec3& p : points) {
@@ -155,7 +65,7 @@ TEST(RigBundle, FindsTheRigAndHowWellItIsKnown) {
   double metres = 0;
   constexpr int kRuns = 6;
   for (int seed = 0; seed < kRuns; ++seed) {
-    Drive of = drive({}, noisy(), Rng(20 + seed));
+    DrivenRig of = drive({}, noisy(), Rng(20 + seed));
     const RigBundle bundle = adjusted(of);
     const auto e = relative_error(of, bundle);
     EXPECT_TRUE(bundle.converged);
@@ -181,9 +91,9 @@ TEST(RigBundle, FindsTheRigAndHowWellItIsKnown) {
 }
 
 TEST(RigBundle, WhatIsFalseIsLeftOut) {
-  Scene scene;
+  DrivenScene scene;
   scene.false_share = 0.1;
-  Drive of = drive(scene, noisy(), Rng(31));
+  DrivenRig of = drive(scene, noisy(), Rng(31));
   const RigBundle bundle = adjusted(of);
   const auto all = static_cast<double>(of.tracks.seen.size());
   EXPECT_NEAR(bundle.left_out / all, 0.1, 0.03);
@@ -191,7 +101,7 @@ TEST(RigBundle, WhatIsFalseIsLeftOut) {
 }
 
 TEST(RigBundle, NoMotionOverAFloorShowsTheHeight) {
-  Drive of = drive({}, noisy(), Rng(32));
+  DrivenRig of = drive({}, noisy(), Rng(32));
   const RigBundle bundle = adjusted(of);
   for (std::size_t c = 0; c < 2; ++c) {
     EXPECT_THAT(bundle.known.unobservable[c], ElementsAre("its height"));
@@ -208,9 +118,9 @@ TEST(RigBundle, NoMotionOverAFloorShowsTheHeight) {
 }
 
 TEST(RigBundle, CamerasThatShareNothingKeepTheirHeights) {
-  Scene scene;
+  DrivenScene scene;
   scene.shares = false;
-  Drive of = drive(scene, noisy(), Rng(33));
+  DrivenRig of = drive(scene, noisy(), Rng(33));
   const RigBundle bundle = adjusted(of);
   for (std::size_t c = 0; c < 2; ++c) {
     EXPECT_NEAR(bundle.state.T_body_camera[c].translation.z(),
@@ -225,7 +135,7 @@ TEST(RigBundle, ATurnOnTheSpotShowsNeitherYawNorPlace) {
   RoseShape spin = noisy();
   spin.leg_m = 0;
   for (int seed = 0; seed < 3; ++seed) {
-    Drive of = drive({}, spin, Rng(34 + seed));
+    DrivenRig of = drive({}, spin, Rng(34 + seed));
     const RigBundle bundle = adjusted(of);
     EXPECT_TRUE(bundle.converged);
     EXPECT_FALSE(bundle.tells_metre);
