@@ -67,26 +67,29 @@ inline std::vector<RigCamera> drawn_belief(const std::vector<RigCamera>& truth, 
   return believed;
 }
 
-/// Drives it. Where points are believed to be at first is off by a hundredth of how far they are,
-/// and what is farther than a room is believed to be anywhere nearer.
+/// Drives it. It starts as cameras' own maps tell: where points are is off by a hundredth of how
+/// far they are, and what is farther than a room is anywhere nearer.
 inline DrivenRig driven_rig(const std::vector<RigCamera>& truth, const DrivenScene& scene,
                             const RoseShape& rose, Rng rng) {
   DrivenRig out{truth, drawn_belief(truth, rng), {}, DrivenRose(rose, rng.fork("drive")), {}, {}};
   constexpr std::size_t kEvery = 9;
-  for (std::size_t i = 10; i + 10 < out.rose.instants(); i += kEvery) {
+  constexpr std::size_t kFirst = 10;  // it stands still
+  const Pose2 first = out.rose.T_start_body(out.rose.instant(kFirst));
+  Rng by_map = rng.fork("by its own map");
+  for (std::size_t i = kFirst; i + 10 < out.rose.instants(); i += kEvery) {
     const std::size_t instant = out.tracks.instants.size();
     out.tracks.instants.push_back(out.rose.instant(i));
-    out.start.T_start_body.push_back(on_floor(out.rose.wheels(out.rose.instant(i))->T_odom_body));
+    const Pose2 T_first_body = first.inverse() * out.rose.T_start_body(out.rose.instant(i));
+    constexpr double kOff = 0.005;  // in m and rad
+    out.start.T_start_body.push_back(on_floor({T_first_body.x_m + kOff * by_map.normal(),
+                                               T_first_body.y_m + kOff * by_map.normal(),
+                                               T_first_body.theta_rad + kOff * by_map.normal()}));
     for (std::size_t c = 0; c < truth.size(); ++c) {
       out.tracks.views.push_back(
           {c, instant, out.rose.instant(i) + from_seconds(truth[c].clock_offset_s)});
     }
   }
-  const Pose3 T_first = out.start.T_start_body.front().inverse();
-  for (Pose3& T : out.start.T_start_body) {
-    T = T_first * T;
-  }
-  const Pose2 first = out.rose.T_start_body(out.tracks.instants.front());
+  out.start.T_start_body.front() = Pose3();
   constexpr double kRoom_m = 10;
   Rng distance = rng.fork("distance");
   const int points = scene.points_per_camera * static_cast<int>(truth.size());
