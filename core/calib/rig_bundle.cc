@@ -36,7 +36,6 @@ constexpr double kFixed_m = 1e-4;
 constexpr double kFarthest_m = 1e5;  // beyond it a point is a direction
 constexpr int kFewestShared = 20;
 constexpr double kNearest_m = 0.05;  // no camera sees nearer
-constexpr double kAway_m = 2;        // what is seen, about
 // So that what nothing shows stays where it is, and the normal equations keep a solution.
 constexpr double kLargestRadius = 1e12;
 // A direction of which a drive tells less than this many of the sigmas that it is believed to is
@@ -230,7 +229,7 @@ class Adjustment {
     put_as_believed();
     Told told = what_is_told();
     if (const auto kept = as_believed(told)) {
-      out.converged = solve(Loss::kSquare, &*kept) && out.converged;
+      out.converged = solve(Loss::kSquare, &*kept);  // before, it may have slid along them
       told = what_is_told();
     }
     out.rms_after_px = rms_px();
@@ -251,6 +250,7 @@ class Adjustment {
       out.sigma_other_px.push_back(sigma_px_[2 * c + 1]);
     }
     out.state = to_state(blocks_, state_);
+    out.state.wheel_errors[kWayError] *= no_metre_ ? 0 : 1;
     out.known = covariance(told);
     return out;
   }
@@ -582,6 +582,7 @@ class Adjustment {
     how.num_threads = 1;
     ceres::Solver::Summary summary;
     ceres::Solve(how, &problem, &summary);
+      std::fprintf(stderr, "ZZ kept %d %s\n", kept != nullptr, summary.BriefReport().c_str());
     return summary.termination_type == ceres::CONVERGENCE;
   }
 
@@ -596,6 +597,7 @@ class Adjustment {
   Eigen::MatrixXd information();
   Eigen::VectorXd sigmas() const;
   Eigen::VectorXd mounting_precision() const;
+  Eigen::VectorXd systematic() const;
   Told what_is_told();
   std::optional<Kept> as_believed(const Told& told) const;
   std::vector<std::vector<std::string>> named(const Eigen::MatrixXd& open) const;
@@ -754,12 +756,45 @@ Eigen::VectorXd Adjustment::mounting_precision() const {
   return precision;
 }
 
+/// What no run makes surer: standard deviations.
+Eigen::VectorXd Adjustment::systematic() const {
+  const RigCovariance at = rows();
+  std::vector<std::vector<double>> away_m(believed_.size());
+  for (const RigSeen& seen : tracks_.seen) {
+    if (seen.believed) {
+      const RigView& view = tracks_.views[seen.view];
+      const Eigen::Vector4d p_body =
+          seen_from(from_block(blocks_.T_body_start[view.instant].data()),
+                    point(blocks_.p_start[seen.point]));
+      const double far_m = p_body.head<3>().norm();
+      away_m[view.camera].push_back(far_m / std::max(p_body[3], far_m / kFarthest_m));
+    }
+  }
+  Eigen::VectorXd sigma = Eigen::VectorXd::Zero(at.wheels + kWheelErrors);
+  for (std::size_t c = 0; c < believed_.size(); ++c) {
+    const Intrinsics& lens = state_.lenses[c];
+    const double turn_rad = options_.systematic_px / lens.fx_px;
+    auto of = sigma.segment<10>(at.camera[c]);
+    of.head<3>().setConstant(turn_rad);
+    of.segment<3>(3).setConstant(away_m[c].empty() ? 0 : turn_rad * median(away_m[c]));
+    of.segment<2>(6).setConstant(turn_rad * lens.fx_px * lens.fx_px /
+                                 (0.5 * lens.width_px));  // at the picture's edge
+    of.segment<2>(8).setConstant(options_.systematic_px);
+  }
+  return sigma;
+}
+
 Adjustment::Told Adjustment::what_is_told() {
   Told told;
   told.unit = kWide * sigmas();
   const Eigen::Index rig = told.unit.size();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(told.unit.asDiagonal() * information() *
-                                                            told.unit.asDiagonal());
+  const Eigen::MatrixXd seen = told.unit.asDiagonal() * information() * told.unit.asDiagonal();
+  // With what no run makes surer: (seen^-1 + systematic^2)^-1, also where seen has no inverse.
+  const Eigen::VectorXd root = systematic().cwiseQuotient(told.unit);
+  const Eigen::MatrixXd by_root = root.asDiagonal() * seen;
+  const Eigen::MatrixXd inner = Eigen::MatrixXd::Identity(rig, rig) + by_root * root.asDiagonal();
+  const Eigen::MatrixXd known = seen - by_root.transpose() * inner.ldlt().solve(by_root);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(0.5 * (known + known.transpose()));
   told.covariance = Eigen::MatrixXd::Zero(rig, rig);
   Eigen::Index open = 0;
   for (Eigen::Index i = 0; i < rig; ++i) {  // the least comes first
@@ -832,16 +867,11 @@ RigCovariance Adjustment::covariance(const Told& told) const {
   const Eigen::MatrixXd open = told.unit.asDiagonal() * told.open;
   const Eigen::MatrixXd known = open.transpose() * mounting_precision().asDiagonal() * open;
   out.covariance = told.covariance + open * known.ldlt().solve(open.transpose());
-  for (std::size_t c = 0; c < believed_.size(); ++c) {
-    const Intrinsics& lens = state_.lenses[c];
-    const double turn_rad = options_.systematic_px / lens.fx_px;
-    auto added = out.covariance.diagonal().segment<10>(out.camera[c]).array();
-    added.head<3>() += turn_rad * turn_rad;
-    added.segment<3>(3) += turn_rad * turn_rad * kAway_m * kAway_m;
-    const double focal_px =
-        turn_rad * lens.fx_px * lens.fx_px / (0.5 * lens.width_px);  // at the picture's edge
-    added.segment<2>(6) += focal_px * focal_px;
-    added.segment<2>(8) += options_.systematic_px * options_.systematic_px;
+  if (no_metre_) {  // nothing has been told of the way
+    const Eigen::Index way = out.wheels + kWayError;
+    out.covariance.row(way).setZero();
+    out.covariance.col(way).setZero();
+    out.covariance(way, way) = std::pow(options_.wheels.sigma[kWayError], 2);
   }
   out.unobservable = named(told.open);
   return out;

@@ -143,8 +143,8 @@ int run(const Arguments& args) {
     scene.shares = args.shares;
     scene.false_share = args.false_share;
     if (args.motion == "distant") {
-      scene.near_m = 1000;
-      scene.far_m = 5000;
+      scene.near_m = 20000;
+      scene.far_m = 50000;
     }
     DrivenRig of = driven_rig(drawn_rig(rng.fork("rig")), scene, shape, rng.fork("drive"));
     const RigBundle bundle = adjusted(of);
