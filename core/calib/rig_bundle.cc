@@ -582,7 +582,6 @@ class Adjustment {
     how.num_threads = 1;
     ceres::Solver::Summary summary;
     ceres::Solve(how, &problem, &summary);
-      std::fprintf(stderr, "ZZ kept %d %s\n", kept != nullptr, summary.BriefReport().c_str());
     return summary.termination_type == ceres::CONVERGENCE;
   }
 
@@ -598,6 +597,7 @@ class Adjustment {
   Eigen::VectorXd sigmas() const;
   Eigen::VectorXd mounting_precision() const;
   Eigen::VectorXd systematic() const;
+  void make_directions();
   Told what_is_told();
   std::optional<Kept> as_believed(const Told& told) const;
   std::vector<std::vector<std::string>> named(const Eigen::MatrixXd& open) const;
@@ -681,10 +681,49 @@ RigCovariance Adjustment::rows() const {
   return out;
 }
 
+/// A point that may as well be infinitely far is a direction: noise of many distances would tell of
+/// places what no picture shows.
+void Adjustment::make_directions() {
+  std::vector<Eigen::Matrix4d> told(blocks_.p_start.size(), Eigen::Matrix4d::Zero());
+  for (const RigSeen& seen : tracks_.seen) {
+    if (seen.believed) {
+      const RigView& view = tracks_.views[seen.view];
+      const std::size_t c = view.camera;
+      const std::unique_ptr<ceres::CostFunction> cost(rig_reprojection_cost(
+          state_.lenses[c], seen.px, sigma_px_[group(seen)], *moved_[seen.view]));
+      const double* all[] = {blocks_.lens[c].data(),
+                             blocks_.T_camera_body[c].data(),
+                             blocks_.T_body_start[view.instant].data(),
+                             &blocks_.clock_offset_s[c],
+                             blocks_.wheel_errors.data(),
+                             blocks_.p_start[seen.point].data()};
+      Vec2 r;
+      Eigen::Matrix<double, 2, 4, Eigen::RowMajor> J;
+      double* by[] = {nullptr, nullptr, nullptr, nullptr, nullptr, J.data()};
+      if (cost->Evaluate(all, r.data(), by)) {
+        told[seen.point] += J.transpose() * J;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    Eigen::Map<Eigen::Vector4d> p(blocks_.p_start[i].data());
+    // Along p nothing is told, and it stays of length 1.
+    const Eigen::Matrix4d known = told[i] + told[i].trace() * p * p.transpose();
+    const double by_w = known.ldlt().solve(Eigen::Vector4d::UnitW())[3];
+    constexpr double kSigmas = 3;
+    if (!(p[3] * p[3] > kSigmas * kSigmas * by_w)) {
+      p[3] = 0;
+      p.normalize();
+    }
+  }
+}
+
 // The points are eliminated first, then the poses (Schur): what is left tells of the rig alone.
 Eigen::MatrixXd Adjustment::information() {
   const RigCovariance at = rows();
   const Eigen::Index rig = at.wheels + kWheelErrors;
+  const auto points = blocks_.p_start;
+  make_directions();
   ceres::Problem problem;
   build(problem, Loss::kSquare);
   ceres::Problem::EvaluateOptions how;
@@ -706,6 +745,7 @@ Eigen::MatrixXd Adjustment::information() {
   }
   ceres::CRSMatrix crs;
   problem.Evaluate(how, nullptr, nullptr, nullptr, &crs);
+  blocks_.p_start = points;
   const Eigen::SparseMatrix<double, Eigen::RowMajor> J =
       Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>>(
           crs.num_rows, crs.num_cols, static_cast<int>(crs.values.size()), crs.rows.data(),

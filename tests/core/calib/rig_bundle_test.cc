@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include <Eigen/Cholesky>
 #include <gmock/gmock.h>
@@ -17,6 +19,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
+using ::testing::ElementsAreArray;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
@@ -151,6 +154,63 @@ TEST(RigBundle, ATurnOnTheSpotShowsNeitherYawNorPlace) {
     }
     EXPECT_LT(relative_error(of, bundle).head<3>().norm(), deg_to_rad(0.1));
   }
+}
+
+/// What is named of both cameras, and that it stays where the believed mountings leave it: within
+/// three of the sigmas that are told.
+void expect_open(const RigBundle& bundle, const DrivenRig& of,
+                 const std::vector<std::string>& named) {
+  EXPECT_TRUE(bundle.converged);
+  for (std::size_t c = 0; c < 2; ++c) {
+    EXPECT_THAT(bundle.known.unobservable[c], ElementsAreArray(named)) << "camera " << c;
+    const auto off = body_error(of, bundle, c);
+    for (Eigen::Index k = 0; k < 6; ++k) {
+      const Eigen::Index at = bundle.known.camera[c] + k;
+      EXPECT_LT(std::abs(off[k]), 3 * std::sqrt(bundle.known.covariance(at, at)))
+          << "camera " << c << ", number " << k;
+    }
+  }
+}
+
+TEST(RigBundle, ADriveWithoutTurnsShowsNeitherRollNorPlace) {
+  RoseShape straight = noisy();
+  straight.legs = 4;
+  straight.leg_m = 1;
+  straight.turn_rad = 0;
+  for (int seed = 0; seed < 2; ++seed) {
+    DrivenRig of = drive({}, straight, Rng(40 + seed));
+    const RigBundle bundle = adjusted(of);
+    expect_open(bundle, of, {"its roll", "its place along x", "its place along y", "its height"});
+    const Eigen::Index roll = bundle.known.camera[0];
+    EXPECT_LT(std::sqrt(bundle.known.covariance(roll, roll)),
+              1.001 * of.believed[0].sigma.rotation_rad.x());
+  }
+}
+
+TEST(RigBundle, ACircleLeavesYawAndPlaceOpenTogether) {
+  RoseShape circle = noisy();
+  circle.legs = 2;
+  circle.leg_m = std::numbers::pi;
+  circle.turn_rad = 0;
+  circle.leg_turn_rad = 2 * std::numbers::pi;
+  circle.back = false;
+  for (int seed = 0; seed < 2; ++seed) {
+    DrivenRig of = drive({}, circle, Rng(42 + seed));
+    expect_open(adjusted(of), of,
+                {"its yaw", "its place along x", "its place along y", "its height"});
+  }
+}
+
+TEST(RigBundle, WhatIsTooFarShowsRotationsAlone) {
+  DrivenScene distant;
+  distant.near_m = 20000;
+  distant.far_m = 50000;
+  DrivenRig of = drive(distant, noisy(), Rng(44));
+  const RigBundle bundle = adjusted(of);
+  expect_open(bundle, of, {"its yaw", "its place along x", "its place along y", "its height"});
+  EXPECT_LT(relative_error(of, bundle).head<3>().norm(), deg_to_rad(0.1));
+  const Eigen::Index x = bundle.known.camera[0] + 3;
+  EXPECT_NEAR(std::sqrt(bundle.known.covariance(x, x)), of.believed[0].sigma.position_m.x(), 0.002);
 }
 
 }  // namespace
