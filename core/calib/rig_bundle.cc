@@ -33,15 +33,14 @@ constexpr std::size_t kFewestToLearn = 20;
 constexpr double kHeld_m = 0.1;
 constexpr double kHeld_rad = 0.2;
 constexpr double kFixed_m = 1e-4;
+constexpr double kFarthest_m = 1e5;  // beyond it a point is a direction
 constexpr int kFewestShared = 20;
 constexpr double kNearest_m = 0.05;  // no camera sees nearer
-constexpr double kLeastParallax_rad = deg_to_rad(1);
-constexpr double kAway_m = 2;  // what is seen, about
 // So that what nothing shows stays where it is, and the normal equations keep a solution.
 constexpr double kLargestRadius = 1e12;
-// What is not known to this is not seen.
-constexpr double kSeen_m = 0.1;
-constexpr double kSeen_rad = deg_to_rad(3);
+// A direction of which a drive tells less than this many of the sigmas that it is believed to is
+// not seen: what is believed says more.
+constexpr double kWide = 3;
 
 /// How far wheels and floor are off, learned from the run. What wheels are off by grows with the
 /// root of the way that they roll, together: of a metre of it, so much.
@@ -102,8 +101,12 @@ struct Blocks {
   std::vector<Eigen::VectorXd> lens;
   std::vector<double> clock_offset_s;
   std::array<double, kWheelErrors> wheel_errors{};
-  std::vector<std::array<double, 3>> p_start;
+  std::vector<std::array<double, 4>> p_start;  // homogeneous (seen_from), of length 1
 };
+
+Eigen::Vector4d point(const std::array<double, 4>& block) {
+  return Eigen::Map<const Eigen::Vector4d>(block.data());
+}
 
 Blocks to_blocks(const RigBundleState& state) {
   Blocks blocks;
@@ -121,7 +124,8 @@ Blocks to_blocks(const RigBundleState& state) {
     blocks.wheel_errors[static_cast<std::size_t>(i)] = state.wheel_errors[i];
   }
   for (const Vec3& p : state.points_start) {
-    blocks.p_start.push_back({p.x(), p.y(), p.z()});
+    const Eigen::Vector4d h = p.homogeneous().normalized();
+    blocks.p_start.push_back({h[0], h[1], h[2], h[3]});
   }
   return blocks;
 }
@@ -138,7 +142,8 @@ RigBundleState to_state(const Blocks& blocks, const RigBundleState& before) {
   state.clock_offset_s = blocks.clock_offset_s;
   state.wheel_errors = Eigen::Map<const Vec3>(blocks.wheel_errors.data());
   for (std::size_t i = 0; i < blocks.p_start.size(); ++i) {
-    state.points_start[i] = Eigen::Map<const Vec3>(blocks.p_start[i].data());
+    const Eigen::Vector4d p = point(blocks.p_start[i]);
+    state.points_start[i] = p.head<3>() / std::max(p[3], p.head<3>().norm() / kFarthest_m);
   }
   return state;
 }
@@ -204,7 +209,7 @@ class Adjustment {
         camera_of_point_[seen.point] = tracks.views[seen.view].camera;
       }
     }
-    leave_out_what_is_seen_from_one_place();
+    leave_out_what_is_seen_once();
   }
 
   RigBundle run() {
@@ -222,6 +227,11 @@ class Adjustment {
     }
     learn_noise();
     put_as_believed();
+    Told told = what_is_told();
+    if (const auto kept = as_believed(told)) {
+      out.converged = solve(Loss::kSquare, &*kept);  // before, it may have slid along them
+      told = what_is_told();
+    }
     out.rms_after_px = rms_px();
     const Blocks adjusted = blocks_;
     blocks_ = to_blocks(state_);
@@ -240,7 +250,8 @@ class Adjustment {
       out.sigma_other_px.push_back(sigma_px_[2 * c + 1]);
     }
     out.state = to_state(blocks_, state_);
-    out.known = covariance(out.state);
+    out.state.wheel_errors[kWayError] *= no_metre_ ? 0 : 1;
+    out.known = covariance(told);
     return out;
   }
 
@@ -256,39 +267,28 @@ class Adjustment {
       return std::nullopt;
     }
     const Intrinsics lens = with_parameters(state_.lenses[view.camera], blocks_.lens[view.camera]);
-    const Vec3 p = from_block(blocks_.T_camera_body[view.camera].data()) *
-                   (on_floor(truly_moved(moved->with_offset(blocks_.clock_offset_s[view.camera]),
-                                         Vec3(blocks_.wheel_errors.data())))
-                        .inverse() *
-                    (from_block(blocks_.T_body_start[view.instant].data()) *
-                     Vec3(Eigen::Map<const Vec3>(blocks_.p_start[seen.point].data()))));
-    return can_draw(lens, p) && p.norm() > kNearest_m
+    const Pose3 T_taken_instant =
+        on_floor(truly_moved(moved->with_offset(blocks_.clock_offset_s[view.camera]),
+                             Vec3(blocks_.wheel_errors.data())))
+            .inverse();
+    const Pose3 T_body_start = from_block(blocks_.T_body_start[view.instant].data());
+    const Eigen::Vector4d p_camera = seen_from(
+        from_block(blocks_.T_camera_body[view.camera].data()) * T_taken_instant * T_body_start,
+        point(blocks_.p_start[seen.point]));
+    const Vec3 p = p_camera.head<3>();
+    return can_draw(lens, p) && p.norm() > kNearest_m * std::abs(p_camera[3])
                ? std::optional<Vec2>(lens.project(p) - seen.px)
                : std::nullopt;
   }
 
-  Vec3 eye_start(const RigView& view) const {
-    return (from_block(blocks_.T_camera_body[view.camera].data()) *
-            from_block(blocks_.T_body_start[view.instant].data()))
-        .inverse()
-        .translation;
-  }
-
-  /// A point that is seen from one place alone tells nothing, and may end up anywhere.
-  void leave_out_what_is_seen_from_one_place() {
-    std::vector<std::optional<Vec3>> first(blocks_.p_start.size());
-    std::vector<double> widest_rad(blocks_.p_start.size(), 0);
+  /// What one picture alone shows tells nothing.
+  void leave_out_what_is_seen_once() {
+    std::vector<int> times(blocks_.p_start.size(), 0);
     for (const RigSeen& seen : tracks_.seen) {
-      if (seen.believed) {
-        const Vec3 p = Eigen::Map<const Vec3>(blocks_.p_start[seen.point].data());
-        const Vec3 ray = (p - eye_start(tracks_.views[seen.view])).normalized();
-        std::optional<Vec3>& of_first = first[seen.point];
-        of_first = of_first ? of_first : ray;
-        widest_rad[seen.point] = std::max(widest_rad[seen.point], of_first->cross(ray).norm());
-      }
+      times[seen.point] += seen.believed ? 1 : 0;
     }
     for (RigSeen& seen : tracks_.seen) {
-      seen.believed = seen.believed && widest_rad[seen.point] > kLeastParallax_rad;
+      seen.believed = seen.believed && times[seen.point] > 1;
     }
   }
 
@@ -450,7 +450,7 @@ class Adjustment {
       seen.believed =
           off && off->norm() < options_.inlier_sigma * std::sqrt(2.0) * sigma_px_[group(seen)];
     }
-    leave_out_what_is_seen_from_one_place();
+    leave_out_what_is_seen_once();
   }
 
   Vec3 wheels_known() const {
@@ -487,16 +487,22 @@ class Adjustment {
                                           Eigen::VectorXd::Constant(1, camera.sigma.clock_s)),
                                nullptr, &blocks_.clock_offset_s[c]);
     }
+    ceres::Manifold* of_points = nullptr;
     for (const RigSeen& seen : tracks_.seen) {
       if (seen.believed) {
         const RigView& view = tracks_.views[seen.view];
         const std::size_t c = view.camera;
-        problem.AddResidualBlock(
-            rig_reprojection_cost(state_.lenses[c], seen.px, sigma_px_[group(seen)],
-                                  *moved_[seen.view]),
-            made(loss), blocks_.lens[c].data(), blocks_.T_camera_body[c].data(),
-            blocks_.T_body_start[view.instant].data(), &blocks_.clock_offset_s[c],
-            blocks_.wheel_errors.data(), blocks_.p_start[seen.point].data());
+        double* p_start = blocks_.p_start[seen.point].data();
+        if (!problem.HasParameterBlock(p_start)) {
+          of_points = of_points != nullptr ? of_points : new ceres::SphereManifold<4>;
+          problem.AddParameterBlock(p_start, 4, of_points);
+        }
+        problem.AddResidualBlock(rig_reprojection_cost(state_.lenses[c], seen.px,
+                                                       sigma_px_[group(seen)], *moved_[seen.view]),
+                                 made(loss), blocks_.lens[c].data(),
+                                 blocks_.T_camera_body[c].data(),
+                                 blocks_.T_body_start[view.instant].data(),
+                                 &blocks_.clock_offset_s[c], blocks_.wheel_errors.data(), p_start);
       }
     }
   }
@@ -523,17 +529,31 @@ class Adjustment {
     }
   }
 
-  bool solve(Loss loss) {
+  /// Mountings along the directions of which nothing is told, each a row (mountings_kept_cost).
+  struct Kept {
+    std::vector<Pose3> T_body_camera;
+    Eigen::MatrixXd directions;
+  };
+
+  bool solve(Loss loss, const Kept* kept = nullptr) {
     ceres::Problem problem;
     build(problem, loss);
     const std::vector<std::size_t> first = sharing();
     for (std::size_t c = 0; c < believed_.size(); ++c) {
+      const bool fixed = kept == nullptr && first[c] == c;
       problem.AddResidualBlock(
           mounting_known_cost(believed_[c].T_body_camera, kHeld_rad,
-                              Vec3(kHeld_m, kHeld_m, first[c] == c ? kFixed_m : kHeld_m)),
+                              Vec3(kHeld_m, kHeld_m, fixed ? kFixed_m : kHeld_m)),
           nullptr, blocks_.T_camera_body[c].data());
     }
-    if (no_metre_) {
+    if (kept != nullptr) {
+      std::vector<double*> all;
+      for (PoseBlock& block : blocks_.T_camera_body) {
+        all.push_back(block.data());
+      }
+      problem.AddResidualBlock(mountings_kept_cost(kept->T_body_camera, kept->directions), nullptr,
+                               all);
+    } else if (no_metre_) {
       fix_metre_and_yaw(problem, first);
     }
     auto order = std::make_shared<ceres::ParameterBlockOrdering>();
@@ -565,7 +585,23 @@ class Adjustment {
     return summary.termination_type == ceres::CONVERGENCE;
   }
 
-  RigCovariance covariance(const RigBundleState& state);
+  /// What is told of the rig, with what is not: the rows are RigCovariance's.
+  struct Told {
+    Eigen::MatrixXd covariance;  ///< of what is seen
+    Eigen::MatrixXd open;        ///< directions that are not, in `unit`s; orthonormal columns
+    Eigen::VectorXd unit;
+  };
+
+  RigCovariance rows() const;
+  Eigen::MatrixXd information();
+  Eigen::VectorXd sigmas() const;
+  Eigen::VectorXd mounting_precision() const;
+  Eigen::VectorXd systematic() const;
+  void make_directions();
+  Told what_is_told();
+  std::optional<Kept> as_believed(const Told& told) const;
+  std::vector<std::vector<std::string>> named(const Eigen::MatrixXd& open) const;
+  RigCovariance covariance(const Told& told) const;
 
   RigBundleOptions options_;
   const std::vector<RigCamera>& believed_;
@@ -579,17 +615,6 @@ class Adjustment {
   MotionNoise noise_;
   bool no_metre_ = false;
 };
-
-/// How turn and shift about the body's axes move with the solver's six moves of T_camera_body.
-Eigen::Matrix<double, 6, 6> body_by_moves(const Pose3& T_body_camera) {
-  const Mat3 R = T_body_camera.rotation.toRotationMatrix();
-  const Vec3 t = -(R.transpose() * T_body_camera.translation);  // of T_camera_body
-  Eigen::Matrix<double, 6, 6> G = Eigen::Matrix<double, 6, 6>::Zero();
-  G.topLeftCorner<3, 3>() = -R;
-  G.bottomLeftCorner<3, 3>() = -R * cross_matrix(t);
-  G.bottomRightCorner<3, 3>() = -R;
-  return G;
-}
 
 /// What the rows of a Jacobian tell of all but the points: each point is eliminated by its own
 /// rows' QR, which keeps the digits that the normal equations of what is hardly seen lose.
@@ -632,11 +657,9 @@ Eigen::MatrixXd information_without_points(const Eigen::SparseMatrix<double, Eig
         }
       }
     }
-    if (point >= 0 && count > 3) {
-      const Eigen::HouseholderQR<Eigen::MatrixXd> qr(B);
-      A = (qr.householderQ().adjoint() * A).bottomRows(count - 3).eval();
-    } else if (point >= 0) {
-      continue;  // its own place takes all that is seen of it
+    if (point >= 0) {  // of one that is seen from one place alone, no distance is to be eliminated
+      const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(B);
+      A = (qr.householderQ().adjoint() * A).bottomRows(count - qr.rank()).eval();
     }
     const Eigen::MatrixXd told = A.transpose() * A;
     for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -649,30 +672,72 @@ Eigen::MatrixXd information_without_points(const Eigen::SparseMatrix<double, Eig
   return information;
 }
 
-// The points are eliminated first, then the poses (Schur): what is left tells of the rig alone.
-RigCovariance Adjustment::covariance(const RigBundleState& state) {
+RigCovariance Adjustment::rows() const {
   RigCovariance out;
+  for (const Eigen::VectorXd& lens : blocks_.lens) {
+    out.camera.push_back(out.wheels);
+    out.wheels += 6 + lens.size() + 1;
+  }
+  return out;
+}
+
+/// A point that may as well be infinitely far is a direction: noise of many distances would tell of
+/// places what no picture shows.
+void Adjustment::make_directions() {
+  std::vector<Eigen::Matrix4d> told(blocks_.p_start.size(), Eigen::Matrix4d::Zero());
+  for (const RigSeen& seen : tracks_.seen) {
+    if (seen.believed) {
+      const RigView& view = tracks_.views[seen.view];
+      const std::size_t c = view.camera;
+      const std::unique_ptr<ceres::CostFunction> cost(rig_reprojection_cost(
+          state_.lenses[c], seen.px, sigma_px_[group(seen)], *moved_[seen.view]));
+      const double* all[] = {blocks_.lens[c].data(),
+                             blocks_.T_camera_body[c].data(),
+                             blocks_.T_body_start[view.instant].data(),
+                             &blocks_.clock_offset_s[c],
+                             blocks_.wheel_errors.data(),
+                             blocks_.p_start[seen.point].data()};
+      Vec2 r;
+      Eigen::Matrix<double, 2, 4, Eigen::RowMajor> J;
+      double* by[] = {nullptr, nullptr, nullptr, nullptr, nullptr, J.data()};
+      if (cost->Evaluate(all, r.data(), by)) {
+        told[seen.point] += J.transpose() * J;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    Eigen::Map<Eigen::Vector4d> p(blocks_.p_start[i].data());
+    // Along p nothing is told, and it stays of length 1.
+    const Eigen::Matrix4d known = told[i] + told[i].trace() * p * p.transpose();
+    const double by_w = known.ldlt().solve(Eigen::Vector4d::UnitW())[3];
+    constexpr double kSigmas = 3;
+    if (!(p[3] * p[3] > kSigmas * kSigmas * by_w)) {
+      p[3] = 0;
+      p.normalize();
+    }
+  }
+}
+
+// The points are eliminated first, then the poses (Schur): what is left tells of the rig alone.
+Eigen::MatrixXd Adjustment::information() {
+  const RigCovariance at = rows();
+  const Eigen::Index rig = at.wheels + kWheelErrors;
+  const auto points = blocks_.p_start;
+  make_directions();
   ceres::Problem problem;
   build(problem, Loss::kSquare);
   ceres::Problem::EvaluateOptions how;
   how.apply_loss_function = false;
-  Eigen::Index count = 0;
   for (std::size_t c = 0; c < believed_.size(); ++c) {
-    out.camera.push_back(count);
     how.parameter_blocks.insert(
         how.parameter_blocks.end(),
         {blocks_.T_camera_body[c].data(), blocks_.lens[c].data(), &blocks_.clock_offset_s[c]});
-    count += 6 + blocks_.lens[c].size() + 1;
   }
-  out.wheels = count;
   how.parameter_blocks.push_back(blocks_.wheel_errors.data());
-  count += kWheelErrors;
-  const Eigen::Index rig = count;
   for (PoseBlock& block : blocks_.T_body_start) {
     how.parameter_blocks.push_back(block.data());
-    count += 6;
   }
-  const Eigen::Index all_but_points = count;
+  const Eigen::Index poses = 6 * static_cast<Eigen::Index>(blocks_.T_body_start.size());
   for (auto& p : blocks_.p_start) {
     if (problem.HasParameterBlock(p.data())) {
       how.parameter_blocks.push_back(p.data());
@@ -680,6 +745,7 @@ RigCovariance Adjustment::covariance(const RigBundleState& state) {
   }
   ceres::CRSMatrix crs;
   problem.Evaluate(how, nullptr, nullptr, nullptr, &crs);
+  blocks_.p_start = points;
   const Eigen::SparseMatrix<double, Eigen::RowMajor> J =
       Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>>(
           crs.num_rows, crs.num_cols, static_cast<int>(crs.values.size()), crs.rows.data(),
@@ -688,108 +754,166 @@ RigCovariance Adjustment::covariance(const RigBundleState& state) {
   using Long = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
   Eigen::MatrixXd G = Eigen::MatrixXd::Identity(rig, rig);  // to the body's own axes
   for (std::size_t c = 0; c < believed_.size(); ++c) {
-    G.block<6, 6>(out.camera[c], out.camera[c]) = body_by_moves(state.T_body_camera[c]);
+    G.block<6, 6>(at.camera[c], at.camera[c]) =
+        mounting_by_moves(from_block(blocks_.T_camera_body[c].data()).inverse());
   }
-  const Long S = information_without_points(J, all_but_points).cast<long double>();
-  const Eigen::Index poses = all_but_points - rig;
+  const Long S = information_without_points(J, rig + poses).cast<long double>();
   const Long B = S.topRightCorner(rig, poses);
   const Long left =
       S.topLeftCorner(rig, rig) - B * S.bottomRightCorner(poses, poses).ldlt().solve(B.transpose());
   const Long G_inverse = G.inverse().cast<long double>();
-  const Eigen::MatrixXd information = (G_inverse.transpose() * left * G_inverse).cast<double>();
-  // In units of what is to be seen; a height that cameras share is not.
-  constexpr double kWide = 3;  // priors say more than this of what they are of
-  const std::vector<std::size_t> first = sharing();
-  Eigen::VectorXd unit = Eigen::VectorXd::Zero(rig);
+  const Eigen::MatrixXd told = (G_inverse.transpose() * left * G_inverse).cast<double>();
+  return 0.5 * (told + told.transpose());
+}
+
+/// As all is believed to be before anything is seen.
+Eigen::VectorXd Adjustment::sigmas() const {
+  const RigCovariance at = rows();
+  Eigen::VectorXd sigma(at.wheels + kWheelErrors);
   for (std::size_t c = 0; c < believed_.size(); ++c) {
-    const CameraSigmas& sigma = believed_[c].sigma;
-    const Eigen::Index at = out.camera[c];
+    const CameraSigmas& known = believed_[c].sigma;
     const Eigen::Index lens = blocks_.lens[c].size();
-    unit.segment<3>(at).setConstant(kSeen_rad);
-    unit.segment<3>(at + 3) << kSeen_m, kSeen_m, first[c] == c ? 0 : kSeen_m;
-    unit.segment(at + 6, lens).setConstant(kWide * sigma.focal_ratio);
-    unit.segment<2>(at + 6).setConstant(kWide * sigma.focal_ratio * state.lenses[c].fx_px);
-    unit.segment<2>(at + 8).setConstant(kWide * sigma.centre_px);
-    unit[at + 6 + lens] = kWide * sigma.clock_s;
+    auto of = sigma.segment(at.camera[c], 6 + lens + 1);
+    of.setConstant(known.focal_ratio);
+    of.head<3>() = known.rotation_rad;
+    of.segment<3>(3) = known.position_m;
+    of.segment<2>(6) *= blocks_.lens[c][0];
+    of.segment<2>(8).setConstant(known.centre_px);
+    of[6 + lens] = known.clock_s;
   }
-  unit.tail<kWheelErrors>() = kWide * wheels_known();
-  Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
-  scaled = 0.5 * (scaled + scaled.transpose()).eval();
+  sigma.tail<kWheelErrors>() = wheels_known();
+  return sigma;
+}
+
+/// Of what is believed and held by nothing else.
+Eigen::VectorXd Adjustment::mounting_precision() const {
+  const RigCovariance at = rows();
+  const Eigen::VectorXd sigma = sigmas();
+  Eigen::VectorXd precision = Eigen::VectorXd::Zero(sigma.size());
+  for (const Eigen::Index camera : at.camera) {
+    precision.segment<6>(camera) = sigma.segment<6>(camera).cwiseAbs2().cwiseInverse();
+  }
+  return precision;
+}
+
+/// What no run makes surer: standard deviations.
+Eigen::VectorXd Adjustment::systematic() const {
+  const RigCovariance at = rows();
+  std::vector<std::vector<double>> away_m(believed_.size());
+  for (const RigSeen& seen : tracks_.seen) {
+    if (seen.believed) {
+      const RigView& view = tracks_.views[seen.view];
+      const Eigen::Vector4d p_body =
+          seen_from(from_block(blocks_.T_body_start[view.instant].data()),
+                    point(blocks_.p_start[seen.point]));
+      const double far_m = p_body.head<3>().norm();
+      away_m[view.camera].push_back(far_m / std::max(p_body[3], far_m / kFarthest_m));
+    }
+  }
+  Eigen::VectorXd sigma = Eigen::VectorXd::Zero(at.wheels + kWheelErrors);
   for (std::size_t c = 0; c < believed_.size(); ++c) {
-    if (first[c] == c) {
-      scaled(out.camera[c] + 5, out.camera[c] + 5) = 1e12;  // left out here, see below
+    const Intrinsics& lens = state_.lenses[c];
+    const double turn_rad = options_.systematic_px / lens.fx_px;
+    auto of = sigma.segment<10>(at.camera[c]);
+    of.head<3>().setConstant(turn_rad);
+    of.segment<3>(3).setConstant(away_m[c].empty() ? 0 : turn_rad * median(away_m[c]));
+    of.segment<2>(6).setConstant(turn_rad * lens.fx_px * lens.fx_px /
+                                 (0.5 * lens.width_px));  // at the picture's edge
+    of.segment<2>(8).setConstant(options_.systematic_px);
+  }
+  return sigma;
+}
+
+Adjustment::Told Adjustment::what_is_told() {
+  Told told;
+  told.unit = kWide * sigmas();
+  const Eigen::Index rig = told.unit.size();
+  const Eigen::MatrixXd seen = told.unit.asDiagonal() * information() * told.unit.asDiagonal();
+  // With what no run makes surer: (seen^-1 + systematic^2)^-1, also where seen has no inverse.
+  const Eigen::VectorXd root = systematic().cwiseQuotient(told.unit);
+  const Eigen::MatrixXd by_root = root.asDiagonal() * seen;
+  const Eigen::MatrixXd inner = Eigen::MatrixXd::Identity(rig, rig) + by_root * root.asDiagonal();
+  const Eigen::MatrixXd known = seen - by_root.transpose() * inner.ldlt().solve(by_root);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(0.5 * (known + known.transpose()));
+  told.covariance = Eigen::MatrixXd::Zero(rig, rig);
+  Eigen::Index open = 0;
+  for (Eigen::Index i = 0; i < rig; ++i) {  // the least comes first
+    if (axes.eigenvalues()[i] < 1) {
+      ++open;
+    } else {
+      const Eigen::VectorXd v = told.unit.cwiseProduct(axes.eigenvectors().col(i));
+      told.covariance += v * v.transpose() / axes.eigenvalues()[i];
     }
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(scaled);
-  std::vector<std::array<bool, 6>> is_open(believed_.size(), std::array<bool, 6>{});
-  out.covariance = Eigen::MatrixXd::Zero(rig, rig);
-  Eigen::MatrixXd free = Eigen::MatrixXd::Zero(rig, rig);
-  for (Eigen::Index i = 0; i < rig; ++i) {
-    const Eigen::VectorXd direction = axes.eigenvectors().col(i);
-    if (axes.eigenvalues()[i] >= 1) {
-      const Eigen::VectorXd v = unit.cwiseProduct(direction);
-      out.covariance += v * v.transpose() / axes.eigenvalues()[i];
-      continue;
-    }
-    free += direction * direction.transpose();
-    const double most = direction.cwiseAbs().maxCoeff();
-    for (std::size_t c = 0; c < believed_.size(); ++c) {
-      for (Eigen::Index k = 0; k < 6; ++k) {
-        if (std::abs(direction[out.camera[c] + k]) > most / 2) {
-          is_open[c][static_cast<std::size_t>(k)] = true;
-        }
-      }
-    }
-  }
-  // What nothing shows is known as it was before, and so is the height that cameras share.
-  Eigen::VectorXd before = Eigen::VectorXd::Zero(rig);
+  told.open = axes.eigenvectors().leftCols(open);
+  return told;
+}
+
+/// Along what is open all mountings are moved to where they are most likely by what is believed of
+/// them. Empty where they are there already.
+std::optional<Adjustment::Kept> Adjustment::as_believed(const Told& told) const {
+  constexpr double kSame = 0.01;  // of a sigma
+  const RigCovariance at = rows();
+  const Eigen::VectorXd precision = mounting_precision();
+  Eigen::VectorXd off = Eigen::VectorXd::Zero(told.unit.size());
+  Kept kept;
   for (std::size_t c = 0; c < believed_.size(); ++c) {
-    before.segment<3>(out.camera[c]) = believed_[c].sigma.rotation_rad.cwiseAbs2();
-    before.segment<3>(out.camera[c] + 3) = believed_[c].sigma.position_m.cwiseAbs2();
+    kept.T_body_camera.push_back(from_block(blocks_.T_camera_body[c].data()).inverse());
+    off.segment<6>(at.camera[c]) =
+        mounting_moved(believed_[c].T_body_camera, kept.T_body_camera.back());
   }
-  Eigen::VectorXd per_unit = Eigen::VectorXd::Zero(rig);
-  for (Eigen::Index i = 0; i < rig; ++i) {
-    per_unit[i] = unit[i] > 0 ? 1 / unit[i] : 0;
+  const Eigen::MatrixXd open = told.unit.asDiagonal() * told.open;
+  const Eigen::MatrixXd known = open.transpose() * precision.asDiagonal() * open;
+  const Eigen::VectorXd by = known.ldlt().solve(open.transpose() * precision.cwiseProduct(off));
+  const Eigen::VectorXd moved = -open * by;
+  if (by.size() == 0 || moved.cwiseProduct(precision.cwiseSqrt()).cwiseAbs().maxCoeff() < kSame) {
+    return std::nullopt;
   }
-  const Eigen::MatrixXd project = unit.asDiagonal() * free * per_unit.asDiagonal();
-  out.covariance += project * before.asDiagonal() * project.transpose();
+  constexpr double kFixed = 1e4;  // per unit
+  kept.directions.resize(told.open.cols(), 6 * static_cast<Eigen::Index>(believed_.size()));
   for (std::size_t c = 0; c < believed_.size(); ++c) {
-    Eigen::VectorXd mean = Eigen::VectorXd::Zero(rig);
-    Eigen::VectorXd together = Eigen::VectorXd::Zero(rig);
-    for (std::size_t other = 0; first[c] == c && other < believed_.size(); ++other) {
-      if (first[other] == c) {
-        mean[out.camera[other] + 5] = 1;
-        together[out.camera[other] + 5] = 1;
-        is_open[other][5] = true;
-      }
-    }
-    if (first[c] == c) {
-      mean /= mean.sum();
-      out.covariance +=
-          together * (mean.transpose() * before.asDiagonal() * mean) * together.transpose();
-    }
+    const auto by_camera = moved.segment<6>(at.camera[c]);
+    kept.T_body_camera[c].rotation =
+        (turned_by(by_camera.head<3>()) * kept.T_body_camera[c].rotation).normalized();
+    kept.T_body_camera[c].translation += by_camera.tail<3>();
+    kept.directions.middleCols<6>(6 * static_cast<Eigen::Index>(c)) =
+        kFixed * told.open.middleRows<6>(at.camera[c]).transpose() *
+        told.unit.segment<6>(at.camera[c]).cwiseInverse().asDiagonal();
   }
-  for (std::size_t c = 0; c < believed_.size(); ++c) {
-    const double turn_rad = options_.systematic_px / state.lenses[c].fx_px;
-    out.covariance.diagonal().segment<3>(out.camera[c]).array() += turn_rad * turn_rad;
-    out.covariance.diagonal().segment<3>(out.camera[c] + 3).array() +=
-        turn_rad * turn_rad * kAway_m * kAway_m;
-    const double focal_px = turn_rad * state.lenses[c].fx_px * state.lenses[c].fx_px /
-                            (0.5 * state.lenses[c].width_px);  // at the picture's edge
-    out.covariance.diagonal().segment<2>(out.camera[c] + 6).array() += focal_px * focal_px;
-    out.covariance.diagonal().segment<2>(out.camera[c] + 8).array() +=
-        options_.systematic_px * options_.systematic_px;
-  }
-  out.unobservable.resize(believed_.size());
+  return kept;
+}
+
+/// Of each number: in the open motion that moves it most, does it move half as much as any?
+std::vector<std::vector<std::string>> Adjustment::named(const Eigen::MatrixXd& open) const {
+  constexpr double kNothing = 1e-3;
   const std::array<const char*, 6> names{"its roll",          "its pitch",         "its yaw",
                                          "its place along x", "its place along y", "its height"};
+  const RigCovariance at = rows();
+  const Eigen::MatrixXd onto = open * open.transpose();
+  std::vector<std::vector<std::string>> out(believed_.size());
   for (std::size_t c = 0; c < believed_.size(); ++c) {
-    for (std::size_t i = 0; i < names.size(); ++i) {
-      if (is_open[c][i]) {
-        out.unobservable[c].emplace_back(names[i]);
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      const Eigen::Index i = at.camera[c] + static_cast<Eigen::Index>(k);
+      if (onto(i, i) > std::max(kNothing, onto.col(i).cwiseAbs().maxCoeff() / 2)) {
+        out[c].emplace_back(names[k]);
       }
     }
   }
+  return out;
+}
+
+RigCovariance Adjustment::covariance(const Told& told) const {
+  RigCovariance out = rows();
+  const Eigen::MatrixXd open = told.unit.asDiagonal() * told.open;
+  const Eigen::MatrixXd known = open.transpose() * mounting_precision().asDiagonal() * open;
+  out.covariance = told.covariance + open * known.ldlt().solve(open.transpose());
+  if (no_metre_) {  // nothing has been told of the way
+    const Eigen::Index way = out.wheels + kWayError;
+    out.covariance.row(way).setZero();
+    out.covariance.col(way).setZero();
+    out.covariance(way, way) = std::pow(options_.wheels.sigma[kWayError], 2);
+  }
+  out.unobservable = named(told.open);
   return out;
 }
 

@@ -33,6 +33,13 @@ void set_by_pose(double* jacobian, const ByPose& by_moves) {
   J.col(6).setZero();
 }
 
+/// How T * p moves with the six (pose_block.h), of a point in homogeneous coordinates.
+Eigen::Matrix<double, 3, 6> moved_by_pose(const Pose3& T, const Vec3& p, double w) {
+  Eigen::Matrix<double, 3, 6> J = moved_by_pose(T, p);
+  J.rightCols<3>() *= w;
+  return J;
+}
+
 class RigReprojectionCost : public ceres::CostFunction {
  public:
   RigReprojectionCost(const Intrinsics& lens, const Vec2& seen_px, double sigma_px,
@@ -40,7 +47,7 @@ class RigReprojectionCost : public ceres::CostFunction {
       : lens_(lens), seen_px_(seen_px), sigma_px_(sigma_px), moved_(moved) {
     set_num_residuals(2);
     *mutable_parameter_block_sizes() = {
-        static_cast<int>(lens_parameters(lens).size()), 7, 7, 1, kWheelErrors, 3};
+        static_cast<int>(lens_parameters(lens).size()), 7, 7, 1, kWheelErrors, 4};
   }
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
@@ -50,13 +57,14 @@ class RigReprojectionCost : public ceres::CostFunction {
     const Pose3 T_camera_body = from_block(blocks[1]);
     const Pose3 T_body_start = from_block(blocks[2]);
     const Vec3 errors = Eigen::Map<const Vec3>(blocks[4]);
-    const Vec3 p_start = Eigen::Map<const Vec3>(blocks[5]);
+    const Eigen::Vector4d p_start = Eigen::Map<const Eigen::Vector4d>(blocks[5]);
+    const double w = p_start[3];
     const Pose2 by_wheels = moved_.with_offset(blocks[3][0]);
     const Pose2 T_instant_taken = truly_moved(by_wheels, errors);
     const Pose3 T_taken_instant = on_floor(T_instant_taken).inverse();
-    const Vec3 p_taken = T_taken_instant * (T_body_start * p_start);
-    const Vec3 p = T_camera_body * p_taken;
-    if (!can_draw(lens, p) || p.norm() < kNearest_m) {
+    const Vec3 p_taken = seen_from(T_taken_instant, seen_from(T_body_start, p_start)).head<3>();
+    const Vec3 p = T_camera_body.rotation * p_taken + w * T_camera_body.translation;
+    if (!can_draw(lens, p) || p.norm() < kNearest_m * std::abs(w)) {
       return false;
     }
     const Projection drawn = project_with_jacobian(lens, p);
@@ -73,23 +81,23 @@ class RigReprojectionCost : public ceres::CostFunction {
       Eigen::Map<RowMajor>(jacobians[0], 2, count) = drawn.px_by_lens / sigma_px_;
     }
     if (jacobians[1] != nullptr) {
-      set_by_pose(jacobians[1], by_p * moved_by_pose(T_camera_body, p_taken));
+      set_by_pose(jacobians[1], by_p * moved_by_pose(T_camera_body, p_taken, w));
     }
     if (jacobians[2] != nullptr) {
-      set_by_pose(jacobians[2], by_body * moved_by_pose(T_body_start, p_start));
+      set_by_pose(jacobians[2], by_body * moved_by_pose(T_body_start, p_start.head<3>(), w));
     }
     if (jacobians[3] != nullptr) {
       // By a later clock the body was less far on its way.
       const double v_mps = (1 + errors[kWayError]) * moved_.twist_body.v_mps;
       const double w_radps = (1 + errors[kTurnError]) * moved_.twist_body.w_radps +
                              errors[kTurnPerMetre] * moved_.twist_body.v_mps;
-      const Vec3 by_offset(v_mps - w_radps * p_taken.y(), w_radps * p_taken.x(), 0);
+      const Vec3 by_offset(w * v_mps - w_radps * p_taken.y(), w_radps * p_taken.x(), 0);
       Eigen::Map<Vec2> J(jacobians[3]);
       J = by_taken * by_offset;
     }
     if (jacobians[4] != nullptr) {
       // In the body's axes at the picture: the longer the way, the nearer is what lies ahead.
-      const Vec2 way_taken = -T_instant_taken.inverse().position();
+      const Vec2 way_taken = -w * T_instant_taken.inverse().position();
       Eigen::Matrix<double, 3, kWheelErrors> taken_by_errors =
           Eigen::Matrix<double, 3, kWheelErrors>::Zero();
       taken_by_errors.col(kWayError).head<2>() = -way_taken / (1 + errors[kWayError]);
@@ -100,8 +108,9 @@ class RigReprojectionCost : public ceres::CostFunction {
       J = by_taken * taken_by_errors;
     }
     if (jacobians[5] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>> J(jacobians[5]);
-      J = by_body * T_body_start.rotation.toRotationMatrix();
+      Eigen::Map<Eigen::Matrix<double, 2, 4, Eigen::RowMajor>> J(jacobians[5]);
+      J.leftCols<3>() = by_body * T_body_start.rotation.toRotationMatrix();
+      J.col(3) = by_p * (T_camera_body * (T_taken_instant * T_body_start.translation));
     }
     return true;
   }
@@ -282,7 +291,61 @@ class MountingKnownCost : public ceres::SizedCostFunction<6, 7> {
   Eigen::Matrix<double, 6, 1> weight_;
 };
 
+class MountingsKeptCost : public ceres::CostFunction {
+ public:
+  MountingsKeptCost(std::vector<Pose3> T_body_camera, RowMajor directions)
+      : T_body_camera_(std::move(T_body_camera)), directions_(std::move(directions)) {
+    set_num_residuals(static_cast<int>(directions_.rows()));
+    mutable_parameter_block_sizes()->assign(T_body_camera_.size(), 7);
+  }
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    Eigen::Map<Eigen::VectorXd> r(residuals, directions_.rows());
+    r.setZero();
+    for (std::size_t c = 0; c < T_body_camera_.size(); ++c) {
+      const Pose3 T_body_camera = from_block(blocks[c]).inverse();
+      const auto along = directions_.middleCols<6>(6 * static_cast<Eigen::Index>(c));
+      r += along * mounting_moved(T_body_camera_[c], T_body_camera);
+      if (jacobians != nullptr && jacobians[c] != nullptr) {
+        Eigen::Map<RowMajor> J(jacobians[c], directions_.rows(), 7);
+        J.leftCols<6>() = along * mounting_by_moves(T_body_camera);
+        J.col(6).setZero();
+      }
+    }
+    return true;
+  }
+
+ private:
+  std::vector<Pose3> T_body_camera_;
+  RowMajor directions_;
+};
+
 }  // namespace
+
+Eigen::Vector4d seen_from(const Pose3& T, const Eigen::Vector4d& p) {
+  Eigen::Vector4d out = p;
+  out.head<3>() = T.rotation * p.head<3>() + p[3] * T.translation;
+  return out;
+}
+
+Eigen::Matrix<double, 6, 1> mounting_moved(const Pose3& from_T_body_camera,
+                                           const Pose3& to_T_body_camera) {
+  const Eigen::AngleAxisd turn(to_T_body_camera.rotation * from_T_body_camera.rotation.conjugate());
+  Eigen::Matrix<double, 6, 1> moved;
+  moved << turn.angle() * turn.axis(),
+      to_T_body_camera.translation - from_T_body_camera.translation;
+  return moved;
+}
+
+Eigen::Matrix<double, 6, 6> mounting_by_moves(const Pose3& T_body_camera) {
+  const Mat3 R = T_body_camera.rotation.toRotationMatrix();
+  const Vec3 t = -(R.transpose() * T_body_camera.translation);  // of T_camera_body
+  Eigen::Matrix<double, 6, 6> G = Eigen::Matrix<double, 6, 6>::Zero();
+  G.topLeftCorner<3, 3>() = -R;
+  G.bottomLeftCorner<3, 3>() = -R * cross_matrix(t);
+  G.bottomRightCorner<3, 3>() = -R;
+  return G;
+}
 
 Pose2 truly_moved(const Pose2& by_wheels, const Vec3& wheel_errors) {
   const double more_rad = wheel_errors[kTurnError] * by_wheels.theta_rad +
@@ -330,6 +393,11 @@ ceres::CostFunction* lens_known_cost(const Intrinsics& lens, const CameraSigmas&
 ceres::CostFunction* mounting_known_cost(const Pose3& T_body_camera, double sigma_rad,
                                          const Vec3& sigma_m) {
   return new MountingKnownCost(T_body_camera, sigma_rad, sigma_m);
+}
+
+ceres::CostFunction* mountings_kept_cost(const std::vector<Pose3>& T_body_camera,
+                                         const Eigen::MatrixXd& directions) {
+  return new MountingsKeptCost(T_body_camera, directions);
 }
 
 }  // namespace panoptes

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <vector>
+
+#include <Eigen/Core>
+
 #include "core/camera/observation.h"
 #include "core/camera/rig.h"
 #include "core/geometry/pose2.h"
+#include "core/geometry/pose3.h"
 
 namespace ceres {
 class CostFunction;
@@ -32,8 +37,21 @@ struct BodyMoved {
   Pose2 with_offset(double offset_s) const;
 };
 
+/// A point in homogeneous coordinates seen from another frame: that of (x, w) is x / w, and with w
+/// = 0 it is a direction, which no shift changes. What is seen is in front, whatever sign w has.
+Eigen::Vector4d seen_from(const Pose3& T, const Eigen::Vector4d& p);
+
+/// By which turn (rad) about the body's axes and which shift (m) along them a camera is mounted
+/// otherwise.
+Eigen::Matrix<double, 6, 1> mounting_moved(const Pose3& from_T_body_camera,
+                                           const Pose3& to_T_body_camera);
+
+/// How that moves with the six moves of T_camera_body (pose_block.h), from small ones on.
+Eigen::Matrix<double, 6, 6> mounting_by_moves(const Pose3& T_body_camera);
+
 /// A point where a picture of a rig's camera shows it. Blocks: the lens (lens_parameters),
-/// T_camera_body, T_body_start, the clock offset in s, the wheels' errors, the point in start.
+/// T_camera_body, T_body_start, the clock offset in s, the wheels' errors, the point in start
+/// (homogeneous, as seen_from).
 ceres::CostFunction* rig_reprojection_cost(const Intrinsics& lens, const Vec2& seen_px,
                                            double sigma_px, const BodyMoved& moved);
 
@@ -68,5 +86,10 @@ ceres::CostFunction* lens_known_cost(const Intrinsics& lens, const CameraSigmas&
 /// axes. Block: T_camera_body.
 ceres::CostFunction* mounting_known_cost(const Pose3& T_body_camera, double sigma_rad,
                                          const Vec3& sigma_m);
+
+/// Cameras mounted as they are told to be along some directions, each a row of mounting_moved of
+/// all of them, one after another, in standard deviations. Blocks: T_camera_body of each.
+ceres::CostFunction* mountings_kept_cost(const std::vector<Pose3>& T_body_camera,
+                                         const Eigen::MatrixXd& directions);
 
 }  // namespace panoptes

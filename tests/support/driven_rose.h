@@ -16,13 +16,17 @@ namespace panoptes {
 /// What a drive over a floor consists of, and how its wheels lie.
 struct RoseShape {
   int legs = 9;
-  double leg_m = 0.4;     ///< out and back, 0: it turns on the spot
-  double turn_rad = 0.8;  ///< between legs, 0: it never turns
+  double leg_m = 0.4;       ///< out and back, 0: it turns on the spot
+  double turn_rad = 0.8;    ///< between legs, 0: it never turns
+  double leg_turn_rad = 0;  ///< on its way out: a leg is an arc,
+  bool back = true;         ///< and it drives back on it
   double period_s = 0.1;
   double speed_mps = 0.4;
   double turn_radps = 0.5;
-  double noise_m = 0;     ///< of a wheel that rolls a metre; grows with the root of the way
-  double turn_error = 0;  ///< of the wheels, as a share
+  double noise_m = 0;         ///< of a wheel that rolls a metre; grows with the root of the way
+  double way_error = 0;       ///< of the wheels, as a share (core/calib/rig_costs.h),
+  double turn_error = 0;      ///< likewise,
+  double turn_per_metre = 0;  ///< and of unequal wheels, in rad
 };
 
 /// A robot that drives a rose: soft starts and stops, so that a clock can be told by them.
@@ -32,16 +36,18 @@ class DrivenRose {
     stand();
     for (int leg = 0; leg < rose.legs; ++leg) {
       run(0, rose.turn_rad, rose);
-      run(rose.leg_m, 0, rose);
-      run(-rose.leg_m, 0, rose);
+      run(rose.leg_m, rose.leg_turn_rad, rose);
+      if (rose.back) {
+        run(-rose.leg_m, -rose.leg_turn_rad, rose);
+      }
     }
     stand();
     Pose2 odometry;
     for (std::size_t i = 0; i < true_.size(); ++i) {
       if (i > 0) {
         const Pose2 moved = true_[i - 1].inverse() * true_[i];
-        const double way = std::copysign(moved.position().norm(), moved.x_m);
-        const double turn = moved.theta_rad / (1 + rose.turn_error);
+        const double way = std::copysign(moved.position().norm(), moved.x_m) / (1 + rose.way_error);
+        const double turn = (moved.theta_rad - rose.turn_per_metre * way) / (1 + rose.turn_error);
         const auto rolled = [&](double wheel_m) {
           return wheel_m + rose.noise_m * std::sqrt(std::abs(wheel_m)) * rng.normal();
         };

@@ -3,13 +3,15 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include <Eigen/Cholesky>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/camera/mounting.h"
-#include "tests/support/driven_rose.h"
+#include "tests/support/driven_rig.h"
 
 namespace panoptes {
 namespace {
@@ -17,102 +19,30 @@ namespace {
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
+using ::testing::ElementsAreArray;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-constexpr double kNoise_px = 0.1;
-
-/// Two cameras that look away from each other, on a robot that drives a rose amid points.
-struct Drive {
-  std::vector<RigCamera> truth;
-  std::vector<RigCamera> believed;
-  std::vector<Vec3> points_start;
-  DrivenRose rose;
-  RigTracks tracks;
-  RigBundleState start;
-};
-
-struct Scene {
-  bool shares = true;  ///< each camera sees the other's points
-  double false_share = 0;
-};
-
-Drive drive(const Scene& scene, const RoseShape& rose, Rng rng) {
-  Drive out{{}, {}, {}, DrivenRose(rose, rng.fork("drive")), {}, {}};
+/// Two cameras that look away from each other.
+std::vector<RigCamera> two_cameras() {
+  std::vector<RigCamera> rig;
   for (int c = 0; c < 2; ++c) {
     RigCamera camera;
     camera.intrinsics = lens_of_view(640, 480, deg_to_rad(80), BrownConrady{-0.2, 0.03, 0, 0, 0});
     camera.T_body_camera = mounted_camera({c == 0 ? 0.15 : -0.15, 0.02, 0.7 + 0.05 * c},
                                           c == 0 ? 0.05 : std::numbers::pi - 0.1, 0.05);
     camera.clock_offset_s = 0.004 - 0.01 * c;
+    camera.sigma.rotation_rad.setConstant(0.02);
     camera.sigma.focal_ratio = 0.001;
     camera.sigma.centre_px = 0.3;
     camera.sigma.clock_s = 0.005;
-    out.truth.push_back(camera);
-    RigCamera off = camera;
-    off.clock_offset_s = 0;
-    off.T_body_camera =
-        displaced(camera.T_body_camera, {0.02 * Vec3(rng.normal(), rng.normal(), rng.normal()),
-                                         0.01 * Vec3(rng.normal(), rng.normal(), rng.normal())});
-    off.intrinsics.fx_px *= 1 + 0.001 * rng.normal();
-    off.intrinsics.fy_px = off.intrinsics.fx_px;
-    off.intrinsics.cx_px += 0.3 * rng.normal();
-    off.intrinsics.cy_px += 0.3 * rng.normal();
-    out.believed.push_back(off);
+    rig.push_back(camera);
   }
-  constexpr std::size_t kEvery = 9;
-  for (std::size_t i = 10; i + 10 < out.rose.instants(); i += kEvery) {
-    const std::size_t instant = out.tracks.instants.size();
-    out.tracks.instants.push_back(out.rose.instant(i));
-    out.start.T_start_body.push_back(on_floor(out.rose.wheels(out.rose.instant(i))->T_odom_body));
-    for (std::size_t c = 0; c < out.truth.size(); ++c) {
-      out.tracks.views.push_back(
-          {c, instant, out.rose.instant(i) + from_seconds(out.truth[c].clock_offset_s)});
-    }
-  }
-  const Pose3 T_first = out.start.T_start_body.front().inverse();
-  for (Pose3& T : out.start.T_start_body) {
-    T = T_first * T;
-  }
-  const Pose2 first = out.rose.T_start_body(out.tracks.instants.front());
-  constexpr int kPoints = 100;
-  for (int p = 0; p < kPoints; ++p) {
-    const double angle_rad = rng.uniform(0, 2 * std::numbers::pi);
-    const double far_m = rng.uniform(1.5, 3);
-    const Vec3 at(far_m * std::cos(angle_rad), far_m * std::sin(angle_rad), rng.uniform(0.2, 1.6));
-    const auto of = static_cast<std::size_t>(p % 2);
-    std::vector<RigSeen> seen;
-    int own = 0;
-    for (std::size_t v = 0; v < out.tracks.views.size(); ++v) {
-      const RigView& view = out.tracks.views[v];
-      const RigCamera& camera = out.truth[view.camera];
-      const Pose3 T_start_camera =
-          on_floor(first.inverse() *
-                   out.rose.T_start_body(view.stamp - from_seconds(camera.clock_offset_s))) *
-          camera.T_body_camera;
-      const Vec3 p_camera = T_start_camera.inverse() * at;
-      if (!camera.intrinsics.sees(p_camera) || (view.camera != of && !scene.shares)) {
-        continue;
-      }
-      Vec2 px = camera.intrinsics.project(p_camera) + kNoise_px * Vec2(rng.normal(), rng.normal());
-      if (rng.uniform() < scene.false_share) {
-        px += Vec2(9, -7);
-      }
-      own += view.camera == of ? 1 : 0;
-      seen.push_back({v, out.start.points_start.size(), px, view.camera == of, true});
-    }
-    if (own >= 2) {
-      out.tracks.seen.insert(out.tracks.seen.end(), seen.begin(), seen.end());
-      out.points_start.push_back(at);
-      out.start.points_start.push_back(at + 0.02 * Vec3(rng.normal(), rng.normal(), rng.normal()));
-    }
-  }
-  for (const RigCamera& camera : out.believed) {
-    out.start.T_body_camera.push_back(camera.T_body_camera);
-    out.start.lenses.push_back(camera.intrinsics);
-    out.start.clock_offset_s.push_back(0);
-  }
-  return out;
+  return rig;
+}
+
+DrivenRig drive(const DrivenScene& scene, const RoseShape& rose, Rng rng) {
+  return driven_rig(two_cameras(), scene, rose, rng);
 }
 
 RoseShape noisy() {
@@ -121,25 +51,8 @@ RoseShape noisy() {
   return rose;
 }
 
-RigBundle adjusted(Drive& of) {
-  RigBundleOptions options;
-  options.systematic_px = 0;  // of pictures
-  return adjust_rig(
-      options, of.believed, [&of](Time at) { return of.rose.wheels(at); }, of.tracks, of.start);
-}
-
-/// Turn and shift by which the second camera is off as the first one sees it.
-Eigen::Matrix<double, 6, 1> relative_error(const Drive& of, const RigBundle& bundle) {
-  const Pose3 found = bundle.state.T_body_camera[0].inverse() * bundle.state.T_body_camera[1];
-  const Pose3 truth = of.truth[0].T_body_camera.inverse() * of.truth[1].T_body_camera;
-  const Eigen::AngleAxisd off(found.rotation * truth.rotation.conjugate());
-  Eigen::Matrix<double, 6, 1> e;
-  e << off.angle() * off.axis(), found.translation - truth.translation;
-  return e;
-}
-
 /// What is told of a metre: how far points are from one another.
-double metre(const Drive& of, const RigBundle& bundle) {
+double metre(const DrivenRig& of, const RigBundle& bundle) {
   const auto far_m = [](const std::vector<Vec3>& points) {
     double sum_m = 0;
     for (const Vec3& p : points) {
@@ -155,7 +68,7 @@ TEST(RigBundle, FindsTheRigAndHowWellItIsKnown) {
   double metres = 0;
   constexpr int kRuns = 6;
   for (int seed = 0; seed < kRuns; ++seed) {
-    Drive of = drive({}, noisy(), Rng(20 + seed));
+    DrivenRig of = drive({}, noisy(), Rng(20 + seed));
     const RigBundle bundle = adjusted(of);
     const auto e = relative_error(of, bundle);
     EXPECT_TRUE(bundle.converged);
@@ -181,9 +94,9 @@ TEST(RigBundle, FindsTheRigAndHowWellItIsKnown) {
 }
 
 TEST(RigBundle, WhatIsFalseIsLeftOut) {
-  Scene scene;
+  DrivenScene scene;
   scene.false_share = 0.1;
-  Drive of = drive(scene, noisy(), Rng(31));
+  DrivenRig of = drive(scene, noisy(), Rng(31));
   const RigBundle bundle = adjusted(of);
   const auto all = static_cast<double>(of.tracks.seen.size());
   EXPECT_NEAR(bundle.left_out / all, 0.1, 0.03);
@@ -191,7 +104,7 @@ TEST(RigBundle, WhatIsFalseIsLeftOut) {
 }
 
 TEST(RigBundle, NoMotionOverAFloorShowsTheHeight) {
-  Drive of = drive({}, noisy(), Rng(32));
+  DrivenRig of = drive({}, noisy(), Rng(32));
   const RigBundle bundle = adjusted(of);
   for (std::size_t c = 0; c < 2; ++c) {
     EXPECT_THAT(bundle.known.unobservable[c], ElementsAre("its height"));
@@ -208,9 +121,9 @@ TEST(RigBundle, NoMotionOverAFloorShowsTheHeight) {
 }
 
 TEST(RigBundle, CamerasThatShareNothingKeepTheirHeights) {
-  Scene scene;
+  DrivenScene scene;
   scene.shares = false;
-  Drive of = drive(scene, noisy(), Rng(33));
+  DrivenRig of = drive(scene, noisy(), Rng(33));
   const RigBundle bundle = adjusted(of);
   for (std::size_t c = 0; c < 2; ++c) {
     EXPECT_NEAR(bundle.state.T_body_camera[c].translation.z(),
@@ -225,7 +138,7 @@ TEST(RigBundle, ATurnOnTheSpotShowsNeitherYawNorPlace) {
   RoseShape spin = noisy();
   spin.leg_m = 0;
   for (int seed = 0; seed < 3; ++seed) {
-    Drive of = drive({}, spin, Rng(34 + seed));
+    DrivenRig of = drive({}, spin, Rng(34 + seed));
     const RigBundle bundle = adjusted(of);
     EXPECT_TRUE(bundle.converged);
     EXPECT_FALSE(bundle.tells_metre);
@@ -241,6 +154,63 @@ TEST(RigBundle, ATurnOnTheSpotShowsNeitherYawNorPlace) {
     }
     EXPECT_LT(relative_error(of, bundle).head<3>().norm(), deg_to_rad(0.1));
   }
+}
+
+/// What is named of both cameras, and that it stays where the believed mountings leave it: within
+/// three of the sigmas that are told.
+void expect_open(const RigBundle& bundle, const DrivenRig& of,
+                 const std::vector<std::string>& named) {
+  EXPECT_TRUE(bundle.converged);
+  for (std::size_t c = 0; c < 2; ++c) {
+    EXPECT_THAT(bundle.known.unobservable[c], ElementsAreArray(named)) << "camera " << c;
+    const auto off = body_error(of, bundle, c);
+    for (Eigen::Index k = 0; k < 6; ++k) {
+      const Eigen::Index at = bundle.known.camera[c] + k;
+      EXPECT_LT(std::abs(off[k]), 3 * std::sqrt(bundle.known.covariance(at, at)))
+          << "camera " << c << ", number " << k;
+    }
+  }
+}
+
+TEST(RigBundle, ADriveWithoutTurnsShowsNeitherRollNorPlace) {
+  RoseShape straight = noisy();
+  straight.legs = 4;
+  straight.leg_m = 1;
+  straight.turn_rad = 0;
+  for (int seed = 0; seed < 2; ++seed) {
+    DrivenRig of = drive({}, straight, Rng(40 + seed));
+    const RigBundle bundle = adjusted(of);
+    expect_open(bundle, of, {"its roll", "its place along x", "its place along y", "its height"});
+    const Eigen::Index roll = bundle.known.camera[0];
+    EXPECT_LT(std::sqrt(bundle.known.covariance(roll, roll)),
+              1.001 * of.believed[0].sigma.rotation_rad.x());
+  }
+}
+
+TEST(RigBundle, ACircleLeavesYawAndPlaceOpenTogether) {
+  RoseShape circle = noisy();
+  circle.legs = 2;
+  circle.leg_m = std::numbers::pi;
+  circle.turn_rad = 0;
+  circle.leg_turn_rad = 2 * std::numbers::pi;
+  circle.back = false;
+  for (int seed = 0; seed < 2; ++seed) {
+    DrivenRig of = drive({}, circle, Rng(42 + seed));
+    expect_open(adjusted(of), of,
+                {"its yaw", "its place along x", "its place along y", "its height"});
+  }
+}
+
+TEST(RigBundle, WhatIsTooFarShowsRotationsAlone) {
+  DrivenScene distant;
+  distant.near_m = 20000;
+  distant.far_m = 50000;
+  DrivenRig of = drive(distant, noisy(), Rng(44));
+  const RigBundle bundle = adjusted(of);
+  expect_open(bundle, of, {"its yaw", "its place along x", "its place along y", "its height"});
+  EXPECT_LT(relative_error(of, bundle).head<3>().norm(), deg_to_rad(0.1));
+  const Eigen::Index x = bundle.known.camera[0] + 3;
+  EXPECT_NEAR(std::sqrt(bundle.known.covariance(x, x)), of.believed[0].sigma.position_m.x(), 0.002);
 }
 
 }  // namespace

@@ -84,14 +84,17 @@ TEST(RigCosts, ReprojectionHasItsDerivatives) {
   const Eigen::VectorXd numbers = lens_parameters(lens);
   const std::unique_ptr<ceres::CostFunction> cost(
       rig_reprojection_cost(lens, {300, 200}, 0.5, moved));
-  expect_derivatives(*cost,
-                     {Block(numbers.data(), numbers.data() + numbers.size()),
-                      pose(T_camera_body),
-                      pose(kBodyStart),
-                      {0.013},
-                      {0.01, -0.02, 0.03},
-                      {p_start.x(), p_start.y(), p_start.z()}},
-                     1e-5);
+  for (const double w : {1.0, 0.3, 0.0, -0.01}) {  // also of a direction, and of one beyond it
+    const Vec3 x = w > 0 ? Vec3(w * p_start) : p_start;
+    expect_derivatives(*cost,
+                       {Block(numbers.data(), numbers.data() + numbers.size()),
+                        pose(T_camera_body),
+                        pose(kBodyStart),
+                        {0.013},
+                        {0.01, -0.02, 0.03},
+                        {x.x(), x.y(), x.z(), w}},
+                       1e-5);
+  }
 }
 
 TEST(RigCosts, WheelsHaveTheirDerivativesAndAgreeWithTheArcThatWasDriven) {
@@ -123,6 +126,19 @@ TEST(RigCosts, KnownMountingHasItsDerivatives) {
   Eigen::Matrix<double, 6, 1> by;
   by << 1e-4, -2e-4, 1e-4, 0.02, 0.01, -0.03;
   expect_derivatives(*cost, {pose(moved(believed.inverse(), by))}, 1e-3);
+}
+
+TEST(RigCosts, KeptMountingsHaveTheirDerivatives) {
+  const std::vector<Pose3> kept{mounted_camera({0.1, 0.05, 0.7}, 0.3, 0.1),
+                                mounted_camera({-0.1, 0.02, 0.6}, 2.9, 0.05)};
+  const Eigen::MatrixXd directions = Eigen::MatrixXd::NullaryExpr(
+      2, 12,
+      [](Eigen::Index i, Eigen::Index j) { return std::sin(static_cast<double>(5 * i + j)); });
+  const std::unique_ptr<ceres::CostFunction> cost(mountings_kept_cost(kept, directions));
+  EXPECT_LT(residuals(*cost, {pose(kept[0].inverse()), pose(kept[1].inverse())}).norm(), 1e-9);
+  Eigen::Matrix<double, 6, 1> by;
+  by << 1e-4, -2e-4, 1e-4, 0.02, 0.01, -0.03;
+  expect_derivatives(*cost, {pose(moved(kept[0].inverse(), by)), pose(kept[1].inverse())}, 1e-3);
 }
 
 }  // namespace
