@@ -100,7 +100,9 @@ std::vector<RecordedPicture> pictures_of(const std::string& dataset, const Mappe
 std::string map_fault(const MappedCamera& camera) {
   return camera.adjusted.T_map_camera.empty()
              ? fmt::format(
-                   "stage maps: {}: no keyframes hold together, {} points are mapped; see "
+                   "stage maps: {}: no keyframes hold together, {} points are mapped: it is "
+                   "covered, "
+                   "or its lens is another one than the rig file says; see "
                    "what --stage maps says of it, or leave it out with --cameras",
                    camera.name, camera.map.points.size())
              : "";

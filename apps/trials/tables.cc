@@ -28,29 +28,6 @@ using Json = nlohmann::ordered_json;
 
 std::string fixed(double value, int digits) { return fmt::format("{:.{}f}", value, digits); }
 
-std::string xml(std::string_view text) {
-  std::string all;
-  for (const char c : as_utf8(text)) {
-    switch (c) {
-      case '&':
-        all += "&amp;";
-        break;
-      case '<':
-        all += "&lt;";
-        break;
-      case '>':
-        all += "&gt;";
-        break;
-      case '"':
-        all += "&quot;";
-        break;
-      default:
-        all += static_cast<unsigned char>(c) < ' ' && c != '\n' ? ' ' : c;
-    }
-  }
-  return all;
-}
-
 /// Every line that a run had to meet, in order: how many had to, how many did, and whether all did.
 Json requirements_of(const std::vector<Trial>& trials) {
   Json lines = Json::array();
@@ -162,9 +139,9 @@ void write_junit(const std::filesystem::path& path, const std::vector<Trial>& tr
   std::string cases;
   for (const Trial& trial : trials) {
     all_s += trial.wall_s;
-    cases += "  <testcase classname=\"" + xml(trial.mission) + "\" name=\"" +
-             xml((trial.setting.empty() ? "" : trial.setting + " ") + "seed " +
-                 std::to_string(trial.seed)) +
+    cases += "  <testcase classname=\"" + xml_text(trial.mission) + "\" name=\"" +
+             xml_text((trial.setting.empty() ? "" : trial.setting + " ") + "seed " +
+                      std::to_string(trial.seed)) +
              "\" time=\"" + fixed(trial.wall_s, 3) + "\"";
     if (trial.status == TrialStatus::kPassed) {
       cases += "/>\n";
@@ -180,8 +157,8 @@ void write_junit(const std::filesystem::path& path, const std::vector<Trial>& tr
       const std::vector<std::string> lines = faults(trial);
       const char* kind = broken ? "error" : "failure";
       cases += std::string("    <") + kind + " message=\"" +
-               xml(lines.empty() ? "" : lines.front()) + "\">" + xml(joined(lines, "\n")) + "</" +
-               kind + ">\n";
+               xml_text(lines.empty() ? "" : lines.front()) + "\">" +
+               xml_text(joined(lines, "\n")) + "</" + kind + ">\n";
     }
     cases += "  </testcase>\n";
   }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "core/base/utf8.h"
+
 namespace panoptes {
 namespace {
 
@@ -39,6 +41,29 @@ std::string in_quotes(const std::string& text) {
     all += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
   }
   return all + "\"";
+}
+
+std::string xml_text(std::string_view text) {
+  std::string all;
+  for (const char c : as_utf8(text)) {
+    switch (c) {
+      case '&':
+        all += "&amp;";
+        break;
+      case '<':
+        all += "&lt;";
+        break;
+      case '>':
+        all += "&gt;";
+        break;
+      case '"':
+        all += "&quot;";
+        break;
+      default:
+        all += static_cast<unsigned char>(c) < ' ' && c != '\n' ? ' ' : c;
+    }
+  }
+  return all;
 }
 
 bool natural_less(std::string_view a, std::string_view b) {

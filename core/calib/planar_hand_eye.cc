@@ -193,7 +193,7 @@ std::optional<Mounted> mounted(const std::vector<Vec2>& q, const std::vector<dou
     }
     add(coefficients(complex(believed_body), -1), 0, std::pow(kBelieved_m * k_size, -2));
     // The body's axis x in the map is k; across the believed heading it is nothing.
-    Coefficients across = coefficients(std::polar(1.0, heading_rad), 0);
+    Coefficients across = coefficients(std::polar(1.0, -heading_rad), 0);
     across.row(0).setZero();
     add(across, 0, std::pow(kBelieved_rad * k_size, -2));
     const Eigen::LDLT<Eigen::Matrix4d> solver(H);

@@ -56,7 +56,7 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
     for (const std::string& reason : of_map.reasons) {
       doubt(is_settled ? Verdict::kGood : std::min(of_map.verdict, Verdict::kPoor),
             cameras[c].name + ": its own map: " + reason +
-                (is_settled ? "; other cameras have seen the same since" : ""));
+                (is_settled ? "; judged below, by all cameras together" : ""));
     }
   }
   if (!bundle.converged) {

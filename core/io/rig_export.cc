@@ -31,29 +31,6 @@ std::string yaml_list(const std::vector<double>& numbers) {
   return "[" + joined(words, ", ") + "]";
 }
 
-std::string xml_text(const std::string& text) {
-  std::string all;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        all += "&amp;";
-        break;
-      case '<':
-        all += "&lt;";
-        break;
-      case '>':
-        all += "&gt;";
-        break;
-      case '"':
-        all += "&quot;";
-        break;
-      default:
-        all += c;
-    }
-  }
-  return all;
-}
-
 /// As both have them: those of a lens that bends nothing are zero.
 std::vector<double> distortion_coefficients(const Intrinsics& lens) {
   if (lens.is_pinhole()) {

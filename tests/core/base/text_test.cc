@@ -35,6 +35,10 @@ TEST(Text, OneThingIsNoneOfMany) {
   EXPECT_EQ(counted(0, "picture"), "0 pictures");
 }
 
+TEST(Text, WhatXmlTakesForItsOwnIsEscaped) {
+  EXPECT_EQ(xml_text("a<b>&\"c\"\x01\n"), "a&lt;b&gt;&amp;&quot;c&quot; \n");
+}
+
 TEST(Text, BetweenQuotesKeepsQuotesAndBackslashes) {
   EXPECT_EQ(in_quotes("a b"), "\"a b\"");
   EXPECT_EQ(in_quotes("a\"\\"), "\"a\\\"\\\\\"");

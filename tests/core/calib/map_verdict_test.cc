@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include "tests/support/good_map.h"
+
 namespace panoptes {
 namespace {
 
@@ -19,16 +21,8 @@ struct Case {
 Case good() {
   Case c;
   c.believed.intrinsics = pinhole(640, 480, deg_to_rad(80));
-  for (int i = 0; i < 100; ++i) {
-    c.map.frames.push_back({time_at(i / 10.0), {}, false});
-  }
-  c.map.points.resize(60);
-  c.map.closed = 80;
-  c.map.start_is_known = true;
-  c.adjusted.T_map_camera.resize(20);
-  c.adjusted.lens = c.believed.intrinsics;
-  c.adjusted.converged = true;
-  c.adjusted.rms_after_px = 0.1;
+  c.map = good_map();
+  c.adjusted = good_keyframes(c.believed);
   return c;
 }
 

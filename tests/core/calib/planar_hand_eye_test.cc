@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/calib/planar_hand_eye.h"
 
+#include <cmath>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -114,9 +116,17 @@ TEST(PlanarHandEye, ATurnOnTheSpotLeavesYawPlaceAndMetreNearWhatIsBelieved) {
   spin.leg_m = 0;
   const DrivenRose drive(spin, Rng(1));
   const RigCamera truth = mounted_truly();
-  const PlanarHandEye eye = found(drive, path_of(drive, truth, 1e-5, 1e-5, Rng(2)));
+  RigCamera believed = truth;
+  believed.T_body_camera = displaced(truth.T_body_camera, {{0, 0, 0.15}, {0.02, 0, 0}});
+  const PlanarHandEye eye = planar_hand_eye(
+      path_of(drive, truth, 1e-5, 1e-5, Rng(2)), [&drive](Time at) { return drive.wheels(at); },
+      believed);
   const Vec3 off = mounting_offset(truth.T_body_camera, eye.T_body_camera).rotation_rad;
   EXPECT_LT(off.head<2>().norm(), 2e-3) << "roll and pitch are by the axis of all turns";
+  EXPECT_LT((eye.T_body_camera.translation - believed.T_body_camera.translation).norm(), 0.03);
+  const double yaw_rad =
+      mounting_offset(believed.T_body_camera, eye.T_body_camera).rotation_rad.z();
+  EXPECT_LT(std::abs(yaw_rad), 0.1);
   EXPECT_GT(eye.yaw_sigma_rad, deg_to_rad(3));
   EXPECT_GT(eye.position_sigma_m, 0.03);
 }

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 
 #include "core/camera/mounting.h"
+#include "tests/support/good_map.h"
 
 namespace panoptes {
 namespace {
@@ -32,15 +33,8 @@ JudgedRig as_believed() {
     camera.believed.intrinsics = pinhole(640, 480, deg_to_rad(80));
     camera.believed.T_body_camera =
         mounted_camera({yaw_rad == 0 ? 0.15 : -0.15, 0, 0.7}, yaw_rad, 0);
-    for (int i = 0; i < 100; ++i) {
-      camera.map.frames.push_back({time_at(i / 10.0), {}, false});
-    }
-    camera.map.points.resize(60);
-    camera.map.closed = 80;
-    camera.map.start_is_known = true;
-    camera.adjusted.T_map_camera.resize(20);
-    camera.adjusted.lens = camera.believed.intrinsics;
-    camera.adjusted.converged = true;
+    camera.map = good_map();
+    camera.adjusted = good_keyframes(camera.believed);
     bundle.state.T_body_camera.push_back(camera.believed.T_body_camera);
     bundle.state.lenses.push_back(camera.believed.intrinsics);
     bundle.state.clock_offset_s.push_back(0);
