@@ -226,7 +226,7 @@ class Adjustment {
       out.converged = solve(Loss::kSquare);
     }
     learn_noise();
-    put_as_believed();
+    put_at_believed_height();
     Told told = what_is_told();
     if (const auto kept = as_believed(told)) {
       out.converged = solve(Loss::kSquare, &*kept);  // before, it may have slid along them
@@ -382,66 +382,25 @@ class Adjustment {
     return first;
   }
 
-  /// What all of those that share points have in common, and nothing shows, is as it was believed
-  /// of them: their height, and after a turn on the spot their yaw and the metre.
-  void put_as_believed() {
+  /// A height that all of those share is the one that was believed of them, on the mean.
+  void put_at_believed_height() {
     const std::vector<std::size_t> first = sharing();
+    std::vector<double> off_m(first.size(), 0);
+    std::vector<int> count(first.size(), 0);
     RigBundleState state = to_state(blocks_, state_);
-    for (std::size_t of = 0; of < first.size(); ++of) {
-      if (first[of] == of) {
-        put_as_believed(of, first, state);
-      }
-    }
-    blocks_ = to_blocks(state);
-  }
-
-  void put_as_believed(std::size_t of, const std::vector<std::size_t>& first,
-                       RigBundleState& state) const {
-    double off_m = 0;
-    double found_m = 0;
-    double count = 0;
-    double across = 0;
-    double turning = 0;
-    double along = 0;
-    double size = 0;
     for (std::size_t c = 0; c < first.size(); ++c) {
-      if (first[c] != of) {
-        continue;
-      }
-      const RigCamera& camera = believed_[c];
-      const Vec3& found = state.T_body_camera[c].translation;
-      const Vec3& told = camera.T_body_camera.translation;
-      found_m += found.z();
-      off_m += told.z() - found.z();
-      ++count;
-      const double by_place = 1 / camera.sigma.position_m.head<2>().squaredNorm();
-      const double by_yaw = 1 / std::pow(camera.sigma.rotation_rad.z(), 2);
-      across +=
-          by_place * (found.x() * told.y() - found.y() * told.x()) -
-          by_yaw * mounting_offset(camera.T_body_camera, state.T_body_camera[c]).rotation_rad.z();
-      turning += by_place * found.head<2>().squaredNorm() + by_yaw;
-      along += by_place * found.head<2>().dot(told.head<2>());
-      size += by_place * found.head<2>().squaredNorm();
+      off_m[first[c]] +=
+          believed_[c].T_body_camera.translation.z() - state.T_body_camera[c].translation.z();
+      ++count[first[c]];
     }
-    const double turn_rad = no_metre_ ? across / turning : 0;
-    const double metre = no_metre_ && along > 0 ? along / size : 1;
-    const Eigen::Quaterniond R = turned_by({0, 0, turn_rad});
-    const Vec3 middle(0, 0, found_m / count);
-    const Vec3 up(0, 0, off_m / count);
-    const auto placed = [&](const Vec3& p) -> Vec3 {
-      return R * (metre * (p - middle)) + middle + up;
-    };
     for (std::size_t c = 0; c < first.size(); ++c) {
-      if (first[c] == of) {
-        Pose3& T = state.T_body_camera[c];
-        T = {R * T.rotation, placed(T.translation)};
-      }
+      state.T_body_camera[c].translation.z() += off_m[first[c]] / count[first[c]];
     }
     for (std::size_t p = 0; p < state.points_start.size(); ++p) {
-      if (first[camera_of_point_[p]] == of) {
-        state.points_start[p] = placed(state.points_start[p]);
-      }
+      const std::size_t of = first[camera_of_point_[p]];
+      state.points_start[p].z() += off_m[of] / count[of];
     }
+    blocks_ = to_blocks(state);
   }
 
   void judge() {
