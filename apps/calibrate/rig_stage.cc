@@ -96,16 +96,14 @@ std::vector<RecordedPicture> pictures_of(const std::string& dataset, const Mappe
   return pictures;
 }
 
-/// Why a camera's map cannot be used; empty where it can.
-std::string map_fault(const MappedCamera& camera) {
-  return camera.adjusted.T_map_camera.empty()
-             ? fmt::format(
-                   "stage maps: {}: no keyframes hold together, {} points are mapped: it is "
-                   "covered, "
-                   "or its lens is another one than the rig file says; see "
-                   "what --stage maps says of it, or leave it out with --cameras",
-                   camera.name, camera.map.points.size())
-             : "";
+/// A camera whose map is of no use has all of its pictures to be found by.
+void keep_all_pictures(const std::string& dataset, MappedCamera& camera) {
+  if (camera.adjusted.T_map_camera.empty()) {
+    camera.map.frames.clear();
+    for (const RecordedPicture& picture : recorded_pictures(dataset, camera.name)) {
+      camera.map.frames.push_back({picture.stamp, {}, true});
+    }
+  }
 }
 
 /// The rig for Panoptes, for Kalibr, and for ROS.
@@ -205,29 +203,26 @@ int calibrate_rig_of(const RigStage& args) {
       return kInterrupted;
     }
     cameras.push_back(std::move(*made));
-    if (const std::string fault = map_fault(cameras.back()); !fault.empty()) {
-      judged.verdict = Verdict::kFailed;
-      judged.reasons.push_back(fault);
-    }
+    keep_all_pictures(args.dataset, cameras.back());
   }
   std::optional<RigCalibration> told;
-  if (judged.verdict != Verdict::kFailed) {
-    std::vector<std::vector<RecordedPicture>> pictures;
-    for (const MappedCamera& camera : cameras) {
-      pictures.push_back(pictures_of(args.dataset, camera));
-    }
-    try {
-      told = calibrate_rig(
-          args.calibration, cameras, [&](Time at) { return wheels.at(at); },
-          [&](std::size_t c, std::size_t frame) {
-            return read_grey_picture(args.dataset, pictures[c][frame]);
-          },
-          [&](double done) { show("all cameras together", parts - 1 + done); });
-      judged = judge_rig(cameras, *told);
-    } catch (const HandEyeError& error) {
-      judged.verdict = Verdict::kFailed;
-      judged.reasons.push_back(std::string("stage rig: ") + error.what());
-    }
+  std::vector<std::vector<RecordedPicture>> pictures;
+  for (const MappedCamera& camera : cameras) {
+    pictures.push_back(pictures_of(args.dataset, camera));
+  }
+  try {
+    told = calibrate_rig(
+        args.calibration, cameras, [&](Time at) { return wheels.at(at); },
+        [&](std::size_t c, std::size_t frame) {
+          return read_grey_picture(args.dataset, pictures[c][frame]);
+        },
+        [&](double done) { show("all cameras together", parts - 1 + done); });
+    judged = judge_rig(cameras, *told);
+  } catch (const HandEyeError& error) {
+    judged.verdict = Verdict::kFailed;
+    judged.reasons.push_back(fmt::format(
+        "stage rig: {}; see what --stage maps says of it, or leave it out with --cameras",
+        error.what()));
   }
   if (told) {
     const Json of_rig = rig_figures(*told, true_rig(args.dataset));

@@ -59,8 +59,9 @@ struct RigBundleOptions {
   double inlier_sigma = 3;  ///< by which an observation may be off
   int iterations = 50;
   /// What no run makes surer: a lens is not what its model says, and places of what a picture shows
-  /// lie off the same way whenever it is seen.
-  double systematic_px = 0.05;
+  /// lie off the same way whenever it is seen. So much were cameras off in rendered rooms, beyond
+  /// their noise.
+  double systematic_px = 0.025;
 };
 
 /// How well a rig is known by what was seen. The rows: for each camera its turn (rad) and its shift

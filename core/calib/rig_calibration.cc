@@ -10,9 +10,13 @@
 #include <set>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "core/calib/patch.h"
 #include "core/calib/patch_warp.h"
+#include "core/calib/turn_by_directions.h"
 #include "core/camera/lens_parameters.h"
+#include "core/geometry/cross_matrix.h"
 
 namespace panoptes {
 namespace {
@@ -32,6 +36,27 @@ constexpr double kInstant_m = 0.1;
 constexpr double kInstant_rad = deg_to_rad(6);
 // To see heights, one view of so many will do.
 constexpr std::size_t kFirstSearched = 3;
+// By fewer of others' points a camera that has no map of its own is not to be found.
+constexpr std::size_t kFewestToFind = 20;
+
+/// Why a camera's own map is of no use; empty where it is.
+std::string map_fault(const MappedCamera& camera) {
+  const AdjustedMap& adjusted = camera.adjusted;
+  const std::string why =
+      "what it sees is too plain, it is covered, or its lens is another one "
+      "than the rig file says";
+  if (adjusted.T_map_camera.empty()) {
+    return fmt::format("its own map holds {} points, and no keyframes that keep together: {}",
+                       camera.map.points.size(), why);
+  }
+  if (adjusted.left_out > adjusted.observations) {
+    return fmt::format(
+        "the keyframes of its own map contradict one another, {} of {} observations "
+        "are left out: {}",
+        adjusted.left_out, adjusted.left_out + adjusted.observations, why);
+  }
+  return "";
+}
 
 /// How a point looked where it was first seen.
 struct PointSource {
@@ -54,27 +79,26 @@ class Calibration {
   }
 
   RigCalibration run(const std::function<void(double)>& progress) {
-    for (const MappedCamera& camera : cameras_) {
-      out_.hand_eye.push_back(hand_eye_of(camera));
-    }
+    begin_each();
     // Clocks first: pictures of one instant are known by them.
     choose_views(kRoughly);
     begin();
     adjust();
-    for (std::size_t c = 0; c < cameras_.size(); ++c) {
-      out_.hand_eye[c].clock_offset_s = state_.clock_offset_s[c];
-    }
     progress(0.05);
     choose_views(kTogether);
     begin();
     adjust();
     progress(0.15);
     cut_sources([&](double done) { progress(0.15 + 0.2 * done); });
-    search(options_.first_search_px, options_.height_sigma_m, kFirstSearched,
-           [&](double done) { progress(0.35 + 0.2 * done); });
+    search(Search::kFirst, [&](double done) { progress(0.35 + 0.2 * done); });
+    for (std::size_t c = 0; c < cameras_.size(); ++c) {
+      if (is_by_others(c)) {
+        is_lost_[c] = !turn_by_others(c);
+      }
+    }
     adjust();
     progress(0.65);
-    search(options_.search_px, 0, 1, [&](double done) { progress(0.65 + 0.25 * done); });
+    search(Search::kAdjusted, [&](double done) { progress(0.65 + 0.25 * done); });
     adjust();
     count_shared();
     out_.wheels_known = options_.bundle.wheels;
@@ -84,6 +108,7 @@ class Calibration {
 
  private:
   using Progress = std::function<void(double)>;
+  enum class Search { kFirst, kAdjusted };
 
   /// Where a camera was at a frame: by the nearest of its keyframes, which are adjusted.
   static Pose3 adjusted_at(const MappedCamera& camera, std::size_t frame) {
@@ -112,17 +137,38 @@ class Calibration {
     return path;
   }
 
-  PlanarHandEye hand_eye_of(const MappedCamera& camera) const {
-    try {
-      return planar_hand_eye(path_of(camera), wheels_, camera.believed);
-    } catch (const HandEyeError& error) {
-      throw HandEyeError(camera.name + ": " + error.what());
+  /// What each camera knows by itself. Throws where none of them knows anything.
+  void begin_each() {
+    std::optional<HandEyeError> first;
+    for (const MappedCamera& camera : cameras_) {
+      out_.hand_eye.emplace_back();
+      out_.by_others.emplace_back();
+      is_lost_.push_back(false);
+      clock_offset_s_.push_back(camera.believed.clock_offset_s);
+      if (const std::string why = map_fault(camera); !why.empty()) {
+        out_.by_others.back() = why;
+        continue;
+      }
+      try {
+        out_.hand_eye.back() = planar_hand_eye(path_of(camera), wheels_, camera.believed);
+        clock_offset_s_.back() = out_.hand_eye.back()->clock_offset_s;
+      } catch (const HandEyeError& error) {
+        out_.by_others.back() = error.what();
+        first = first.value_or(HandEyeError(camera.name + ": " + error.what()));
+      }
+    }
+    if (std::none_of(out_.hand_eye.begin(), out_.hand_eye.end(),
+                     [](const auto& known) { return known.has_value(); })) {
+      throw first.value_or(HandEyeError(cameras_.front().name + ": " + out_.by_others.front()));
     }
   }
+
+  bool is_by_others(std::size_t c) const { return !out_.hand_eye[c]; }
 
   void adjust() {
     out_.bundle = adjust_rig(options_.bundle, believed_, wheels_, out_.tracks, state_);
     state_ = out_.bundle.state;
+    clock_offset_s_ = state_.clock_offset_s;
   }
 
   void count_shared() {
@@ -151,9 +197,10 @@ class Calibration {
     std::vector<Taken> taken;
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
       const auto& frames = cameras_[c].map.frames;
-      const Duration offset = from_seconds(out_.hand_eye[c].clock_offset_s);
+      const Duration offset = from_seconds(clock_offset_s_[c]);
       for (std::size_t frame = 0; frame < frames.size(); ++frame) {
-        if (!frames[frame].lost && wheels_(frames[frame].stamp - offset)) {
+        const bool is_held = !frames[frame].lost || is_by_others(c);
+        if (is_held && wheels_(frames[frame].stamp - offset)) {
           taken.push_back({frames[frame].stamp - offset, c, frame});
         }
       }
@@ -228,14 +275,20 @@ class Calibration {
     is_placed_.assign(out_.tracks.instants.size(), false);
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
       const MappedCamera& camera = cameras_[c];
-      const PlanarHandEye& by_itself = out_.hand_eye[c];
+      state_.clock_offset_s.push_back(clock_offset_s_[c]);
+      if (is_by_others(c)) {
+        state_.T_body_camera.push_back(camera.believed.T_body_camera);
+        state_.lenses.push_back(camera.believed.intrinsics);
+        continue;
+      }
+      const PlanarHandEye& by_itself = *out_.hand_eye[c];
       state_.T_body_camera.push_back(by_itself.T_body_camera);
       state_.lenses.push_back(camera.adjusted.lens);
-      state_.clock_offset_s.push_back(by_itself.clock_offset_s);
-      const Pose3 T_start_map = (c == 0 ? Pose3() : own_start_in_start(c)) * by_itself.T_start_map;
+      const Pose3 T_start_map = own_start_in_start(c) * by_itself.T_start_map;
       place_instants(c, T_start_map);
       add_points(c, T_start_map);
     }
+    place_others();
     // Start is the body at the first instant.
     const Pose3 T_first_start = state_.T_start_body.front().inverse();
     for (Pose3& T : state_.T_start_body) {
@@ -250,24 +303,36 @@ class Calibration {
     for (std::size_t v = 0; v < out_.tracks.views.size(); ++v) {
       const RigView& view = out_.tracks.views[v];
       if (view.camera == c && !is_placed_[view.instant]) {
+        const PlanarHandEye& by_itself = *out_.hand_eye[c];
         const Pose3 T_start_camera =
-            in_start(out_.hand_eye[c], T_start_map, adjusted_at(cameras_[c], frame_of_view_[v]));
-        state_.T_start_body[view.instant] =
-            T_start_camera * out_.hand_eye[c].T_body_camera.inverse();
+            in_start(by_itself, T_start_map, adjusted_at(cameras_[c], frame_of_view_[v]));
+        state_.T_start_body[view.instant] = T_start_camera * by_itself.T_body_camera.inverse();
         is_placed_[view.instant] = true;
       }
     }
   }
 
+  /// Instants of which no camera knows by itself, by those that are placed.
+  void place_others() {
+    std::vector<Pose3> T_start_body = state_.T_start_body;
+    for (std::size_t i = 0; i < T_start_body.size(); ++i) {
+      if (!is_placed_[i]) {
+        T_start_body[i] = body_at(out_.tracks.instants[i]);
+      }
+    }
+    state_.T_start_body = std::move(T_start_body);
+    is_placed_.assign(is_placed_.size(), true);
+  }
+
   /// A camera's own start is the body at its first picture: where that is, by the picture that is
-  /// nearest in time to an instant that is placed.
+  /// nearest in time to an instant that is placed. Of the first camera it is the start.
   Pose3 own_start_in_start(std::size_t c) const {
-    const PlanarHandEye& by_itself = out_.hand_eye[c];
+    const PlanarHandEye& by_itself = *out_.hand_eye[c];
     std::optional<Time> best;
     Duration nearest = Duration::max();
     Pose3 T_own_body;
     for (const StampedCamera& at : path_of(cameras_[c])) {
-      const Time instant = at.stamp - from_seconds(by_itself.clock_offset_s);
+      const Time instant = at.stamp - from_seconds(clock_offset_s_[c]);
       const std::optional<std::size_t> k = placed_near(instant);
       if (k && wheels_(instant) && std::chrono::abs(out_.tracks.instants[*k] - instant) < nearest) {
         best = instant;
@@ -308,7 +373,7 @@ class Calibration {
 
   void add_points(std::size_t c, const Pose3& T_start_map) {
     const MappedCamera& camera = cameras_[c];
-    const PlanarHandEye& by_itself = out_.hand_eye[c];
+    const PlanarHandEye& by_itself = *out_.hand_eye[c];
     std::vector<std::optional<std::size_t>> view_of_frame(camera.map.frames.size());
     for (std::size_t v = 0; v < out_.tracks.views.size(); ++v) {
       if (out_.tracks.views[v].camera == c) {
@@ -380,16 +445,20 @@ class Calibration {
   }
 
   /// Every camera's points in the other cameras' views.
-  void search(double sigma_px, double height_sigma_m, std::size_t every, const Progress& progress) {
+  void search(Search how, const Progress& progress) {
     std::erase_if(out_.tracks.seen, [](const RigSeen& seen) { return !seen.own; });
+    const std::size_t every = how == Search::kFirst ? kFirstSearched : 1;
     for (std::size_t v = 0; v < out_.tracks.views.size(); v += every) {
-      search_view(v, sigma_px, height_sigma_m);
+      if (!is_lost_[out_.tracks.views[v].camera]) {
+        search_view(v, how);
+      }
       progress(static_cast<double>(v + 1) / static_cast<double>(out_.tracks.views.size()));
     }
   }
 
-  void search_view(std::size_t v, double sigma_px, double height_sigma_m) {
+  void search_view(std::size_t v, Search how) {
     const RigView& view = out_.tracks.views[v];
+    const double sigma_px = how == Search::kFirst ? options_.first_search_px : options_.search_px;
     const Intrinsics& lens = state_.lenses[view.camera];
     const cv::Mat grey = picture_(view.camera, frame_of_view_[v]);
     const Pose3 T_start_camera = body_of_view(view) * state_.T_body_camera[view.camera];
@@ -422,15 +491,80 @@ class Calibration {
       if (!patch) {
         continue;
       }
-      const Vec2 by_height = drawn.px_by_point * (T_camera_start.rotation * Vec3::UnitZ());
-      const Mat2 covariance = sigma_px * sigma_px * Mat2::Identity() +
-                              height_sigma_m * height_sigma_m * by_height * by_height.transpose();
+      Mat2 covariance = sigma_px * sigma_px * Mat2::Identity();
+      if (how == Search::kFirst) {
+        const Vec2 by_height =
+            options_.height_sigma_m * drawn.px_by_point * (T_camera_start.rotation * Vec3::UnitZ());
+        covariance += by_height * by_height.transpose();
+        if (is_by_others(view.camera)) {
+          covariance += as_mounted_px2(view, both.p_now, drawn.px_by_point);
+        }
+      }
       const std::optional<Patch::Found> found =
           patch->find(grey, drawn.px, covariance, kSearchSigmas, options_.least_correlation);
       if (found) {
         out_.tracks.seen.push_back({v, i, found->px, false, true});
       }
     }
+  }
+
+  /// How far a point may be drawn off, as long as a mounting is known by the rig file alone.
+  Mat2 as_mounted_px2(const RigView& view, const Vec3& p_camera,
+                      const Eigen::Matrix<double, 2, 3>& px_by_p) const {
+    const CameraSigmas& known = believed_[view.camera].sigma;
+    const std::optional<Odometry> odometry = wheels_(out_.tracks.instants[view.instant]);
+    Vec3 turn_rad = known.rotation_rad;
+    if (odometry) {
+      turn_rad.z() = std::hypot(turn_rad.z(), odometry->twist_body.w_radps * known.clock_s);
+    }
+    const Mat3 R_body_camera = state_.T_body_camera[view.camera].rotation.toRotationMatrix();
+    const Eigen::Matrix<double, 2, 3> by_shift = px_by_p * R_body_camera.transpose();
+    const Eigen::Matrix<double, 2, 3> by_turn = by_shift * cross_matrix(R_body_camera * p_camera);
+    return by_turn * turn_rad.cwiseAbs2().asDiagonal() * by_turn.transpose() +
+           by_shift * known.position_m.cwiseAbs2().asDiagonal() * by_shift.transpose();
+  }
+
+  /// Turns a camera that has no map of its own to where the points of others that were found in its
+  /// pictures agree; those that do not are forgotten. False where too few agree.
+  bool turn_by_others(std::size_t c) {
+    const Intrinsics& lens = state_.lenses[c];
+    const double shift_m = believed_[c].sigma.position_m.maxCoeff();
+    std::vector<std::size_t> of;  // where a pair is among what is seen
+    std::vector<DirectionPair> pairs;
+    for (std::size_t i = 0; i < out_.tracks.seen.size(); ++i) {
+      const RigSeen& seen = out_.tracks.seen[i];
+      const RigView& view = out_.tracks.views[seen.view];
+      const std::optional<Vec3> direction =
+          view.camera == c ? lens.direction(seen.px) : std::nullopt;
+      if (direction) {
+        const Vec3 p_body = body_of_view(view).inverse() * state_.points_start[seen.point] -
+                            state_.T_body_camera[c].translation;
+        of.push_back(i);
+        pairs.push_back({direction->normalized(), p_body.normalized(),
+                         kSearchSigmas * std::hypot(options_.first_search_px / lens.fx_px,
+                                                    shift_m / p_body.norm())});
+      }
+    }
+    const std::optional<TurnByDirections> turn =
+        turn_by_directions(pairs, kFewestToFind, Rng(c).fork("turn by others"));
+    std::vector<bool> is_kept(out_.tracks.seen.size(), true);
+    for (const std::size_t i : of) {
+      is_kept[i] = false;
+    }
+    if (turn) {
+      state_.T_body_camera[c].rotation = turn->R_a_b.conjugate();
+      for (const std::size_t k : turn->agree) {
+        is_kept[of[k]] = true;
+      }
+    }
+    std::vector<RigSeen> kept;
+    for (std::size_t i = 0; i < is_kept.size(); ++i) {
+      if (is_kept[i]) {
+        kept.push_back(out_.tracks.seen[i]);
+      }
+    }
+    out_.tracks.seen = std::move(kept);
+    return turn.has_value();
   }
 
   Pose3 body_of_view(const RigView& view) const {
@@ -453,7 +587,9 @@ class Calibration {
   const WheelReadings& wheels_;
   const FramePicture& picture_;
   std::vector<RigCamera> believed_;
-  std::vector<bool> is_placed_;  // by instant
+  std::vector<double> clock_offset_s_;  // as it is known by now, by camera
+  std::vector<bool> is_lost_;           // by camera: not even others' points tell where it is
+  std::vector<bool> is_placed_;         // by instant
   std::vector<std::size_t> frame_of_view_;
   std::vector<MonoMap::Seen> first_seen_;  // by point
   std::vector<PointSource> sources_;       // by point

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,8 +37,9 @@ struct RigCalibrationOptions {
 /// A rig as all that its cameras saw while it drove has it.
 struct RigCalibration {
   std::vector<std::string> cameras;
-  std::vector<PlanarHandEye> hand_eye;  ///< what each knew by itself
-  std::vector<int> map_of_point;        ///< the camera whose map each point is of
+  std::vector<std::optional<PlanarHandEye>> hand_eye;  ///< what each knew by itself,
+  std::vector<std::string> by_others;  ///< and why it knew nothing: others' points alone tell of it
+  std::vector<int> map_of_point;       ///< the camera whose map each point is of
   RigTracks tracks;
   RigBundle bundle;
   std::vector<int> shared;  ///< points that each camera and another one's map have in common
@@ -55,8 +57,10 @@ using FramePicture = std::function<cv::Mat(std::size_t camera, std::size_t frame
 /// by its wheels (thesis 4.3.4 to 4.4, where maps are laid on each other by matches alone): how
 /// each camera is mounted comes first from its path beside the wheels' (planar_hand_eye), which
 /// lays all maps on each other; then every camera's points are sought in every other camera's
-/// pictures, and all is adjusted together. `progress` is told the share that is done. Throws
-/// HandEyeError with the camera's name.
+/// pictures, and all is adjusted together. A camera with no map that is of use (`adjusted` is
+/// empty, or its path contradicts the wheels') is found by the points of others, from where the rig
+/// file has it: its frames are then all of its pictures. `progress` is told the share that is done.
+/// Throws HandEyeError, with a camera's name, where no camera knows anything by itself.
 RigCalibration calibrate_rig(const RigCalibrationOptions& options,
                              const std::vector<MappedCamera>& cameras, const WheelReadings& wheels,
                              const FramePicture& picture,

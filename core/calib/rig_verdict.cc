@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -49,6 +50,16 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
   // What a map alone leaves in doubt, other cameras that see its points settle, or contradict
   // below.
   for (std::size_t c = 0; c < cameras.size(); ++c) {
+    if (const std::string& why = calibration.by_others[c]; !why.empty()) {
+      const bool is_told = calibration.shared[c] >= kFewestToSettle;
+      doubt(
+          is_told && cameras[c].adjusted.T_map_camera.empty() ? Verdict::kGood : Verdict::kPoor,
+          fmt::format("{}: {}; how it is mounted is told by {} points of other cameras' maps that "
+                      "are found in its pictures{}",
+                      cameras[c].name, why, calibration.shared[c],
+                      is_told ? "" : fmt::format(", fewer than {}", kFewestToSettle)));
+      continue;
+    }
     const Judged of_map = judge_map(cameras[c].map, cameras[c].adjusted, cameras[c].believed);
     const bool is_settled = of_map.verdict == Verdict::kPoor &&
                             calibration.shared[c] >= kFewestToSettle &&
@@ -77,7 +88,8 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
   }
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const MappedCamera& camera = cameras[c];
-    if (cameras.size() > 1 && calibration.shared[c] < kFewestShared) {
+    if (cameras.size() > 1 && calibration.by_others[c].empty() &&
+        calibration.shared[c] < kFewestShared) {
       doubt(Verdict::kPoor,
             fmt::format("{}: shares {} points with other cameras, fewer than {}: how much higher "
                         "it stands than they do is not seen; drive a motion that turns it to "
@@ -122,10 +134,10 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                         "another rig's{}",
                         camera.name, rad_to_deg(turn_rad), shift_m, like));
     }
-    const PlanarHandEye& alone = calibration.hand_eye[c];
-    const double contradicts_rad = turn_between(found, alone.T_body_camera);
+    const std::optional<PlanarHandEye>& alone = calibration.hand_eye[c];
+    const double contradicts_rad = alone ? turn_between(found, alone->T_body_camera) : 0;
     constexpr double kLeast_rad = deg_to_rad(1);
-    if (contradicts_rad > std::max(kLeast_rad, kMostSigmas * alone.yaw_sigma_rad)) {
+    if (alone && contradicts_rad > std::max(kLeast_rad, kMostSigmas * alone->yaw_sigma_rad)) {
       doubt(Verdict::kPoor,
             fmt::format("{}: its own path beside the wheels' has it {:.1f} degrees elsewhere than "
                         "all cameras together",
@@ -145,8 +157,10 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                   rad_to_deg(state.wheel_errors[kTurnPerMetre]))};
   for (int i = 0; i < kWheelErrors; ++i) {
     if (std::abs(state.wheel_errors[i]) > kMostSigmas * calibration.wheels_known.sigma[i]) {
-      doubt(Verdict::kPoor, "wheels and pictures contradict one another: " +
-                                off[static_cast<std::size_t>(i)] + " off what the wheels say");
+      doubt(Verdict::kPoor,
+            "wheels and pictures contradict one another: " + off[static_cast<std::size_t>(i)] +
+                " off what the wheels say; the robot file is of another robot, a wheel slips, or "
+                "lenses are others than the rig file says");
     }
   }
   const auto instants = static_cast<double>(calibration.tracks.instants.size());

@@ -16,6 +16,7 @@ namespace panoptes {
 namespace {
 
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 /// Two cameras that look away from each other, in a bare room that a robot drives a rose in.
@@ -60,14 +61,19 @@ class RigCalibrationTest : public testing::Test {
       truth_.push_back(truth);
       cameras_.push_back(mapped);
     }
-    calibration_ = calibrate_rig(
-        {}, cameras_, [this](Time at) { return drive_->wheels(at); },
-        [this](std::size_t c, std::size_t frame) {
-          const std::size_t given_up = pictures_[c].size() - cameras_[c].map.frames.size();
+    calibration_ = calibration_of(cameras_);
+  }
+  RigCalibration calibration_of(const std::vector<MappedCamera>& cameras) const {
+    return calibrate_rig(
+        {}, cameras, [this](Time at) { return drive_->wheels(at); },
+        [&](std::size_t c, std::size_t frame) {
+          const std::size_t given_up = pictures_[c].size() - cameras[c].map.frames.size();
           return pictures_[c][given_up + frame];
         },
         [](double) {});
   }
+  void expect_a_camera_without_a_map_is_found() const;
+  void expect_true(const RigCalibration& calibration) const;
   void expect_what_is_true() const;
   void expect_a_rig_file_with_it() const;
   void expect_swapped_pictures_are_named() const;
@@ -79,8 +85,8 @@ class RigCalibrationTest : public testing::Test {
   std::vector<RigCamera> truth_;
 };
 
-void RigCalibrationTest::expect_what_is_true() const {
-  const RigBundleState& state = calibration_->bundle.state;
+void RigCalibrationTest::expect_true(const RigCalibration& calibration) const {
+  const RigBundleState& state = calibration.bundle.state;
   const Pose3 found = state.T_body_camera[0].inverse() * state.T_body_camera[1];
   const Pose3 truth = truth_[0].T_body_camera.inverse() * truth_[1].T_body_camera;
   EXPECT_LT(found.rotation.angularDistance(truth.rotation), deg_to_rad(0.1));
@@ -90,8 +96,12 @@ void RigCalibrationTest::expect_what_is_true() const {
     EXPECT_LT(off.rotation_rad.head<2>().norm(), deg_to_rad(0.2));
     EXPECT_LT(std::abs(off.rotation_rad.z()), deg_to_rad(0.7));
     EXPECT_LT(off.shift_m.head<2>().norm(), 0.01);
-    EXPECT_GT(calibration_->shared[c], 20);
+    EXPECT_GT(calibration.shared[c], 20);
   }
+}
+
+void RigCalibrationTest::expect_what_is_true() const {
+  expect_true(*calibration_);
   EXPECT_GT(calibration_->bundle.observations_other, 200);
   EXPECT_EQ(judge_rig(cameras_, *calibration_).verdict, Verdict::kGood)
       << testing::PrintToString(judge_rig(cameras_, *calibration_).reasons);
@@ -122,10 +132,27 @@ void RigCalibrationTest::expect_swapped_pictures_are_named() const {
   EXPECT_THAT(judged.reasons, Contains(HasSubstr("are their pictures swapped?")));
 }
 
+void RigCalibrationTest::expect_a_camera_without_a_map_is_found() const {
+  std::vector<MappedCamera> cameras = cameras_;
+  MappedCamera& blind = cameras[1];
+  blind.adjusted = {};
+  blind.map = {};
+  for (std::size_t i = 0; i < drive_->instants(); ++i) {
+    blind.map.frames.push_back({drive_->instant(i), {}, true});
+  }
+  const RigCalibration found = calibration_of(cameras);
+  expect_true(found);
+  EXPECT_THAT(found.by_others, ElementsAre("", HasSubstr("holds 0 points")));
+  EXPECT_EQ(judge_rig(cameras, found).verdict, Verdict::kGood);
+  cameras[0] = cameras[1];
+  EXPECT_THROW(calibration_of(cameras), HandEyeError);
+}
+
 TEST_F(RigCalibrationTest, FindsHowCamerasThatLookAwayFromEachOtherAreMounted) {
   expect_what_is_true();
   expect_a_rig_file_with_it();
   expect_swapped_pictures_are_named();
+  expect_a_camera_without_a_map_is_found();
 }
 
 }  // namespace

@@ -12,7 +12,9 @@
 namespace panoptes {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -41,7 +43,8 @@ JudgedRig as_believed() {
     PlanarHandEye alone;
     alone.T_body_camera = camera.believed.T_body_camera;
     rig.calibration.cameras.push_back(camera.name);
-    rig.calibration.hand_eye.push_back(alone);
+    rig.calibration.hand_eye.emplace_back(alone);
+    rig.calibration.by_others.emplace_back();
     rig.calibration.shared.push_back(100);
     rig.calibration.tracks.views.push_back({rig.cameras.size(), 0, {}});
     rig.cameras.push_back(std::move(camera));
@@ -98,6 +101,20 @@ TEST(RigVerdict, WhatAMapAloneLeavesInDoubtOtherCamerasSettle) {
   rig.calibration.shared[0] = 100;
   rig.cameras[0].map.lost_s = 3;  // of 10 s
   EXPECT_EQ(rig.judged().verdict, Verdict::kPoor);
+}
+
+TEST(RigVerdict, ACameraWithoutAMapIsJudgedByThePointsOfOthers) {
+  JudgedRig rig = as_believed();
+  rig.cameras[1].adjusted = {};
+  rig.calibration.hand_eye[1].reset();
+  rig.calibration.by_others[1] = "it is covered";
+  rig.calibration.shared[1] = 60;
+  EXPECT_EQ(rig.judged().verdict, Verdict::kGood);
+  rig.calibration.shared[1] = 59;
+  const Judged judged = rig.judged();
+  EXPECT_EQ(judged.verdict, Verdict::kPoor);
+  EXPECT_THAT(judged.reasons, ElementsAre(AllOf(HasSubstr("it is covered"), HasSubstr("59 points"),
+                                                HasSubstr("than 60"))));
 }
 
 TEST(RigVerdict, WheelsThatContradictThePicturesAreNamed) {
