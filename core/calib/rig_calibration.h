@@ -39,6 +39,7 @@ struct RigCalibration {
   std::vector<PlanarHandEye> hand_eye;  ///< what each knew by itself
   std::vector<int> map_of_point;        ///< the camera whose map each point is of
   RigTracks tracks;
+  RigBundleState before;  ///< as each camera knew by itself, before all were adjusted together
   RigBundle bundle;
   std::vector<int> shared;  ///< points that each camera and another one's map have in common
   WheelsKnown wheels_known;
