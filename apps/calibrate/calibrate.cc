@@ -132,7 +132,8 @@ void add_calibrate(CLI::App& app, Command& chosen) {
   sub->add_option(
          "--out", args->lens.out,
          "where the results go: rig_calibrated.yaml, the same for Kalibr (camchain.yaml) and ROS "
-         "(camera_info/CAMERA.yaml, rig.urdf), rig.png, the recording of a mission, and each "
+         "(camera_info/CAMERA.yaml, rig.urdf), the pictures rig.png, matches_CAMERA_CAMERA.png and "
+         "reprojection_rig_CAMERA.png, the recording of a mission, and each "
          "camera's map, so that an interrupted calibration goes on when it is started again; with "
          "--board "
          "rig_calibrated.yaml (lenses.yaml without a rig), boards_CAMERA.png and boards.csv, with "

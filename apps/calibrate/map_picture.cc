@@ -7,9 +7,9 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <opencv2/imgproc.hpp>
 
 #include "apps/calibrate/drawn_ellipse.h"
+#include "apps/calibrate/picture_pane.h"
 #include "apps/draw/canvas.h"
 #include "apps/draw/pictures.h"
 #include "core/base/text.h"
@@ -28,26 +28,21 @@ constexpr Colour kFoundColour{255, 214, 10};
 struct PictureSheet {
   static constexpr double kWidth = 960;
 
-  PictureSheet(const Intrinsics& lens, const cv::Mat& grey, const std::string& title)
-      : scale(kWidth / lens.width_px),
-        height(lens.height_px * scale),
+  PictureSheet(const cv::Mat& grey, const std::string& title)
+      : height(PicturePane::height_of(grey.cols, grey.rows, kWidth)),
         canvas(static_cast<int>(kWidth + 2 * kMargin),
-               static_cast<int>(height + kTitle + kLegend + kMargin), kPaper) {
-    cv::Mat shown;
-    cv::resize(grey, shown, cv::Size(static_cast<int>(kWidth), static_cast<int>(height)), 0, 0,
-               cv::INTER_LINEAR);
-    cv::cvtColor(shown, shown, cv::COLOR_GRAY2BGR);
-    canvas.paste(shown, corner);
+               static_cast<int>(height + kTitle + kLegend + kMargin), kPaper),
+        pane(canvas, grey, corner, kWidth) {
     canvas.text(title, {kMargin, 30}, kInk, 18);
   }
 
-  Vec2 at(const Vec2& px) const { return corner + scale * (px + Vec2(0.5, 0.5)); }
+  Vec2 at(const Vec2& px) const { return pane.at(px); }
   double legend_y() const { return kTitle + height + 26; }
 
   Vec2 corner{kMargin, kTitle};
-  double scale;
   double height;
   Canvas canvas;
+  PicturePane pane;
 };
 
 Vec2 from_above(const Vec3& p_map) { return {p_map.x(), p_map.z()}; }
@@ -155,7 +150,7 @@ cv::Mat draw_search(const CameraMap& told) {
   const LookedAt& looked = told.looked_at;
   const auto inliers = std::count_if(looked.step.sought.begin(), looked.step.sought.end(),
                                      [](const PointSought& sought) { return sought.inlier; });
-  PictureSheet sheet(told.lens, looked.grey,
+  PictureSheet sheet(looked.grey,
                      fmt::format("{}: {} points expected here, {} found where the others agree",
                                  told.camera, looked.step.sought.size(), inliers));
   Canvas& canvas = sheet.canvas;
@@ -202,7 +197,7 @@ cv::Mat draw_reprojection(const CameraMap& told) {
   constexpr double kEnlarged = 10;
   const AdjustedMap& adjusted = told.adjusted;
   const int frame = adjusted.keyframes[told.keyframe_shown];
-  PictureSheet sheet(told.lens, told.keyframe_grey,
+  PictureSheet sheet(told.keyframe_grey,
                      fmt::format("{}: {} keyframes, reprojection {:.2f} px before and {:.2f} px "
                                  "after adjustment",
                                  told.camera, adjusted.keyframes.size(), adjusted.rms_before_px,

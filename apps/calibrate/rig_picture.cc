@@ -12,6 +12,7 @@
 #include "apps/draw/canvas.h"
 #include "apps/draw/pictures.h"
 #include "apps/draw/plan_picture.h"
+#include "core/base/text.h"
 #include "core/eval/statistics.h"
 
 namespace panoptes {
@@ -19,7 +20,8 @@ namespace {
 
 constexpr double kMargin = 20;
 constexpr double kTitle = 46;
-constexpr double kLegend = 64;
+constexpr double kLine = 22;
+constexpr double kLegend = 4 * kLine;
 constexpr double kSide = 620;
 const double kOf95 = std::sqrt(5.991);  // chi-squared of two numbers
 
@@ -32,6 +34,9 @@ struct Square {
   Vec2 at(const Vec2& p) const {
     const Vec2 d = (p - middle) * (kSide / (2 * half));
     return low_px + Vec2(kSide / 2 + d.x(), kSide / 2 - d.y());
+  }
+  void draw_scale_bar(Canvas& canvas, double length_m) const {
+    canvas.scale_bar(low_px + Vec2(kSide, kSide + 22), length_m, kSide / (2 * half));
   }
   bool shows(const Vec2& p) const { return (p - middle).cwiseAbs().maxCoeff() < half; }
 };
@@ -72,15 +77,38 @@ void draw_map(const RigCalibration& calibration, Canvas& canvas, Square square) 
                   nth_colour(static_cast<std::size_t>(calibration.map_of_point[i])));
     }
   }
-  std::vector<Vec2> way;
+  std::vector<Vec2> path;
   for (const Pose3& T : state.T_start_body) {
-    way.push_back(square.at(T.translation.head<2>()));
+    path.push_back(square.at(T.translation.head<2>()));
   }
-  canvas.polyline(way, kInk, 1.5);
+  canvas.polyline(path, kInk, 1.5);
   canvas.frame(square.low_px, square.low_px + Vec2::Constant(kSide), kFaint, 1);
-  canvas.text(fmt::format("the points of all maps, and the robot's way; a square: {} m",
-                          short_number(step)),
-              square.low_px + Vec2(0, kSide + 22), kInk);
+  const Vec2 below = square.low_px + Vec2(0, kSide + 22);
+  canvas.text("The joint map from above", below, kInk);
+  square.draw_scale_bar(canvas, step);
+  std::vector<int> points(calibration.cameras.size(), 0);
+  for (const int map : calibration.map_of_point) {
+    ++points[static_cast<std::size_t>(map)];
+  }
+  Vec2 at = below + Vec2(0, kLine);
+  const auto next = [&at, &square, &canvas](const std::string& words, double mark) {
+    const double needs = mark + Canvas::text_width(words, 15) + 20;
+    if (at.x() + needs > square.low_px.x() + kSide) {
+      at = Vec2(square.low_px.x(), at.y() + kLine);
+    }
+    canvas.text(words, at + Vec2(mark, 0), kInk);
+    const Vec2 mark_at = at;
+    at.x() += needs;
+    return mark_at;
+  };
+  for (std::size_t c = 0; c < points.size(); ++c) {
+    const Vec2 mark = next(fmt::format("{}: {}", calibration.cameras[c],
+                                       counted(static_cast<std::size_t>(points[c]), "point")),
+                           14);
+    canvas.disc(mark + Vec2(5, -5), 4, nth_colour(c));
+  }
+  const Vec2 mark = next("path of the robot", 30);
+  canvas.line(mark + Vec2(0, -5), mark + Vec2(22, -5), kInk, 2);
 }
 
 void draw_mounting(const RigCalibration& calibration, const Rig& believed, Canvas& canvas,
@@ -124,12 +152,18 @@ void draw_mounting(const RigCalibration& calibration, const Rig& believed, Canva
     canvas.label(calibration.cameras[c], square.at(eye + 0.42 * far_m * ahead), colour, 15, 0.5);
   }
   canvas.frame(square.low_px, square.low_px + Vec2::Constant(kSide), kFaint, 1);
-  canvas.text(
-      fmt::format("the rig, the robot's front to the right; a square: {} m", short_number(step)),
-      square.low_px + Vec2(0, kSide + 22), kInk);
-  canvas.text(fmt::format("95 % ellipses as {} sees them, {:g} times; rings: the rig file",
-                          calibration.cameras.front(), enlarged),
-              square.low_px + Vec2(0, kSide + 44), kInk);
+  const Vec2 below = square.low_px + Vec2(0, kSide + 22);
+  canvas.text("The rig from above, the robot's front to the right", below, kInk);
+  square.draw_scale_bar(canvas, step);
+  canvas.ring(below + Vec2(8, kLine - 5), 6, kFaint, 1.5);
+  canvas.text("as the rig file has it", below + Vec2(22, kLine), kInk);
+  canvas.cross(below + Vec2(228, kLine - 5), 5, kFaint, 1.5);
+  canvas.text("origin of the body, between its wheels", below + Vec2(242, kLine), kInk);
+  canvas.text(fmt::format("ellipses: 95 % of where each camera is as {} sees it, drawn {}",
+                          calibration.cameras.front(),
+                          enlarged > 1 ? fmt::format("{:g} times as large", enlarged)
+                                       : std::string("to scale")),
+              below + Vec2(0, 2 * kLine), kInk);
 }
 
 }  // namespace

@@ -15,12 +15,11 @@
 #include "apps/calibrate/camera_map.h"
 #include "apps/calibrate/recorded_wheels.h"
 #include "apps/calibrate/rig_figures.h"
-#include "apps/calibrate/rig_picture.h"
+#include "apps/calibrate/rig_pictures.h"
 #include "apps/calibrate/saved_map.h"
 #include "apps/calibrate/stage_cameras.h"
 #include "apps/calibrate/stage_metrics.h"
 #include "apps/command/out_dir.h"
-#include "apps/draw/pictures.h"
 #include "apps/mission/stop_condition.h"
 #include "apps/process/fault.h"
 #include "apps/process/progress.h"
@@ -104,6 +103,16 @@ void keep_all_pictures(const std::string& dataset, MappedCamera& camera) {
       camera.map.frames.push_back({picture.stamp, {}, true});
     }
   }
+}
+
+/// The picture that a view is of.
+cv::Mat grey_of(const RigView& view, const std::vector<MappedCamera>& cameras,
+                const FramePicture& picture) {
+  const std::vector<MonoMap::Frame>& frames = cameras[view.camera].map.frames;
+  const auto frame =
+      std::lower_bound(frames.begin(), frames.end(), view.stamp,
+                       [](const MonoMap::Frame& f, Time stamp) { return f.stamp < stamp; });
+  return picture(view.camera, static_cast<std::size_t>(frame - frames.begin()));
 }
 
 /// The rig for Panoptes, for Kalibr, and for ROS.
@@ -207,16 +216,16 @@ int calibrate_rig_of(const RigStage& args) {
   }
   std::optional<RigCalibration> told;
   std::vector<std::vector<RecordedPicture>> pictures;
+  const WheelReadings readings = [&](Time at) { return wheels.at(at); };
+  const FramePicture picture = [&](std::size_t c, std::size_t frame) {
+    return read_grey_picture(args.dataset, pictures[c][frame]);
+  };
   for (const MappedCamera& camera : cameras) {
     pictures.push_back(pictures_of(args.dataset, camera));
   }
   try {
-    told = calibrate_rig(
-        args.calibration, cameras, [&](Time at) { return wheels.at(at); },
-        [&](std::size_t c, std::size_t frame) {
-          return read_grey_picture(args.dataset, pictures[c][frame]);
-        },
-        [&](double done) { show("all cameras together", parts - 1 + done); });
+    told = calibrate_rig(args.calibration, cameras, readings, picture,
+                         [&](double done) { show("all cameras together", parts - 1 + done); });
     judged = judge_rig(cameras, *told);
   } catch (const HandEyeError& error) {
     judged.verdict = Verdict::kFailed;
@@ -233,7 +242,10 @@ int calibrate_rig_of(const RigStage& args) {
       found.covariance = joint_covariance(*told);
       write_rig(out.path(), found, told->cameras, judged.verdict);
     });
-    faults.attempt([&] { write_file(out.path() / "rig.png", png(draw_rig(*told, believed))); });
+    write_rig_pictures(out.path(),
+                       {*told, believed, readings,
+                        [&](const RigView& view) { return grey_of(view, cameras, picture); }},
+                       faults);
     say(*told, judged, of_rig);
   } else {
     std::printf("failed: no rig is told\n");

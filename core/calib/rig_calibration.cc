@@ -87,6 +87,7 @@ class Calibration {
     progress(0.05);
     choose_views(kTogether);
     begin();
+    out_.before = state_;
     adjust();
     progress(0.15);
     cut_sources([&](double done) { progress(0.15 + 0.2 * done); });

@@ -41,6 +41,7 @@ struct RigCalibration {
   std::vector<std::string> by_others;  ///< and why it knew nothing: others' points alone tell of it
   std::vector<int> map_of_point;       ///< the camera whose map each point is of
   RigTracks tracks;
+  RigBundleState before;  ///< as each camera knew by itself, before all were adjusted together
   RigBundle bundle;
   std::vector<int> shared;  ///< points that each camera and another one's map have in common
   WheelsKnown wheels_known;
