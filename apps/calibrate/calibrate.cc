@@ -9,6 +9,7 @@
 
 #include "apps/calibrate/lens_stage.h"
 #include "apps/calibrate/map_stage.h"
+#include "apps/calibrate/plan_stage.h"
 #include "apps/calibrate/recorded_here.h"
 #include "apps/calibrate/rig_stage.h"
 #include "apps/command/command.h"
@@ -21,6 +22,8 @@ struct CalibrateArguments {
   LensStage lens;
   MapStage maps;
   RigStage rig;
+  PlanStage plan;
+  bool is_plan = false;
   std::string stage;
   std::string features = "sift";
   CommonArguments drive;  ///< of a mission: only what is said of it
@@ -46,6 +49,14 @@ bool is_file(const std::string& path) {
 }
 
 int calibrate(CalibrateArguments args) {
+  if (args.is_plan) {
+    args.plan.mission = args.lens.pictures;
+    args.plan.overrides = args.drive.overrides();
+    args.plan.rig = args.lens.rig;
+    args.plan.cameras = args.maps.cameras;
+    args.plan.out = args.lens.out;
+    return plan_calibration_of(args.plan);
+  }
   const bool by_mission =
       is_file(args.lens.pictures) && args.stage.empty() && args.lens.board.empty();
   if (!by_mission && !args.drive.overrides().empty()) {
@@ -107,6 +118,17 @@ void add_calibrate(CLI::App& app, Command& chosen) {
                       "drive that turns all round")
           ->check(CLI::IsMember({"maps"}))
           ->excludes(board);
+  CLI::Option* plan =
+      sub->add_flag("--plan", args->is_plan,
+                    "says what a mission's programmed motion will show, and to what sigma, before "
+                    "anything is driven or recorded; needs no --out")
+          ->excludes(board)
+          ->excludes(stage);
+  sub->add_option("--room", args->plan.room,
+                  "the room that a plan assumes, in metres; the robot starts in the middle, along "
+                  "the length; 5.5x5.5x2.6")
+      ->needs(plan)
+      ->type_name("LENGTHxWIDTHxHEIGHT");
   sub->add_option("--lens", args->lens.lens,
                   "auto (what explains the corners better), brown_conrady or equidistant")
       ->check(CLI::IsMember({"auto", "brown_conrady", "equidistant"}))
@@ -140,7 +162,6 @@ void add_calibrate(CLI::App& app, Command& chosen) {
          "--stage maps map_CAMERA.png, "
          "growth_CAMERA.png, search_CAMERA.png, reprojection_CAMERA.png, points_CAMERA.csv and "
          "path_CAMERA.tum; metrics.json")
-      ->required()
       ->type_name("DIR");
   sub->add_option("--threads", args->lens.threads, "to look for boards with; changes no result")
       ->check(CLI::Range(1, 64))
@@ -153,13 +174,20 @@ void add_calibrate(CLI::App& app, Command& chosen) {
       "  panoptes calibrate runs/rose --out runs/rig\n"
       "Both at once, the recording goes to runs/rig/recording:\n"
       "  panoptes calibrate scenes/missions/record-room.yaml --seed 1 --out runs/rig\n"
+      "What a drive will show, before it is driven:\n"
+      "  panoptes calibrate scenes/missions/record-room.yaml --plan\n"
       "Lenses by a board: hold a stiff board still in 20 to 40 places: all over the picture, near "
       "enough to fill a "
       "third of it,\nslanted by up to 45 degrees each way, and wholly in the picture.\n"
       "  panoptes calibrate pictures/ --board 9x6x0.025 --out runs/lens\n"
       "A map for each camera by itself:\n"
       "  panoptes calibrate runs/rose --stage maps --out runs/maps");
-  sub->callback([args, &chosen] { chosen = [args] { return calibrate(*args); }; });
+  sub->callback([args, sub, &chosen] {
+    if (!args->is_plan && sub->count("--out") == 0) {
+      throw CLI::RequiredError("--out");
+    }
+    chosen = [args] { return calibrate(*args); };
+  });
 }
 
 }  // namespace panoptes

@@ -35,6 +35,24 @@ Rig whole_rig(const std::string& dataset, const std::string& rig_file) {
   return *rig;
 }
 
+std::vector<std::pair<std::string, RigCamera>> rig_cameras(const Rig& rig,
+                                                           const std::vector<std::string>& names) {
+  std::vector<std::pair<std::string, RigCamera>> cameras;
+  std::set<std::string> taken;
+  for (const std::string& name : names) {
+    const auto found = rig.cameras.find(name);
+    if (found == rig.cameras.end()) {
+      throw ConfigError("the rig has no camera " + name);
+    }
+    if (taken.insert(name).second) {
+      cameras.emplace_back(*found);
+    }
+  }
+  return names.empty() ? std::vector<std::pair<std::string, RigCamera>>(rig.cameras.begin(),
+                                                                        rig.cameras.end())
+                       : cameras;
+}
+
 std::vector<std::pair<std::string, RigCamera>> stage_cameras(const std::string& dataset,
                                                              const std::string& rig_file,
                                                              std::vector<std::string> names) {
@@ -46,19 +64,7 @@ std::vector<std::pair<std::string, RigCamera>> stage_cameras(const std::string& 
       }
     }
   }
-  std::vector<std::pair<std::string, RigCamera>> lenses;
-  std::set<std::string> taken;
-  for (const std::string& name : names) {
-    if (!taken.insert(name).second) {
-      continue;
-    }
-    const auto found = rig.cameras.find(name);
-    if (found == rig.cameras.end()) {
-      throw ConfigError("the rig has no camera " + name);
-    }
-    lenses.emplace_back(name, found->second);
-  }
-  if (lenses.empty()) {
+  if (names.empty()) {
     std::vector<std::string> cameras;
     for (const auto& [name, camera] : rig.cameras) {
       cameras.push_back(name);
@@ -67,7 +73,7 @@ std::vector<std::pair<std::string, RigCamera>> stage_cameras(const std::string& 
         "{}: has pictures of no camera of the rig: in mav0 there are {}, in the rig {}", dataset,
         in_words(camera_folders(fs::path(dataset) / "mav0")), in_words(cameras)));
   }
-  return lenses;
+  return rig_cameras(rig, names);
 }
 
 }  // namespace panoptes

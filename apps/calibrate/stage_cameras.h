@@ -13,6 +13,11 @@ namespace panoptes {
 /// none.
 Rig whole_rig(const std::string& dataset, const std::string& rig);
 
+/// The cameras of a rig that are named, in that order; all where none is. Throws ConfigError for
+/// one that it has not.
+std::vector<std::pair<std::string, RigCamera>> rig_cameras(const Rig& rig,
+                                                           const std::vector<std::string>& names);
+
 /// The cameras of a dataset that are calibrated, as a rig file (the dataset's own where `rig` is
 /// empty) has them: those of `names`, or all that have pictures. Throws ConfigError where there is
 /// no rig or no such camera.

@@ -42,15 +42,6 @@ constexpr double kLargestRadius = 1e12;
 // not seen: what is believed says more.
 constexpr double kWide = 3;
 
-/// How far wheels and floor are off, learned from the run. What wheels are off by grows with the
-/// root of the way that they roll, together: of a metre of it, so much.
-struct MotionNoise {
-  double way_m = 0.005;
-  double across_m = 0.005;
-  double turn_rad = 0.02;
-  double height_m = 0.001;
-  double tilt_rad = deg_to_rad(0.1);
-};
 constexpr MotionNoise kLeastNoise{0.0005, 0.0005, 0.001, 0.00002, deg_to_rad(0.002)};
 constexpr double kStep_m = 0.0003;  // a tick of the wheels
 constexpr double kStep_rad = 0.0005;
@@ -182,6 +173,9 @@ class Adjustment {
         state_(start),
         blocks_(to_blocks(start)),
         sigma_px_(2 * believed.size(), 1) {
+    PANOPTES_CHECK(start.T_body_camera.size() == believed.size() &&
+                       start.T_start_body.size() == tracks.instants.size(),
+                   "a state of the cameras and instants of the tracks");
     std::vector<std::optional<Pose2>> poses;
     for (const Time instant : tracks.instants) {
       const std::optional<Odometry> here = wheels(instant);
@@ -237,21 +231,19 @@ class Adjustment {
     blocks_ = to_blocks(state_);
     out.rms_before_px = rms_px();
     blocks_ = adjusted;
-    for (const RigSeen& seen : tracks_.seen) {
-      out.observations += seen.believed ? 1 : 0;
-      out.observations_other += seen.believed && !seen.own ? 1 : 0;
-    }
-    out.without_wheels = static_cast<int>(std::count_if(
-        driven_.begin(), driven_.end(), [](const auto& stretch) { return !stretch; }));
-    out.tells_metre = !no_metre_;
-    out.left_out = static_cast<int>(tracks_.seen.size()) - out.observations;
+    report(told, out);
+    return out;
+  }
+
+  RigBundle expect(const RigNoise& noise) {
     for (std::size_t c = 0; c < believed_.size(); ++c) {
-      out.sigma_own_px.push_back(sigma_px_[2 * c]);
-      out.sigma_other_px.push_back(sigma_px_[2 * c + 1]);
+      sigma_px_[2 * c] = noise.own_px;
+      sigma_px_[2 * c + 1] = noise.other_px;
     }
-    out.state = to_state(blocks_, state_);
-    out.state.wheel_errors[kWayError] *= no_metre_ ? 0 : 1;
-    out.known = covariance(told);
+    noise_ = noise.motion;
+    RigBundle out;
+    out.converged = true;
+    report(what_is_told(), out);
     return out;
   }
 
@@ -550,6 +542,25 @@ class Adjustment {
     Eigen::MatrixXd open;        ///< directions that are not, in `unit`s; orthonormal columns
     Eigen::VectorXd unit;
   };
+
+  /// What is told of the rig, in the bundle.
+  void report(const Told& told, RigBundle& out) const {
+    for (const RigSeen& seen : tracks_.seen) {
+      out.observations += seen.believed ? 1 : 0;
+      out.observations_other += seen.believed && !seen.own ? 1 : 0;
+    }
+    out.without_wheels = static_cast<int>(std::count_if(
+        driven_.begin(), driven_.end(), [](const auto& stretch) { return !stretch; }));
+    out.tells_metre = !no_metre_;
+    out.left_out = static_cast<int>(tracks_.seen.size()) - out.observations;
+    for (std::size_t c = 0; c < believed_.size(); ++c) {
+      out.sigma_own_px.push_back(sigma_px_[2 * c]);
+      out.sigma_other_px.push_back(sigma_px_[2 * c + 1]);
+    }
+    out.state = to_state(blocks_, state_);
+    out.state.wheel_errors[kWayError] *= no_metre_ ? 0 : 1;
+    out.known = covariance(told);
+  }
 
   RigCovariance rows() const;
   Eigen::MatrixXd information();
@@ -902,10 +913,13 @@ Eigen::Matrix<double, 6, 6> RigCovariance::relative(const RigBundleState& state,
 
 RigBundle adjust_rig(const RigBundleOptions& options, const std::vector<RigCamera>& believed,
                      const WheelReadings& wheels, RigTracks& tracks, const RigBundleState& start) {
-  PANOPTES_CHECK(start.T_body_camera.size() == believed.size() &&
-                     start.T_start_body.size() == tracks.instants.size(),
-                 "a state of the cameras and instants of the tracks");
   return Adjustment(options, believed, wheels, tracks, start).run();
+}
+
+RigBundle expect_rig(const RigBundleOptions& options, const std::vector<RigCamera>& believed,
+                     const WheelReadings& wheels, RigTracks& tracks, const RigBundleState& truth,
+                     const RigNoise& noise) {
+  return Adjustment(options, believed, wheels, tracks, truth).expect(noise);
 }
 
 }  // namespace panoptes

@@ -64,6 +64,23 @@ struct RigBundleOptions {
   double systematic_px = 0.025;
 };
 
+/// How far wheels and floor are off. What wheels are off by grows with the root of the way that
+/// they roll, together: of a metre of it, so much.
+struct MotionNoise {
+  double way_m = 0.005;
+  double across_m = 0.005;
+  double turn_rad = 0.02;
+  double height_m = 0.001;
+  double tilt_rad = deg_to_rad(0.1);
+};
+
+/// What a run has of noise: standard deviations, of pictures of where a point is seen, each way.
+struct RigNoise {
+  double own_px = 0.1;    ///< of points of the camera's own map
+  double other_px = 0.1;  ///< of points of other cameras' maps
+  MotionNoise motion;
+};
+
 /// How well a rig is known by what was seen. The rows: for each camera its turn (rad) and its shift
 /// (m) about and along the body's axes, its lens (lens_parameters) and its clock (s); then the
 /// wheels' errors.
@@ -100,5 +117,11 @@ struct RigBundle {
 /// told what is believed of them.
 RigBundle adjust_rig(const RigBundleOptions& options, const std::vector<RigCamera>& believed,
                      const WheelReadings& wheels, RigTracks& tracks, const RigBundleState& start);
+
+/// What that would tell of a rig that is as `truth` has it, of tracks and wheels that are off by
+/// nothing but weighed as if they had this noise: nothing is learned, nothing solved.
+RigBundle expect_rig(const RigBundleOptions& options, const std::vector<RigCamera>& believed,
+                     const WheelReadings& wheels, RigTracks& tracks, const RigBundleState& truth,
+                     const RigNoise& noise);
 
 }  // namespace panoptes

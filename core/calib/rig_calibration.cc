@@ -2,18 +2,15 @@
 #include "core/calib/rig_calibration.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
-#include <numbers>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "core/calib/patch.h"
 #include "core/calib/patch_warp.h"
+#include "core/calib/rig_views.h"
 #include "core/calib/turn_by_directions.h"
 #include "core/camera/lens_parameters.h"
 #include "core/geometry/cross_matrix.h"
@@ -27,13 +24,6 @@ constexpr double kSearchSigmas = 3;
 // known, and then.
 constexpr Duration kRoughly = std::chrono::milliseconds(40);
 constexpr Duration kTogether = std::chrono::microseconds(1500);
-// More make it no better, and slow.
-constexpr std::size_t kMostInstants = 400;
-constexpr double kCoarser = 1.3;
-// Where the body was twice, out and back, a third time shows nothing new.
-constexpr int kVisits = 2;
-constexpr double kInstant_m = 0.1;
-constexpr double kInstant_rad = deg_to_rad(6);
 // To see heights, one view of so many will do.
 constexpr std::size_t kFirstSearched = 3;
 // By fewer of others' points a camera that has no map of its own is not to be found.
@@ -101,7 +91,7 @@ class Calibration {
     progress(0.65);
     search(Search::kAdjusted, [&](double done) { progress(0.65 + 0.25 * done); });
     adjust();
-    count_shared();
+    out_.shared = shared_points(out_.tracks, out_.map_of_point, cameras_.size());
     out_.wheels_known = options_.bundle.wheels;
     progress(1);
     return std::move(out_);
@@ -172,30 +162,8 @@ class Calibration {
     clock_offset_s_ = state_.clock_offset_s;
   }
 
-  void count_shared() {
-    std::set<std::pair<std::size_t, std::size_t>> shared;  // a camera, a point
-    for (const RigSeen& seen : out_.tracks.seen) {
-      if (seen.believed && !seen.own) {
-        shared.emplace(out_.tracks.views[seen.view].camera, seen.point);
-        shared.emplace(static_cast<std::size_t>(out_.map_of_point[seen.point]), seen.point);
-      }
-    }
-    out_.shared.assign(cameras_.size(), 0);
-    for (const auto& [camera, point] : shared) {
-      ++out_.shared[camera];
-    }
-  }
-
-  /// A picture that may be of an instant.
-  struct Taken {
-    Time instant;  ///< by the odometry's clock
-    std::size_t camera = 0;
-    std::size_t frame = 0;
-  };
-  using Place = std::array<long, 3>;
-
-  std::vector<Taken> all_pictures() const {
-    std::vector<Taken> taken;
+  std::vector<TakenPicture> all_pictures() const {
+    std::vector<TakenPicture> taken;
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
       const auto& frames = cameras_[c].map.frames;
       const Duration offset = from_seconds(clock_offset_s_[c]);
@@ -207,62 +175,19 @@ class Calibration {
       }
     }
     std::stable_sort(taken.begin(), taken.end(),
-                     [](const Taken& a, const Taken& b) { return a.instant < b.instant; });
+                     [](const auto& a, const auto& b) { return a.instant < b.instant; });
     return taken;
   }
 
-  Place place_at(Time instant, double cells) const {
-    const Pose2 T = wheels_(instant)->T_odom_body;
-    const double turn_rad = std::remainder(T.theta_rad, 2 * std::numbers::pi);
-    return {std::lround(T.x_m / (cells * kInstant_m)), std::lround(T.y_m / (cells * kInstant_m)),
-            std::lround(turn_rad / (cells * kInstant_rad))};
-  }
-
-  /// Instants, each where one of its cameras was at most once before, and the pictures that were
-  /// taken then, within `same`: what wheels say between pictures is far less true than pictures.
   void choose_views(Duration same) {
-    for (double cells = 1;; cells *= kCoarser) {
-      choose_views(same, cells);
-      if (out_.tracks.instants.size() <= kMostInstants) {
-        return;
-      }
-    }
-  }
-
-  void choose_views(Duration same, double cells) {
-    out_.tracks.instants.clear();
+    const ChosenViews chosen =
+        panoptes::choose_views(all_pictures(), cameras_.size(), wheels_, same);
+    out_.tracks.instants = chosen.instants;
     out_.tracks.views.clear();
     frame_of_view_.clear();
-    std::vector<std::map<Place, int>> been(cameras_.size());
-    std::vector<std::optional<Place>> last(cameras_.size());
-    const std::vector<Taken> taken = all_pictures();
-    for (std::size_t first = 0; first < taken.size();) {
-      std::size_t end = first;
-      std::vector<bool> has(cameras_.size(), false);
-      while (end < taken.size() && taken[end].instant - taken[first].instant <= same &&
-             !has[taken[end].camera]) {
-        has[taken[end++].camera] = true;
-      }
-      const Time instant =
-          taken[first].instant + (taken[end - 1].instant - taken[first].instant) / 2;
-      const Place place = place_at(taken[first].instant, cells);
-      const bool is_new =
-          std::any_of(taken.begin() + static_cast<std::ptrdiff_t>(first),
-                      taken.begin() + static_cast<std::ptrdiff_t>(end), [&](const Taken& each) {
-                        return last[each.camera] != place && been[each.camera][place] < kVisits;
-                      });
-      for (std::size_t i = first; i < end && is_new; ++i) {
-        const std::size_t c = taken[i].camera;
-        ++been[c][place];
-        last[c] = place;
-        out_.tracks.views.push_back(
-            {c, out_.tracks.instants.size(), cameras_[c].map.frames[taken[i].frame].stamp});
-        frame_of_view_.push_back(taken[i].frame);
-      }
-      if (is_new) {
-        out_.tracks.instants.push_back(instant);
-      }
-      first = end;
+    for (const auto& [camera, instant, frame] : chosen.views) {
+      out_.tracks.views.push_back({camera, instant, cameras_[camera].map.frames[frame].stamp});
+      frame_of_view_.push_back(frame);
     }
   }
 

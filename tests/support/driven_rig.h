@@ -9,6 +9,7 @@
 
 #include "core/base/rng.h"
 #include "core/calib/rig_bundle.h"
+#include "core/calib/rig_views.h"
 #include "core/camera/lens_parameters.h"
 #include "core/camera/mounting.h"
 #include "tests/support/driven_rose.h"
@@ -90,6 +91,14 @@ inline DrivenRig driven_rig(const std::vector<RigCamera>& truth, const DrivenSce
     }
   }
   out.start.T_start_body.front() = Pose3();
+  std::vector<Pose3> T_start_camera;
+  for (const RigView& view : out.tracks.views) {
+    const RigCamera& camera = truth[view.camera];
+    T_start_camera.push_back(
+        on_floor(first.inverse() *
+                 out.rose.T_start_body(view.stamp - from_seconds(camera.clock_offset_s))) *
+        camera.T_body_camera);
+  }
   constexpr double kRoom_m = 10;
   Rng distance = rng.fork("distance");
   const int points = scene.points_per_camera * static_cast<int>(truth.size());
@@ -99,26 +108,18 @@ inline DrivenRig driven_rig(const std::vector<RigCamera>& truth, const DrivenSce
     const double high_m = rng.uniform(0.2, 1.6) * (scene.far_m > kRoom_m ? far_m / 3 : 1);
     const Vec3 at(far_m * std::cos(angle_rad), far_m * std::sin(angle_rad), high_m);
     const auto of = static_cast<std::size_t>(p) % truth.size();
-    std::vector<RigSeen> seen;
+    std::vector<RigSeen> seen =
+        sightings(truth, out.tracks.views, T_start_camera, at, out.start.points_start.size(), of);
+    if (!scene.shares) {
+      std::erase_if(seen, [](const RigSeen& each) { return !each.own; });
+    }
     int own = 0;
-    for (std::size_t v = 0; v < out.tracks.views.size(); ++v) {
-      const RigView& view = out.tracks.views[v];
-      const RigCamera& camera = truth[view.camera];
-      const Pose3 T_start_camera =
-          on_floor(first.inverse() *
-                   out.rose.T_start_body(view.stamp - from_seconds(camera.clock_offset_s))) *
-          camera.T_body_camera;
-      const Vec3 p_camera = T_start_camera.inverse() * at;
-      if (!camera.intrinsics.sees(p_camera) || (view.camera != of && !scene.shares)) {
-        continue;
-      }
-      Vec2 px =
-          camera.intrinsics.project(p_camera) + scene.noise_px * Vec2(rng.normal(), rng.normal());
+    for (RigSeen& each : seen) {
+      each.px += scene.noise_px * Vec2(rng.normal(), rng.normal());
       if (rng.uniform() < scene.false_share) {
-        px += Vec2(9, -7);
+        each.px += Vec2(9, -7);
       }
-      own += view.camera == of ? 1 : 0;
-      seen.push_back({v, out.start.points_start.size(), px, view.camera == of, true});
+      own += each.own ? 1 : 0;
     }
     if (own >= 2) {
       out.tracks.seen.insert(out.tracks.seen.end(), seen.begin(), seen.end());

@@ -7,8 +7,8 @@
 
 #include "core/base/rng.h"
 #include "core/base/time.h"
+#include "core/calib/drive_path.h"
 #include "core/camera/observation.h"
-#include "core/geometry/arc.h"
 #include "core/geometry/pose2.h"
 
 namespace panoptes {
@@ -32,7 +32,7 @@ struct RoseShape {
 /// A robot that drives a rose: soft starts and stops, so that a clock can be told by them.
 class DrivenRose {
  public:
-  DrivenRose(const RoseShape& rose, Rng rng) : period_s_(rose.period_s) {
+  DrivenRose(const RoseShape& rose, Rng rng) {
     stand();
     for (int leg = 0; leg < rose.legs; ++leg) {
       run(0, rose.turn_rad, rose);
@@ -42,6 +42,8 @@ class DrivenRose {
       }
     }
     stand();
+    true_path_.emplace(true_, rose.period_s);
+    std::vector<Pose2> by_wheels;
     Pose2 odometry;
     for (std::size_t i = 0; i < true_.size(); ++i) {
       if (i > 0) {
@@ -57,36 +59,20 @@ class DrivenRose {
         const Twist2 told{(left + right) / 2, (right - left) / kBase_m};
         odometry = odometry * exp_twist(told, 1);
       }
-      odometry_.push_back(odometry);
+      by_wheels.push_back(odometry);
     }
+    odometry_.emplace(by_wheels, rose.period_s);
   }
 
   std::size_t instants() const { return true_.size(); }
-  Time instant(std::size_t i) const { return time_at(period_s_ * static_cast<double>(i)); }
+  Time instant(std::size_t i) const { return true_path_->instant(i); }
+  const DrivePath& path() const { return *true_path_; }
   const Pose2& T_start_body(std::size_t i) const { return true_[i]; }
-  Pose2 T_start_body(Time at) const { return between(true_, at).value_or(true_.back()); }
+  Pose2 T_start_body(Time at) const { return true_path_->at(at).value_or(true_.back()); }
 
-  std::optional<Odometry> wheels(Time at) const {
-    const std::optional<Pose2> T = between(odometry_, at);
-    if (!T) {
-      return std::nullopt;
-    }
-    constexpr double kStep_s = 1e-3;
-    const std::optional<Pose2> after = between(odometry_, at + from_seconds(kStep_s));
-    const Pose2 moved = after ? T->inverse() * *after : Pose2();
-    return Odometry{*T, {moved.x_m / kStep_s, moved.theta_rad / kStep_s}};
-  }
+  std::optional<Odometry> wheels(Time at) const { return odometry_->odometry(at); }
 
  private:
-  std::optional<Pose2> between(const std::vector<Pose2>& poses, Time at) const {
-    const double i = to_seconds(at) / period_s_;
-    if (i < 0 || i > static_cast<double>(poses.size() - 1)) {
-      return std::nullopt;
-    }
-    const auto low = std::min(static_cast<std::size_t>(i), poses.size() - 2);
-    return on_arc(poses[low], poses[low + 1], i - static_cast<double>(low));
-  }
-
   void stand() {
     for (int i = 0; i < 10; ++i) {
       true_.push_back(true_.empty() ? Pose2() : true_.back());
@@ -105,9 +91,9 @@ class DrivenRose {
     }
   }
 
-  double period_s_;
   std::vector<Pose2> true_;
-  std::vector<Pose2> odometry_;
+  std::optional<DrivePath> true_path_;
+  std::optional<DrivePath> odometry_;
 };
 
 }  // namespace panoptes

@@ -317,6 +317,59 @@ TEST_F(CalibrateMaps, AMissionIsRecordedAndCalibratedBy) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "work/full/recording"));
 }
 
+TEST_F(CalibrateMaps, APlanTellsWhatADriveWillShowAndDrivesNothing) {
+  const std::string mission = kScenes + "missions/record-room.yaml";
+  const auto plan = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{"calibrate", mission, "--plan", "--cameras", "ahead,behind"};
+    words.insert(words.end(), more.begin(), more.end());
+    return panoptes(words);
+  };
+  const Said rose = plan({"--out", "plan"});
+  EXPECT_EQ(rose.status, 0) << rose.err;
+  EXPECT_THAT(rose.out, StartsWith("plan: rose of 7"));
+  EXPECT_THAT(rose.out, HasSubstr("  behind: roll 0.0"));
+  EXPECT_THAT(rose.out, HasSubstr("    as ahead sees it: 0.0"));
+  EXPECT_THAT(rose.out, HasSubstr("    not seen: its height\n"));
+  const auto m = metrics("plan");
+  EXPECT_EQ(m["stage"], "plan");
+  EXPECT_EQ(m["outcome"], "completed");
+  EXPECT_EQ(m["reference"], "ahead");
+  EXPECT_EQ(m["T_body_reference"]["covariance"].size(), 6);
+  EXPECT_EQ(m["cameras"]["behind"]["covariance"].size(), 6);
+  EXPECT_GT(m["cameras"]["behind"]["shared_points"], 20);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "work/plan/recording"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "work/plan/rig_calibrated.yaml"));
+  EXPECT_EQ(plan({}).out, rose.out);
+  EXPECT_NE(plan({"--room", "12x9x4"}).out, rose.out);
+
+  const Said spin = plan({"--set", "drive.program=sawtooth"});
+  EXPECT_EQ(spin.status, 0) << spin.err;
+  EXPECT_THAT(spin.out, HasSubstr("    not seen: its yaw\n"));
+  EXPECT_THAT(spin.out, HasSubstr("a turn on the spot shows no metre"));
+  EXPECT_THAT(plan({"--duration", "10"}).out, HasSubstr("it ends before the program does"));
+}
+
+TEST_F(CalibrateMaps, OnlyAProgramCanBePlanned) {
+  std::filesystem::create_directories(folder_ / "work/rose");
+  const Said dataset = panoptes({"calibrate", "rose", "--plan"});
+  EXPECT_EQ(dataset.status, 2);
+  EXPECT_THAT(dataset.err, HasSubstr("--plan: rose is a folder, and a drive that is recorded needs "
+                                     "no plan: give the file of a mission"));
+  const Said explored = panoptes({"calibrate", kScenes + "missions/explore-room.yaml", "--plan"});
+  EXPECT_EQ(explored.status, 2);
+  EXPECT_THAT(explored.err, HasSubstr("drives by navigator, and only a program is known before"));
+  const std::string mission = kScenes + "missions/record-room.yaml";
+  const Said room = panoptes({"calibrate", mission, "--plan", "--room", "5x5"});
+  EXPECT_EQ(room.status, 2);
+  EXPECT_THAT(room.err, HasSubstr("--room 5x5: must be LENGTHxWIDTHxHEIGHT in metres"));
+  const Said nobody = panoptes({"calibrate", mission, "--plan", "--cameras", "up"});
+  EXPECT_EQ(nobody.status, 2);
+  EXPECT_THAT(nobody.err, HasSubstr("the rig has no camera up"));
+  const Said nowhere = panoptes({"calibrate", mission});
+  EXPECT_EQ(nowhere.status, 2);
+  EXPECT_THAT(nowhere.err, HasSubstr("--out is required"));
+}
+
 TEST_F(CalibrateMaps, OneThingAtATimeIsAsked) {
   EXPECT_EQ(panoptes({"calibrate", "x", "--out", "y"}).status, 2);
   EXPECT_EQ(
