@@ -159,11 +159,11 @@ void draw_mounting(const RigCalibration& calibration, const Rig& believed, Canva
   canvas.text("as the rig file has it", below + Vec2(22, kLine), kInk);
   canvas.cross(below + Vec2(228, kLine - 5), 5, kFaint, 1.5);
   canvas.text("origin of the body, between its wheels", below + Vec2(242, kLine), kInk);
-  canvas.text(fmt::format("ellipses: 95 % of where each camera is as {} sees it, drawn {}",
-                          calibration.cameras.front(),
-                          enlarged > 1 ? fmt::format("{:g} times as large", enlarged)
-                                       : std::string("to scale")),
-              below + Vec2(0, 2 * kLine), kInk);
+  canvas.text(
+      fmt::format(
+          "95 % ellipses of places as {} sees them, {}", calibration.cameras.front(),
+          enlarged > 1 ? fmt::format("{:g} times as large", enlarged) : std::string("to scale")),
+      below + Vec2(0, 2 * kLine), kInk);
 }
 
 }  // namespace
