@@ -5,9 +5,13 @@
 #include <malloc.h>
 #endif
 
+#include <glog/logging.h>
+
 #include "apps/run_app.h"
 
 int main(int argc, char** argv) {
+  // A step that the solver refuses is followed by a smaller one: nobody need be warned of it.
+  FLAGS_minloglevel = google::GLOG_FATAL;
 #ifdef __GLIBC__
   // Maps of a whole building are made anew at every plan. Given back to the system each time, their
   // memory comes back page by page, cleared: most of the time that such a plan took.
