@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Lenses by boards and maps of cameras, as a user calls for them.
+// Lenses by boards, maps of cameras and rigs, as a user calls for them.
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <string>
@@ -315,6 +316,40 @@ TEST_F(CalibrateMaps, AMissionIsRecordedAndCalibratedBy) {
   write("full/notes.txt", "");
   EXPECT_THAT(calibrate("full", "2").err, HasSubstr("full: is not empty"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "work/full/recording"));
+}
+
+// The whole of it, at half the usual rate of pictures.
+TEST_F(CalibrateMaps, ARigIsToldByARose) {
+  const std::string rig = kScenes + "rigs/two-right-angle.yaml";
+  const Said said = panoptes({"calibrate", kScenes + "missions/record-room.yaml", "--seed", "3",
+                              "--set", "rig=" + rig, "--set", "platform.nominal_rig=" + rig,
+                              "--set", "rig.cameras.*.rate_hz=7.5", "--quiet", "--out", "rig"});
+  EXPECT_EQ(said.status, 0) << said.err;
+  EXPECT_EQ(said.err, "");
+  EXPECT_THAT(said.out, HasSubstr("good: 2 cameras"));
+  EXPECT_THAT(said.out, HasSubstr("    not seen: its height\n"));
+  const auto m = metrics("rig");
+  EXPECT_EQ(m["verdict"], "good");
+  EXPECT_EQ(m["reference"], "ahead");
+  EXPECT_EQ(m["scale_source"], "odometry");
+  const auto& left = m["cameras"]["left"];
+  EXPECT_LT(left["rotation_error_deg"], 0.05);
+  EXPECT_LT(left["translation_error_m"], 0.005);
+  EXPECT_GT(left["shared_points"], 60);
+  const auto& off = m["T_body_reference"]["error"];
+  for (const std::string angle : {"roll_deg", "pitch_deg"}) {
+    EXPECT_LT(std::abs(off[angle].get<double>()), 0.05) << angle;
+  }
+  EXPECT_LT(std::abs(off["yaw_deg"].get<double>()), 0.15);
+  for (const std::string place : {"x_m", "y_m"}) {
+    EXPECT_LT(std::abs(off[place].get<double>()), 0.005) << place;
+  }
+  for (const std::string file : {"rig.png", "matches_ahead_left.png", "reprojection_rig_left.png",
+                                 "camchain.yaml", "rig.urdf", "camera_info/left.yaml"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "work/rig" / file)) << file;
+  }
+  const Said check = panoptes({"check", "rig/rig_calibrated.yaml"});
+  EXPECT_EQ(check.status, 0) << check.out << check.err;
 }
 
 TEST_F(CalibrateMaps, APlanTellsWhatADriveWillShowAndDrivesNothing) {
