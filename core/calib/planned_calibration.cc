@@ -18,11 +18,9 @@
 namespace panoptes {
 namespace {
 
-constexpr Duration kTogether = std::chrono::microseconds(1500);  // as calibrate_rig has it
 constexpr double kClear_m = 1;    // from where a robot drives to a wall, at least,
 constexpr double kUnder_m = 0.5;  // and from its cameras to the ceiling
 constexpr double kNearest_m = 0.2;
-constexpr int kFewShared = 20;
 constexpr int kTries = 20;
 
 /// The room that the points are in, in start.
@@ -96,7 +94,7 @@ class Plan {
     std::stable_sort(taken.begin(), taken.end(),
                      [](const auto& a, const auto& b) { return a.instant < b.instant; });
     const ChosenViews chosen = choose_views(
-        taken, rig_.size(), [this](Time at) { return path_.odometry(at); }, kTogether);
+        taken, rig_.size(), [this](Time at) { return path_.odometry(at); }, kSameInstant);
     out_.tracks.instants = chosen.instants;
     const Pose2 first = *path_.at(chosen.instants.front());
     for (const auto& [camera, instant, frame] : chosen.views) {
@@ -197,7 +195,7 @@ std::vector<std::string> plan_advice(const RigCalibration& plan) {
     for (const std::string& what : plan.bundle.known.unobservable[c]) {
       (what == "its height" ? heights : open[what]).push_back(plan.cameras[c]);
     }
-    if (plan.cameras.size() > 1 && plan.shared[c] < kFewShared) {
+    if (plan.cameras.size() > 1 && plan.shared[c] < kFewestShared) {
       alone.push_back(plan.cameras[c]);
     }
   }
@@ -219,7 +217,7 @@ std::vector<std::string> plan_advice(const RigCalibration& plan) {
     advice.push_back(fmt::format(
         "fewer than {} points in common with other cameras: {}; heights against the others stay as "
         "believed: turn by more than a whole turn, so that each sees what others have seen",
-        kFewShared, joined(alone)));
+        kFewestShared, joined(alone)));
   }
   if (!heights.empty()) {
     advice.emplace_back(

@@ -34,7 +34,6 @@ constexpr double kHeld_m = 0.1;
 constexpr double kHeld_rad = 0.2;
 constexpr double kFixed_m = 1e-4;
 constexpr double kFarthest_m = 1e5;  // beyond it a point is a direction
-constexpr int kFewestShared = 20;
 constexpr double kNearest_m = 0.05;  // no camera sees nearer
 // So that what nothing shows stays where it is, and the normal equations keep a solution.
 constexpr double kLargestRadius = 1e12;

@@ -15,6 +15,9 @@
 
 namespace panoptes {
 
+/// Cameras that share fewer points do not tell how high one stands beside the other.
+inline constexpr int kFewestShared = 20;
+
 /// A picture of one of the rig's cameras, of about one of the instants.
 struct RigView {
   std::size_t camera = 0;

@@ -20,10 +20,8 @@ namespace {
 
 constexpr double kNearest_m = 0.2;
 constexpr double kSearchSigmas = 3;
-// Pictures are of one instant when they were taken so little apart: as long as clocks are hardly
-// known, and then.
+// What kSameInstant is as long as clocks are hardly known.
 constexpr Duration kRoughly = std::chrono::milliseconds(40);
-constexpr Duration kTogether = std::chrono::microseconds(1500);
 // To see heights, one view of so many will do.
 constexpr std::size_t kFirstSearched = 3;
 // By fewer of others' points a camera that has no map of its own is not to be found.
@@ -75,7 +73,7 @@ class Calibration {
     begin();
     adjust();
     progress(0.05);
-    choose_views(kTogether);
+    choose_views(kSameInstant);
     begin();
     out_.before = state_;
     adjust();

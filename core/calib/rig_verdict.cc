@@ -18,9 +18,8 @@ namespace {
 
 constexpr double kMostReprojection_px = 0.8;
 constexpr double kMostLeftOut = 0.15;  // as a share
-constexpr int kFewestShared = 20;
-constexpr int kFewestToSettle = 60;  // points of a map that is worth anything
-constexpr double kMostLost = 0.05;   // of the drive, as a share
+constexpr int kFewestToSettle = 60;    // points of a map that is worth anything
+constexpr double kMostLost = 0.05;     // of the drive, as a share
 constexpr double kMostSigmas = 4;
 // A rig file is off by a hand's breadth and a look, unless it is of another rig.
 constexpr double kMostOff_rad = deg_to_rad(15);

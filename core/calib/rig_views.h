@@ -12,6 +12,9 @@
 
 namespace panoptes {
 
+/// Pictures are of one instant when they were taken so little apart.
+inline constexpr Duration kSameInstant = std::chrono::microseconds(1500);
+
 /// A picture that may be of an instant.
 struct TakenPicture {
   Time instant;  ///< by the odometry's clock
