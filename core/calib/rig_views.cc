@@ -30,6 +30,27 @@ Place place_at(const WheelReadings& wheels, Time instant, double cells) {
           std::lround(turn_rad / (cells * kInstant_rad))};
 }
 
+// Of clocks that are not known better a picture may be so much earlier or later.
+constexpr Duration kAbout = std::chrono::milliseconds(20);
+
+/// Whether the body stood from one instant to another, and about both. No tick of the wheels is as
+/// little as what may be told of rounding.
+bool stood(const WheelReadings& wheels, Time from, Time to) {
+  constexpr double kNothing = 1e-6;  // in m and rad
+  const std::optional<Odometry> before = wheels(from - kAbout);
+  for (const Time at : {from, to, to + kAbout}) {
+    const std::optional<Odometry> now = wheels(at);
+    if (!before || !now) {
+      return false;
+    }
+    const Pose2 moved = before->T_odom_body.inverse() * now->T_odom_body;
+    if (moved.position().norm() > kNothing || std::abs(moved.theta_rad) > kNothing) {
+      return false;
+    }
+  }
+  return true;
+}
+
 ChosenViews choose_views(const std::vector<TakenPicture>& taken, std::size_t cameras,
                          const WheelReadings& wheels, Duration same, double cells) {
   ChosenViews out;
@@ -38,8 +59,9 @@ ChosenViews choose_views(const std::vector<TakenPicture>& taken, std::size_t cam
   for (std::size_t first = 0; first < taken.size();) {
     std::size_t end = first;
     std::vector<bool> has(cameras, false);
-    while (end < taken.size() && taken[end].instant - taken[first].instant <= same &&
-           !has[taken[end].camera]) {
+    while (end < taken.size() && !has[taken[end].camera] &&
+           (taken[end].instant - taken[first].instant <= same ||
+            stood(wheels, taken[first].instant, taken[end].instant))) {
       has[taken[end++].camera] = true;
     }
     const Time instant = taken[first].instant + (taken[end - 1].instant - taken[first].instant) / 2;

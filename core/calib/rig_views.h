@@ -34,8 +34,8 @@ struct ChosenViews {
 };
 
 /// Instants, each where one of its cameras was at most once before, and the pictures that were
-/// taken then, within `same`: what wheels say between pictures is far less true than pictures.
-/// `taken` in order of time, where wheels tell.
+/// taken then, within `same` or while the body stood: what wheels say between pictures is far less
+/// true than pictures. `taken` in order of time, where wheels tell.
 ChosenViews choose_views(const std::vector<TakenPicture>& taken, std::size_t cameras,
                          const WheelReadings& wheels, Duration same);
 

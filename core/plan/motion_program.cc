@@ -40,14 +40,22 @@ void bind_pace(Fields& f, MotionPace& o) {
   f("accel_mps2", o.accel_mps2, between(0.02, 10));
   f("turn_radps", o.turn_radps, between(0.05, 10));
   f("turn_accel_radps2", o.turn_accel_radps2, between(0.05, 100));
+  f("stand_s", o.stand_s, between(0, 60));
+  f("piece_m", o.piece_m, kLength);
+  f.angle("piece", o.piece_rad, kStep);
+}
+
+MotionPace pace_of(const MotionProgramOptions& program) {
+  return std::visit([](const auto& chosen) { return chosen.pace; }, program);
 }
 
 MotionPace pace_of(const MotionProgramOptions& program, const Body& body) {
-  const MotionPace pace = std::visit([](const auto& chosen) { return chosen.pace; }, program);
-  return {std::min(pace.speed_mps, body.max_speed_mps),
-          std::min(pace.accel_mps2, body.max_accel_mps2),
-          std::min(pace.turn_radps, body.max_turn_radps),
-          std::min(pace.turn_accel_radps2, body.max_turn_accel_radps2)};
+  MotionPace pace = pace_of(program);
+  pace.speed_mps = std::min(pace.speed_mps, body.max_speed_mps);
+  pace.accel_mps2 = std::min(pace.accel_mps2, body.max_accel_mps2);
+  pace.turn_radps = std::min(pace.turn_radps, body.max_turn_radps);
+  pace.turn_accel_radps2 = std::min(pace.turn_accel_radps2, body.max_turn_accel_radps2);
+  return pace;
 }
 
 // Adds one segment after another, each from where the last one ended.
@@ -110,6 +118,24 @@ void add(const Rose& program, Segments& to) {
 
 Vec2 ahead_of(double heading_rad) { return {std::cos(heading_rad), std::sin(heading_rad)}; }
 
+/// A segment in pieces of the same length.
+void add_pieces(const MotionSegment& whole, const MotionPace& pace,
+                std::vector<MotionSegment>& to) {
+  const bool is_leg = whole.kind == MotionSegment::Kind::kLeg;
+  const double most = is_leg ? pace.piece_m : pace.piece_rad;
+  const int pieces = static_cast<int>(std::ceil(std::abs(whole.amount) / most - kRoundoff_rad));
+  MotionSegment piece = whole;
+  piece.amount = whole.amount / std::max(1, pieces);
+  for (int i = 0; i < pieces; ++i) {
+    if (is_leg) {
+      piece.from_m = whole.from_m + i * piece.amount * ahead_of(whole.heading_rad);
+    } else {
+      piece.heading_rad = whole.heading_rad - (pieces - 1 - i) * piece.amount;
+    }
+    to.push_back(piece);
+  }
+}
+
 double trapezoid_s(double way, double speed, double accel) {
   return way > speed * speed / accel ? way / speed + speed / accel : 2 * std::sqrt(way / accel);
 }
@@ -141,7 +167,16 @@ void bind(Fields& f, Rose& o) {
 std::vector<MotionSegment> segments_of(const MotionProgramOptions& program) {
   Segments segments;
   std::visit([&segments](const auto& chosen) { add(chosen, segments); }, program);
-  return segments.take();
+  const MotionPace pace = pace_of(program);
+  std::vector<MotionSegment> whole = segments.take();
+  if (pace.stand_s == 0) {
+    return whole;
+  }
+  std::vector<MotionSegment> pieces;
+  for (const MotionSegment& segment : whole) {
+    add_pieces(segment, pace, pieces);
+  }
+  return pieces;
 }
 
 std::string told(const MotionSegment& segment) {
@@ -190,9 +225,10 @@ double expected_s(const MotionProgramOptions& program, const Body& body) {
   double all_s = 0;
   for (const MotionSegment& segment : segments_of(program)) {
     const double way = std::abs(segment.amount);
-    all_s += kSettling_s + (segment.kind == MotionSegment::Kind::kLeg
-                                ? trapezoid_s(way, pace.speed_mps, pace.accel_mps2)
-                                : trapezoid_s(way, pace.turn_radps, pace.turn_accel_radps2));
+    all_s += kSettling_s + pace.stand_s +
+             (segment.kind == MotionSegment::Kind::kLeg
+                  ? trapezoid_s(way, pace.speed_mps, pace.accel_mps2)
+                  : trapezoid_s(way, pace.turn_radps, pace.turn_accel_radps2));
   }
   return all_s;
 }
@@ -270,7 +306,12 @@ Twist2 MotionProgram::command(const Odometry& odometry, Duration since_last) {
     if (!stands) {
       break;
     }
+    if (stood_s_ < pace_.stand_s) {
+      stood_s_ += since_last_s_;
+      break;
+    }
     ++next_;
+    stood_s_ = 0;
     gone_ = 0;
   }
   last_ = {};

@@ -15,12 +15,17 @@
 
 namespace panoptes {
 
-/// How fast a programmed motion goes; what the body cannot do is cut to what it can.
+/// How fast a programmed motion goes; what the body cannot do is cut to what it can. With `stand_s`
+/// it goes stop-start, in pieces, and stands so long after each, so that cameras that cannot be
+/// synchronised all see it from one place (thesis 4.3.1).
 struct MotionPace {
   double speed_mps = 0.35;
   double accel_mps2 = 0.35;
   double turn_radps = 0.6;
   double turn_accel_radps2 = 1.2;
+  double stand_s = 0;
+  double piece_m = 0.25;  ///< at most, between two stops
+  double piece_rad = deg_to_rad(20);
 };
 
 /// A leg ahead and back, then turns on the spot to the left and to the right, each longer than the
@@ -30,7 +35,8 @@ struct LegsAndTurns {
   static constexpr std::string_view kName = "legs_and_turns";
   double leg_m = 1;
   double step_rad = deg_to_rad(15);
-  MotionPace pace{0.4, 0.4, 1.45, 2.5};
+  MotionPace pace{
+      .speed_mps = 0.4, .accel_mps2 = 0.4, .turn_radps = 1.45, .turn_accel_radps2 = 2.5};
 };
 void bind(Fields& f, LegsAndTurns& o);
 
@@ -41,7 +47,7 @@ struct Sawtooth {
   double left_rad = deg_to_rad(90);
   double right_rad = deg_to_rad(45);
   double over_rad = deg_to_rad(45);
-  MotionPace pace{0.35, 0.35, 0.32, 0.8};
+  MotionPace pace{.turn_radps = 0.32, .turn_accel_radps2 = 0.8};
 };
 void bind(Fields& f, Sawtooth& o);
 
@@ -122,6 +128,7 @@ class MotionProgram {
   double cycle_s_;
   double lag_s_;
   double since_last_s_ = 0;
+  double stood_s_ = 0;  // at the end of a segment
   bool started_ = false;
   Pose2 T_odom_start_;
   Pose2 T_start_body_;

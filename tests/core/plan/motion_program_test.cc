@@ -249,5 +249,46 @@ TEST(MotionProgram, PassesPlacesNoFartherApartThanFiveCentimetres) {
   }
 }
 
+TEST(MotionProgram, StopStartEndsWhereTheWholeProgramDoes) {
+  Rose rose;
+  const std::vector<MotionSegment> whole = segments_of(rose);
+  rose.pace.stand_s = 0.4;
+  rose.pace.piece_m = 0.2;
+  const std::vector<MotionSegment> pieces = segments_of(rose);
+  double legs_m = 0;
+  double turns_rad = 0;
+  for (const MotionSegment& piece : pieces) {
+    const bool is_leg = piece.kind == MotionSegment::Kind::kLeg;
+    (is_leg ? legs_m : turns_rad) += std::abs(piece.amount);
+    EXPECT_LE(std::abs(piece.amount), (is_leg ? rose.pace.piece_m : rose.pace.piece_rad) + 1e-9);
+  }
+  for (const MotionSegment& segment : whole) {
+    (segment.kind == MotionSegment::Kind::kLeg ? legs_m : turns_rad) -= std::abs(segment.amount);
+  }
+  EXPECT_NEAR(legs_m, 0, 1e-9);
+  EXPECT_NEAR(turns_rad, 0, 1e-9);
+  EXPECT_LT((end_of(pieces.back()) - end_of(whole.back())).norm(), 1e-9);
+  EXPECT_NEAR(pieces.back().heading_rad, whole.back().heading_rad, 1e-9);
+}
+
+TEST(MotionProgram, StopStartStandsAfterEveryPiece) {
+  Rose rose;
+  rose.pace.stand_s = 0.4;
+  rose.pace.piece_m = 0.2;
+  const Simulation pioneer{Body{}};
+  const auto seen = pioneer.driven(rose);
+  EXPECT_EQ(seen.back().segment, segments_of(rose).size());
+  std::vector<double> stands_s(segments_of(rose).size(), 0);
+  for (std::size_t i = 0; i + 1 < seen.size(); ++i) {
+    if ((seen[i].true_pose.inverse() * seen[i + 1].true_pose).position().norm() < 1e-6 &&
+        std::abs(wrap_angle(seen[i].heading_rad - seen[i + 1].heading_rad)) < 1e-6) {
+      stands_s[seen[i].segment] += seen[i + 1].t_s - seen[i].t_s;
+    }
+  }
+  for (std::size_t i = 0; i < stands_s.size(); ++i) {
+    EXPECT_GT(stands_s[i], rose.pace.stand_s - 1.5 * kPeriod_s) << "segment " << i;
+  }
+}
+
 }  // namespace
 }  // namespace panoptes
