@@ -121,7 +121,7 @@ Json rig_figures(const RigCalibration& calibration, const std::optional<Rig>& tr
     figures["cameras"][as_utf8(name)] = camera;
   }
   const std::vector<std::string> wheels{"way_ratio", "turn_ratio", "turn_rad_per_m"};
-  for (std::size_t i = 0; i < wheels.size(); ++i) {
+  for (std::size_t i = 0; calibration.bundle.has_wheels && i < wheels.size(); ++i) {
     figures["wheels"][wheels[i]] = state.wheel_errors[static_cast<Eigen::Index>(i)];
     figures["wheels"]["sigma"][wheels[i]] = sigma[known.wheels + static_cast<Eigen::Index>(i)];
   }

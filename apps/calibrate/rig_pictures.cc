@@ -41,7 +41,7 @@ void write_rig_pictures(const std::filesystem::path& folder, const RigPictures& 
       for (const std::size_t view : telling_views(calibration, c, kKeyframesShown)) {
         shown.push_back({view, grey(view)});
       }
-      return draw_rig_reprojection(calibration, pictures.wheels, c, shown);
+      return draw_rig_reprojection(calibration, pictures.calibration.wheels, c, shown);
     });
   }
 }

@@ -11,7 +11,6 @@
 
 #include "apps/process/fault.h"
 #include "core/calib/rig_calibration.h"
-#include "core/calib/wheel_readings.h"
 
 namespace panoptes {
 
@@ -19,7 +18,6 @@ namespace panoptes {
 struct RigPictures {
   const RigCalibration& calibration;
   const Rig& believed;
-  const WheelReadings& wheels;
   std::function<cv::Mat(const RigView&)> grey;  ///< as it was taken
 };
 

@@ -158,7 +158,7 @@ void say(const RigCalibration& told, const Judged& judged, const Json& figures) 
       std::printf("    not seen: %s\n", what.c_str());
     }
   }
-  if (!told.bundle.tells_metre) {
+  if (told.bundle.has_wheels && !told.bundle.tells_metre) {
     std::printf(
         "  no metre: the robot never leaves where it begins; lengths are as the rig file has them; "
         "drive a motion with legs, or a rose\n");
@@ -172,10 +172,20 @@ void say(const RigCalibration& told, const Judged& judged, const Json& figures) 
 
 int calibrate_rig_of(const RigStage& args) {
   const auto lenses = stage_cameras(args.dataset, args.rig, args.cameras);
-  const RecordedWheels wheels(args.dataset);
+  std::optional<RecordedWheels> wheels;
+  if (read_part(fs::path(args.dataset) / kOdometryFile)) {
+    wheels.emplace(args.dataset);
+  } else if (lenses.size() < 2) {
+    throw ConfigError(fmt::format(
+        "{}: is missing, and without odometry one camera alone tells neither a length nor where "
+        "it is mounted; record the odometry, or give a recording of several cameras",
+        (fs::path(args.dataset) / kOdometryFile).string()));
+  }
   for (const auto& [camera, believed] : lenses) {
     check_recording(args.dataset, camera, believed, args.slam);
-    wheels.check_reach(recorded_pictures(args.dataset, camera), believed);
+    if (wheels) {
+      wheels->check_reach(recorded_pictures(args.dataset, camera), believed);
+    }
   }
   std::vector<std::string> may_hold{"recording"};  // of a mission
   for (const auto& [camera, believed] : lenses) {
@@ -216,7 +226,8 @@ int calibrate_rig_of(const RigStage& args) {
   }
   std::optional<RigCalibration> told;
   std::vector<std::vector<RecordedPicture>> pictures;
-  const WheelReadings readings = [&](Time at) { return wheels.at(at); };
+  const WheelReadings readings =
+      wheels ? WheelReadings([&](Time at) { return wheels->at(at); }) : nullptr;
   const FramePicture picture = [&](std::size_t c, std::size_t frame) {
     return read_grey_picture(args.dataset, pictures[c][frame]);
   };
@@ -242,10 +253,10 @@ int calibrate_rig_of(const RigStage& args) {
       found.covariance = joint_covariance(*told);
       write_rig(out.path(), found, told->cameras, judged.verdict);
     });
-    write_rig_pictures(out.path(),
-                       {*told, believed, readings,
-                        [&](const RigView& view) { return grey_of(view, cameras, picture); }},
-                       faults);
+    write_rig_pictures(
+        out.path(),
+        {*told, believed, [&](const RigView& view) { return grey_of(view, cameras, picture); }},
+        faults);
     say(*told, judged, of_rig);
   } else {
     std::printf("failed: no rig is told\n");

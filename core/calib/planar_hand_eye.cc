@@ -10,10 +10,10 @@
 #include <utility>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "core/base/median.h"
+#include "core/calib/turning.h"
 #include "core/camera/mounting.h"
 
 namespace panoptes {
@@ -31,35 +31,6 @@ constexpr double kBelieved_rad = 0.2;
 // Of what wheels say between two pictures: a step of the encoder, and slip over a metre.
 constexpr double kStep_m = 0.0005;
 constexpr double kSlip_m = 0.01;
-
-/// The axis of all turns, in map, that of the body's turns to the left.
-struct Turning {
-  Vec3 axis_map = Vec3::UnitZ();
-  std::vector<double> angle_rad;  ///< since the first
-};
-
-Vec3 axis_of_turns(const std::vector<StampedCamera>& path) {
-  Mat3 sum = Mat3::Zero();
-  for (const StampedCamera& at : path) {
-    const Eigen::Quaterniond q =
-        at.T_map_camera.rotation * path.front().T_map_camera.rotation.conjugate();
-    const Vec3 sine = 2 * q.w() * q.vec();  // sin(angle) * axis
-    sum += sine * sine.transpose();
-  }
-  return Eigen::SelfAdjointEigenSolver<Mat3>(sum).eigenvectors().col(2);
-}
-
-std::vector<double> turns_about(const Vec3& axis, const std::vector<StampedCamera>& path) {
-  std::vector<double> angles;
-  for (const StampedCamera& at : path) {
-    const Eigen::Quaterniond q =
-        at.T_map_camera.rotation * path.front().T_map_camera.rotation.conjugate();
-    const double angle = 2 * std::atan2(q.vec().dot(axis), q.w());
-    const double before = angles.empty() ? 0 : angles.back();
-    angles.push_back(before + std::remainder(angle - before, 2 * std::numbers::pi));
-  }
-  return angles;
-}
 
 /// What the wheels say of the instants of a camera whose clock is off by so much; empty where they
 /// do not reach.
@@ -267,9 +238,7 @@ PlanarHandEye planar_hand_eye(const std::vector<StampedCamera>& path, const Whee
     throw HandEyeError(
         fmt::format("{} poses of the camera do not tell how it is mounted", path.size()));
   }
-  Turning turning;
-  turning.axis_map = axis_of_turns(path);
-  turning.angle_rad = turns_about(turning.axis_map, path);
+  Turning turning = turning_of(path);
   const auto [least, most] =
       std::minmax_element(turning.angle_rad.begin(), turning.angle_rad.end());
   if (*most - *least < kLeastTurn_rad) {
@@ -283,10 +252,7 @@ PlanarHandEye planar_hand_eye(const std::vector<StampedCamera>& path, const Whee
   std::vector<std::optional<Pose2>> at = wheels_at(path, wheels, out.clock_offset_s);
   TurnFit turned = fit_turns(turning.angle_rad, at);
   if (turned.gain < 0) {  // the axis points down; which way it points changes no cost
-    turning.axis_map = -turning.axis_map;
-    for (double& angle_rad : turning.angle_rad) {
-      angle_rad = -angle_rad;
-    }
+    turning = turning.reversed();
     turned.gain = -turned.gain;
   }
   constexpr double kMostGain = 1.25;

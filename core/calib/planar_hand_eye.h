@@ -5,10 +5,9 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/time.h"
+#include "core/calib/turning.h"
 #include "core/calib/wheel_readings.h"
 #include "core/camera/rig.h"
-#include "core/geometry/pose2.h"
 #include "core/geometry/pose3.h"
 
 namespace panoptes {
@@ -17,12 +16,6 @@ namespace panoptes {
 class HandEyeError : public ConfigError {
  public:
   using ConfigError::ConfigError;
-};
-
-/// Where a camera was, in a map of its own metre, at one of its stamps.
-struct StampedCamera {
-  Time stamp;
-  Pose3 T_map_camera;
 };
 
 /// How a camera is mounted, by its own path beside the odometry's.

@@ -33,6 +33,7 @@ constexpr std::size_t kFewestToLearn = 20;
 constexpr double kHeld_m = 0.1;
 constexpr double kHeld_rad = 0.2;
 constexpr double kFixed_m = 1e-4;
+constexpr double kFree = 1e3;        // of what a prior says nothing of
 constexpr double kFarthest_m = 1e5;  // beyond it a point is a direction
 constexpr double kNearest_m = 0.05;  // no camera sees nearer
 // So that what nothing shows stays where it is, and the normal equations keep a solution.
@@ -180,18 +181,21 @@ class Adjustment {
       const std::optional<Odometry> here = wheels(instant);
       poses.push_back(here ? std::optional<Pose2>(here->T_odom_body) : std::nullopt);
     }
-    no_metre_ = !tells_metre(poses);
+    const bool is_turn = options.has_wheels && !tells_metre(poses);
+    no_metre_ = is_turn || !options.has_wheels;
     for (const RigView& view : tracks.views) {
       moved_.push_back(body_moved(wheels, tracks.instants[view.instant], view.stamp,
                                   start.clock_offset_s[view.camera]));
-      if (no_metre_ && moved_.back()) {
+      if (is_turn && moved_.back()) {
         moved_.back()->T_instant_taken = turn_of(moved_.back()->T_instant_taken);
         moved_.back()->twist_body.v_mps = 0;
       }
     }
     for (std::size_t i = 0; i + 1 < tracks.instants.size(); ++i) {
-      driven_.push_back(driven(wheels, tracks.instants[i], tracks.instants[i + 1]));
-      if (no_metre_ && driven_.back()) {
+      driven_.push_back(options.has_wheels
+                            ? driven(wheels, tracks.instants[i], tracks.instants[i + 1])
+                            : std::nullopt);
+      if (is_turn && driven_.back()) {
         driven_.back()->T_before_now = turn_of(driven_.back()->T_before_now);
       }
     }
@@ -457,12 +461,48 @@ class Adjustment {
     }
   }
 
-  /// By the place of one camera of each of those that share points: what wanders would shrink it.
-  void fix_metre_and_yaw(ceres::Problem& problem, const std::vector<std::size_t>& first) {
+  void fix_metre(ceres::Problem& problem, const std::vector<std::size_t>& first) {
     constexpr double kFixed = 1e-6;
-    constexpr double kFree = 1e3;
     problem.AddResidualBlock(known_cost(Vec3::Zero(), Vec3(kFixed, kFree, kFree)), nullptr,
                              blocks_.wheel_errors.data());
+    if (options_.has_wheels) {
+      fix_places(problem, first);
+    } else {
+      fix_way(problem);
+    }
+  }
+
+  void fix_place(ceres::Problem& problem, std::size_t c) {
+    problem.AddResidualBlock(
+        mounting_known_cost(believed_[c].T_body_camera, kFree, Vec3(kFixed_m, kFixed_m, kFree)),
+        nullptr, blocks_.T_camera_body[c].data());
+  }
+
+  /// Without wheels the body is where one camera's place says, and that camera goes as far as it
+  /// did to begin with: the one that goes farthest from where it starts.
+  void fix_way(ceres::Problem& problem) {
+    std::size_t farthest = 0;
+    std::size_t there = 0;
+    double away_m = 0;
+    for (std::size_t c = 0; c < believed_.size(); ++c) {
+      const Vec3& p_body = state_.T_body_camera[c].translation;
+      for (std::size_t i = 0; i < state_.T_start_body.size(); ++i) {
+        const double here_m = (state_.T_start_body[i] * p_body - p_body).norm();
+        if (here_m > away_m) {
+          farthest = c;
+          there = i;
+          away_m = here_m;
+        }
+      }
+    }
+    fix_place(problem, farthest);
+    problem.AddResidualBlock(
+        away_cost(state_.T_body_camera[farthest].translation, away_m, kFixed_m), nullptr,
+        blocks_.T_body_start[there].data());
+  }
+
+  /// By the place of one camera of each of those that share points: what wanders would shrink it.
+  void fix_places(ceres::Problem& problem, const std::vector<std::size_t>& first) {
     const auto far_m = [this](std::size_t c) {
       return believed_[c].T_body_camera.translation.head<2>().norm();
     };
@@ -472,9 +512,7 @@ class Adjustment {
         farthest = first[c] == of && far_m(c) > far_m(farthest) ? c : farthest;
       }
       if (first[of] == of) {
-        problem.AddResidualBlock(mounting_known_cost(believed_[farthest].T_body_camera, kFree,
-                                                     Vec3(kFixed_m, kFixed_m, kFree)),
-                                 nullptr, blocks_.T_camera_body[farthest].data());
+        fix_place(problem, farthest);
       }
     }
   }
@@ -504,7 +542,7 @@ class Adjustment {
       problem.AddResidualBlock(mountings_kept_cost(kept->T_body_camera, kept->directions), nullptr,
                                all);
     } else if (no_metre_) {
-      fix_metre_and_yaw(problem, first);
+      fix_metre(problem, first);
     }
     auto order = std::make_shared<ceres::ParameterBlockOrdering>();
     for (auto& p : blocks_.p_start) {
@@ -550,6 +588,7 @@ class Adjustment {
     }
     out.without_wheels = static_cast<int>(std::count_if(
         driven_.begin(), driven_.end(), [](const auto& stretch) { return !stretch; }));
+    out.has_wheels = options_.has_wheels;
     out.tells_metre = !no_metre_;
     out.left_out = static_cast<int>(tracks_.seen.size()) - out.observations;
     for (std::size_t c = 0; c < believed_.size(); ++c) {
@@ -582,7 +621,7 @@ class Adjustment {
   std::vector<std::size_t> camera_of_point_;
   std::vector<double> sigma_px_;  // by group
   MotionNoise noise_;
-  bool no_metre_ = false;
+  bool no_metre_ = false;  // a turn on the spot, or no wheels
 };
 
 /// What the rows of a Jacobian tell of all but the points: each point is eliminated by its own

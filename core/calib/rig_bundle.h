@@ -59,6 +59,9 @@ struct WheelsKnown {
 
 struct RigBundleOptions {
   WheelsKnown wheels;
+  /// Else what wheels say is a camera's own path (path_as_wheels): it tells which pictures are of
+  /// one instant and nothing more, so that place, yaw and metre are as the rig is believed to be.
+  bool has_wheels = true;
   double inlier_sigma = 3;  ///< by which an observation may be off
   int iterations = 50;
   /// What no run makes surer: a lens is not what its model says, and places of what a picture shows
@@ -109,7 +112,8 @@ struct RigBundle {
   int left_out = 0;
   double rms_before_px = 0;  ///< sqrt(mean(dx^2 + dy^2)) of the believed
   double rms_after_px = 0;
-  bool tells_metre = true;  ///< else (a turn on the spot) lengths are as they were believed
+  bool has_wheels = true;   ///< RigBundleOptions
+  bool tells_metre = true;  ///< else (a turn on the spot, no wheels) lengths are as believed
   int without_wheels = 0;   ///< stretches between instants of which they say nothing
   bool converged = false;
 };

@@ -10,6 +10,7 @@
 
 #include "core/calib/patch.h"
 #include "core/calib/patch_warp.h"
+#include "core/calib/path_as_wheels.h"
 #include "core/calib/rig_views.h"
 #include "core/calib/turn_by_directions.h"
 #include "core/camera/lens_parameters.h"
@@ -19,6 +20,7 @@ namespace panoptes {
 namespace {
 
 constexpr double kNearest_m = 0.2;
+constexpr std::size_t kEvery = 3;  // frames: the wheels tell of longer ways better
 constexpr double kSearchSigmas = 3;
 // What kSameInstant is as long as clocks are hardly known.
 constexpr Duration kRoughly = std::chrono::milliseconds(40);
@@ -54,6 +56,81 @@ struct PointSource {
   Vec2 offset_px = Vec2::Zero();
   cv::Mat grey;  ///< empty where it was seen too near to the picture's edge
 };
+
+/// Where a camera was at a frame: by the nearest of its keyframes, which are adjusted.
+Pose3 adjusted_at(const MappedCamera& camera, std::size_t frame) {
+  const std::vector<int>& keyframes = camera.adjusted.keyframes;
+  const auto after = std::lower_bound(keyframes.begin(), keyframes.end(), static_cast<int>(frame));
+  auto nearest = after == keyframes.end() ? std::prev(after) : after;
+  if (nearest != keyframes.begin() && static_cast<int>(frame) - *std::prev(nearest) <
+                                          std::abs(*nearest - static_cast<int>(frame))) {
+    --nearest;
+  }
+  const auto k = static_cast<std::size_t>(nearest - keyframes.begin());
+  const Pose3& as_mapped = camera.map.frames[static_cast<std::size_t>(*nearest)].T_map_camera;
+  return camera.adjusted.T_map_camera[k] *
+         (as_mapped.inverse() * camera.map.frames[frame].T_map_camera);
+}
+
+/// Of every so manieth frame.
+std::vector<StampedCamera> path_of(const MappedCamera& camera, std::size_t every) {
+  std::vector<StampedCamera> path;
+  for (std::size_t frame = 0; frame < camera.map.frames.size(); frame += every) {
+    if (!camera.map.frames[frame].lost) {
+      path.push_back({camera.map.frames[frame].stamp, adjusted_at(camera, frame)});
+    }
+  }
+  return path;
+}
+
+/// How far a path leads from its first place, in its map's metres.
+double farthest(const std::vector<StampedCamera>& path) {
+  double far = 0;
+  for (const StampedCamera& at : path) {
+    far =
+        std::max(far, (at.T_map_camera.translation - path.front().T_map_camera.translation).norm());
+  }
+  return far;
+}
+
+/// A camera's path stands for wheels where none were read. A metre is such that cameras are as far
+/// from one another as they are believed to be, on the mean.
+WheelReadings wheels_by_path(const std::vector<MappedCamera>& cameras) {
+  const auto by = std::find_if(cameras.begin(), cameras.end(),
+                               [](const MappedCamera& c) { return map_fault(c).empty(); });
+  if (by == cameras.end()) {
+    throw HandEyeError(cameras.front().name + ": " + map_fault(cameras.front()));
+  }
+  const std::vector<StampedCamera> path = path_of(*by, 1);
+  const Vec2 place_body = by->believed.T_body_camera.translation.head<2>();
+  // First as if it had gone as far as robots do for this: what is believed of mountings then
+  // counts for as little as it should.
+  constexpr double kUsual_m = 0.6;
+  double metre_m = kUsual_m / farthest(path);
+  for (int round = 0; round < 2; ++round) {
+    const WheelReadings wheels = path_as_wheels(path, by->believed, metre_m);
+    double found = 0;
+    double as_believed = 0;
+    for (const MappedCamera& camera : cameras) {
+      if (camera.name == by->name || !map_fault(camera).empty()) {
+        continue;
+      }
+      try {
+        const Vec2 apart = planar_hand_eye(path_of(camera, kEvery), wheels, camera.believed)
+                               .T_body_camera.translation.head<2>() -
+                           place_body;
+        found += apart.squaredNorm();
+        as_believed += apart.dot(camera.believed.T_body_camera.translation.head<2>() - place_body);
+      } catch (const HandEyeError&) {  // told of when all wheels are known
+      }
+    }
+    constexpr double kLeast_m = 0.001;
+    if (as_believed > kLeast_m * kLeast_m) {
+      metre_m *= as_believed / found;
+    }
+  }
+  return path_as_wheels(path, by->believed, metre_m);
+}
 
 class Calibration {
  public:
@@ -91,6 +168,7 @@ class Calibration {
     adjust();
     out_.shared = shared_points(out_.tracks, out_.map_of_point, cameras_.size());
     out_.wheels_known = options_.bundle.wheels;
+    out_.wheels = wheels_;
     progress(1);
     return std::move(out_);
   }
@@ -98,33 +176,6 @@ class Calibration {
  private:
   using Progress = std::function<void(double)>;
   enum class Search { kFirst, kAdjusted };
-
-  /// Where a camera was at a frame: by the nearest of its keyframes, which are adjusted.
-  static Pose3 adjusted_at(const MappedCamera& camera, std::size_t frame) {
-    const std::vector<int>& keyframes = camera.adjusted.keyframes;
-    const auto after =
-        std::lower_bound(keyframes.begin(), keyframes.end(), static_cast<int>(frame));
-    auto nearest = after == keyframes.end() ? std::prev(after) : after;
-    if (nearest != keyframes.begin() && static_cast<int>(frame) - *std::prev(nearest) <
-                                            std::abs(*nearest - static_cast<int>(frame))) {
-      --nearest;
-    }
-    const auto k = static_cast<std::size_t>(nearest - keyframes.begin());
-    const Pose3& as_mapped = camera.map.frames[static_cast<std::size_t>(*nearest)].T_map_camera;
-    return camera.adjusted.T_map_camera[k] *
-           (as_mapped.inverse() * camera.map.frames[frame].T_map_camera);
-  }
-
-  static std::vector<StampedCamera> path_of(const MappedCamera& camera) {
-    constexpr std::size_t kEvery = 3;  // frames: the wheels tell of longer ways better
-    std::vector<StampedCamera> path;
-    for (std::size_t frame = 0; frame < camera.map.frames.size(); frame += kEvery) {
-      if (!camera.map.frames[frame].lost) {
-        path.push_back({camera.map.frames[frame].stamp, adjusted_at(camera, frame)});
-      }
-    }
-    return path;
-  }
 
   /// What each camera knows by itself. Throws where none of them knows anything.
   void begin_each() {
@@ -139,7 +190,7 @@ class Calibration {
         continue;
       }
       try {
-        out_.hand_eye.back() = planar_hand_eye(path_of(camera), wheels_, camera.believed);
+        out_.hand_eye.back() = planar_hand_eye(path_of(camera, kEvery), wheels_, camera.believed);
         clock_offset_s_.back() = out_.hand_eye.back()->clock_offset_s;
       } catch (const HandEyeError& error) {
         out_.by_others.back() = error.what();
@@ -255,7 +306,7 @@ class Calibration {
     std::optional<Time> best;
     Duration nearest = Duration::max();
     Pose3 T_own_body;
-    for (const StampedCamera& at : path_of(cameras_[c])) {
+    for (const StampedCamera& at : path_of(cameras_[c], kEvery)) {
       const Time instant = at.stamp - from_seconds(clock_offset_s_[c]);
       const std::optional<std::size_t> k = placed_near(instant);
       if (k && wheels_(instant) && std::chrono::abs(out_.tracks.instants[*k] - instant) < nearest) {
@@ -508,7 +559,7 @@ class Calibration {
 
   RigCalibrationOptions options_;
   const std::vector<MappedCamera>& cameras_;
-  const WheelReadings& wheels_;
+  WheelReadings wheels_;
   const FramePicture& picture_;
   std::vector<RigCamera> believed_;
   std::vector<double> clock_offset_s_;  // as it is known by now, by camera
@@ -550,7 +601,12 @@ RigCalibration calibrate_rig(const RigCalibrationOptions& options,
                              const std::vector<MappedCamera>& cameras, const WheelReadings& wheels,
                              const FramePicture& picture,
                              const std::function<void(double)>& progress) {
-  return Calibration(options, cameras, wheels, picture).run(progress);
+  if (wheels) {
+    return Calibration(options, cameras, wheels, picture).run(progress);
+  }
+  RigCalibrationOptions without = options;
+  without.bundle.has_wheels = false;
+  return Calibration(without, cameras, wheels_by_path(cameras), picture).run(progress);
 }
 
 }  // namespace panoptes

@@ -45,6 +45,7 @@ struct RigCalibration {
   RigBundle bundle;
   std::vector<int> shared;  ///< points that each camera and another one's map have in common
   WheelsKnown wheels_known;
+  WheelReadings wheels;  ///< that were gone by: a camera's path where none were read
 };
 
 /// The rig file's cameras as they were found, with the sigmas that are left. What nothing has shown
@@ -60,7 +61,9 @@ using FramePicture = std::function<cv::Mat(std::size_t camera, std::size_t frame
 /// lays all maps on each other; then every camera's points are sought in every other camera's
 /// pictures, and all is adjusted together. A camera with no map that is of use (`adjusted` is
 /// empty, or its path contradicts the wheels') is found by the points of others, from where the rig
-/// file has it: its frames are then all of its pictures. `progress` is told the share that is done.
+/// file has it: its frames are then all of its pictures. Where no wheels were read (`wheels` is
+/// empty) a camera's path stands for them (path_as_wheels), and all is told up to scale and to
+/// where the body is: those stay as believed. `progress` is told the share that is done.
 /// Throws HandEyeError, with a camera's name, where no camera knows anything by itself.
 RigCalibration calibrate_rig(const RigCalibrationOptions& options,
                              const std::vector<MappedCamera>& cameras, const WheelReadings& wheels,

@@ -237,6 +237,30 @@ class LevelCost : public ceres::SizedCostFunction<3, 7, kWheelErrors> {
   Vec3 weight_;
 };
 
+class AwayCost : public ceres::SizedCostFunction<1, 7> {
+ public:
+  AwayCost(Vec3 p_body, double away_m, double sigma_m)
+      : p_body_(std::move(p_body)), away_m_(away_m), sigma_m_(sigma_m) {}
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const Pose3 T_body_start = from_block(blocks[0]);
+    const Vec3 from_start_body = p_body_ - T_body_start.translation;
+    const Mat3 R_start_body = T_body_start.rotation.conjugate().toRotationMatrix();
+    const Vec3 moved = R_start_body * from_start_body - p_body_;
+    residuals[0] = (moved.norm() - away_m_) / sigma_m_;
+    if (jacobians != nullptr && jacobians[0] != nullptr) {
+      set_by_pose(jacobians[0], -moved.normalized().transpose() * R_start_body *
+                                    moved_by_pose(Pose3(), from_start_body) / sigma_m_);
+    }
+    return true;
+  }
+
+ private:
+  Vec3 p_body_;
+  double away_m_;
+  double sigma_m_;
+};
+
 class KnownCost : public ceres::CostFunction {
  public:
   KnownCost(const Eigen::VectorXd& value, RowMajor weight)
@@ -372,6 +396,10 @@ ceres::CostFunction* start_cost() { return new StartCost; }
 
 ceres::CostFunction* level_cost(double sigma_m, double sigma_rad) {
   return new LevelCost(sigma_m, sigma_rad);
+}
+
+ceres::CostFunction* away_cost(const Vec3& p_body, double away_m, double sigma_m) {
+  return new AwayCost(p_body, away_m, sigma_m);
 }
 
 ceres::CostFunction* known_cost(const Eigen::VectorXd& value, const Eigen::VectorXd& sigma) {

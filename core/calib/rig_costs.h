@@ -75,6 +75,10 @@ ceres::CostFunction* start_cost();
 /// wheels' errors.
 ceres::CostFunction* level_cost(double sigma_m, double sigma_rad);
 
+/// How far a point of the body is from where it was in start, whose frame is the body's then.
+/// Block: T_body_start.
+ceres::CostFunction* away_cost(const Vec3& p_body, double away_m, double sigma_m);
+
 /// Numbers that are known before, each to its sigma. One block.
 ceres::CostFunction* known_cost(const Eigen::VectorXd& value, const Eigen::VectorXd& sigma);
 

@@ -32,6 +32,22 @@ double lost_share(const MonoMap& map) {
              : 0;
 }
 
+/// To what share of itself the metre is known: by the camera that stands farthest from the first.
+double metre_share(const RigCalibration& calibration) {
+  const RigBundleState& state = calibration.bundle.state;
+  double far_m = 0;
+  double share = 1;
+  for (std::size_t c = 1; c < state.T_body_camera.size(); ++c) {
+    const Vec3 t = (state.T_body_camera.front().inverse() * state.T_body_camera[c]).translation;
+    if (t.norm() > far_m) {
+      far_m = t.norm();
+      const Mat3 known = calibration.bundle.known.relative(state, 0, c).bottomRightCorner<3, 3>();
+      share = std::sqrt(std::max(0.0, t.normalized().dot(known * t.normalized()))) / far_m;
+    }
+  }
+  return share;
+}
+
 double turn_between(const Pose3& a, const Pose3& b) {
   return a.rotation.angularDistance(b.rotation);
 }
@@ -134,13 +150,21 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                         camera.name, rad_to_deg(turn_rad), shift_m, like));
     }
     const std::optional<PlanarHandEye>& alone = calibration.hand_eye[c];
-    const double contradicts_rad = alone ? turn_between(found, alone->T_body_camera) : 0;
+    // Without wheels, which yaw the body has is not told: what counts is how cameras stand to the
+    // first.
+    const std::optional<PlanarHandEye>& first = calibration.hand_eye.front();
+    const double contradicts_rad =
+        !alone              ? 0
+        : bundle.has_wheels ? turn_between(found, alone->T_body_camera)
+        : first             ? turn_between(state.T_body_camera.front().inverse() * found,
+                                           first->T_body_camera.inverse() * alone->T_body_camera)
+                            : 0;
     constexpr double kLeast_rad = deg_to_rad(1);
     if (alone && contradicts_rad > std::max(kLeast_rad, kMostSigmas * alone->yaw_sigma_rad)) {
-      doubt(Verdict::kPoor,
-            fmt::format("{}: its own path beside the wheels' has it {:.1f} degrees elsewhere than "
-                        "all cameras together",
-                        camera.name, rad_to_deg(contradicts_rad)));
+      doubt(Verdict::kPoor, fmt::format("{}: its own path{} has it {:.1f} degrees elsewhere than "
+                                        "all cameras together",
+                                        camera.name, bundle.has_wheels ? " beside the wheels'" : "",
+                                        rad_to_deg(contradicts_rad)));
     }
     const double late_s = state.clock_offset_s[c] - camera.believed.clock_offset_s;
     if (std::abs(late_s) > kMostSigmas * sigma.clock_s) {
@@ -148,6 +172,14 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                                         "which has it known to {:g} ms",
                                         camera.name, 1000 * late_s, 1000 * sigma.clock_s));
     }
+  }
+  if (!bundle.has_wheels) {
+    doubt(Verdict::kGood,
+          fmt::format("no odometry: how cameras are turned to one another and in which directions "
+                      "they stand is told; all lengths are by how far apart the rig file has them, "
+                      "to {:.1f} %, and where the body is, with its yaw, is as the rig file has it",
+                      100 * metre_share(calibration)));
+    return judged;
   }
   const std::array<std::string, kWheelErrors> off{
       fmt::format("the way by {:+.1f} %", 100 * state.wheel_errors[kWayError]),

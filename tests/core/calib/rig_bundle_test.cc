@@ -156,6 +156,41 @@ TEST(RigBundle, ATurnOnTheSpotShowsNeitherYawNorPlace) {
   }
 }
 
+TEST(RigBundle, WithoutWheelsAllIsToldUpToWhereTheBodyIsAndToScale) {
+  RigBundleOptions options;
+  options.systematic_px = 0;
+  options.has_wheels = false;
+  double normalised = 0;
+  constexpr int kRuns = 6;
+  for (int seed = 0; seed < kRuns; ++seed) {
+    DrivenRig of = drive({}, noisy(), Rng(60 + seed));
+    const RigBundle bundle = adjust_rig(
+        options, of.believed, [&of](Time at) { return of.rose.wheels(at); }, of.tracks, of.start);
+    EXPECT_TRUE(bundle.converged);
+    EXPECT_FALSE(bundle.tells_metre);
+    for (std::size_t c = 0; c < 2; ++c) {
+      EXPECT_THAT(bundle.known.unobservable[c],
+                  ElementsAre("its yaw", "its place along x", "its place along y", "its height"));
+      const auto off = body_error(of, bundle, c);
+      EXPECT_LT(off.head<2>().norm(), deg_to_rad(0.1)) << "the floor tells roll and pitch";
+    }
+    const std::vector<Pose3>& all = bundle.state.T_body_camera;
+    const Vec3 found = (all[0].inverse() * all[1]).translation;
+    const Vec3 truth =
+        (of.truth[0].T_body_camera.inverse() * of.truth[1].T_body_camera).translation;
+    EXPECT_LT((found.normalized() - truth.normalized()).norm(), 0.01);
+    const Vec3 believed =
+        (of.believed[0].T_body_camera.inverse() * of.believed[1].T_body_camera).translation;
+    EXPECT_NEAR(found.norm() / believed.norm(), 1, 0.05) << "a metre is the one that is believed";
+    EXPECT_NEAR(metre(of, bundle), found.norm() / truth.norm(), 0.005);
+    const auto e = relative_error(of, bundle);
+    EXPECT_LT(e.head<3>().norm(), deg_to_rad(0.05));
+    normalised += e.dot(bundle.known.relative(bundle.state, 0, 1).ldlt().solve(e)) / 6;
+  }
+  EXPECT_GT(normalised / kRuns, 1 - 3 * std::sqrt(2.0 / (6 * kRuns)));
+  EXPECT_LT(normalised / kRuns, 1 + 3 * std::sqrt(2.0 / (6 * kRuns)));
+}
+
 /// What is named of both cameras, and that it stays where the believed mountings leave it: within
 /// three of the sigmas that are told.
 void expect_open(const RigBundle& bundle, const DrivenRig& of,

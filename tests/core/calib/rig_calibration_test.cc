@@ -63,9 +63,11 @@ class RigCalibrationTest : public testing::Test {
     }
     calibration_ = calibration_of(cameras_);
   }
-  RigCalibration calibration_of(const std::vector<MappedCamera>& cameras) const {
+  RigCalibration calibration_of(const std::vector<MappedCamera>& cameras,
+                                bool has_wheels = true) const {
     return calibrate_rig(
-        {}, cameras, [this](Time at) { return drive_->wheels(at); },
+        {}, cameras,
+        has_wheels ? WheelReadings([this](Time at) { return drive_->wheels(at); }) : nullptr,
         [&](std::size_t c, std::size_t frame) {
           const std::size_t given_up = pictures_[c].size() - cameras[c].map.frames.size();
           return pictures_[c][given_up + frame];
@@ -73,6 +75,7 @@ class RigCalibrationTest : public testing::Test {
         [](double) {});
   }
   void expect_a_camera_without_a_map_is_found() const;
+  void expect_all_but_metre_and_body_without_wheels() const;
   void expect_true(const RigCalibration& calibration) const;
   void expect_what_is_true() const;
   void expect_a_rig_file_with_it() const;
@@ -148,11 +151,28 @@ void RigCalibrationTest::expect_a_camera_without_a_map_is_found() const {
   EXPECT_THROW(calibration_of(cameras), HandEyeError);
 }
 
+void RigCalibrationTest::expect_all_but_metre_and_body_without_wheels() const {
+  const RigCalibration found = calibration_of(cameras_, false);
+  const std::vector<Pose3>& all = found.bundle.state.T_body_camera;
+  const Pose3 T = all[0].inverse() * all[1];
+  const Pose3 truth = truth_[0].T_body_camera.inverse() * truth_[1].T_body_camera;
+  EXPECT_LT(T.rotation.angularDistance(truth.rotation), deg_to_rad(0.1));
+  EXPECT_LT((T.translation.normalized() - truth.translation.normalized()).norm(), 0.03);
+  for (std::size_t c = 0; c < truth_.size(); ++c) {
+    EXPECT_THAT(found.bundle.known.unobservable[c],
+                ElementsAre("its yaw", "its place along x", "its place along y", "its height"));
+  }
+  const Judged judged = judge_rig(cameras_, found);
+  EXPECT_EQ(judged.verdict, Verdict::kGood) << testing::PrintToString(judged.reasons);
+  EXPECT_THAT(judged.reasons, Contains(HasSubstr("no odometry")));
+}
+
 TEST_F(RigCalibrationTest, FindsHowCamerasThatLookAwayFromEachOtherAreMounted) {
   expect_what_is_true();
   expect_a_rig_file_with_it();
   expect_swapped_pictures_are_named();
   expect_a_camera_without_a_map_is_found();
+  expect_all_but_metre_and_body_without_wheels();
 }
 
 }  // namespace

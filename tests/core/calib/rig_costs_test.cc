@@ -141,5 +141,14 @@ TEST(RigCosts, KeptMountingsHaveTheirDerivatives) {
   expect_derivatives(*cost, {pose(moved(kept[0].inverse(), by)), pose(kept[1].inverse())}, 1e-3);
 }
 
+TEST(RigCosts, AwayHasItsDerivatives) {
+  const Vec3 p_body(0.2, -0.1, 0.7);
+  const std::unique_ptr<ceres::CostFunction> cost(away_cost(p_body, 0.3, 0.01));
+  const Pose3 T_start_body = kBodyStart.inverse();
+  EXPECT_NEAR(residuals(*cost, {pose(kBodyStart)})[0],
+              ((T_start_body * p_body - p_body).norm() - 0.3) / 0.01, 1e-9);
+  expect_derivatives(*cost, {pose(kBodyStart)}, 1e-6);
+}
+
 }  // namespace
 }  // namespace panoptes
