@@ -139,7 +139,9 @@ RigBundleState to_state(const Blocks& blocks, const RigBundleState& before) {
   return state;
 }
 
-/// What the wheels say about a view: empty where they do not reach.
+/// What the wheels say about a view: empty where they do not reach. How fast the body goes is taken
+/// at the instant, the same for all of its views: what wheels say of a moment is noisy, and by
+/// differences of it pictures would tell clocks.
 std::optional<BodyMoved> body_moved(const WheelReadings& wheels, Time instant, Time stamp,
                                     double clock_offset_s) {
   const std::optional<Odometry> then = wheels(instant);
@@ -147,7 +149,7 @@ std::optional<BodyMoved> body_moved(const WheelReadings& wheels, Time instant, T
   if (!then || !taken) {
     return std::nullopt;
   }
-  return BodyMoved{then->T_odom_body.inverse() * taken->T_odom_body, taken->twist_body,
+  return BodyMoved{then->T_odom_body.inverse() * taken->T_odom_body, then->twist_body,
                    clock_offset_s};
 }
 
