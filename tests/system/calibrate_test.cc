@@ -350,6 +350,29 @@ TEST_F(CalibrateMaps, ARigIsToldByARose) {
   }
   const Said check = panoptes({"check", "rig/rig_calibrated.yaml"});
   EXPECT_EQ(check.status, 0) << check.out << check.err;
+
+  // Without odometry, by the maps that are there.
+  const std::filesystem::path work = folder_ / "work";
+  std::filesystem::remove(work / "rig/recording/mav0/odom0/data.csv");
+  std::filesystem::create_directories(work / "none");
+  for (const std::string camera : {"ahead", "left"}) {
+    std::filesystem::copy_file(work / ("rig/map_" + camera + ".json"),
+                               work / ("none/map_" + camera + ".json"));
+  }
+  const Said without = panoptes({"calibrate", "rig/recording", "--quiet", "--out", "none"});
+  EXPECT_EQ(without.status, 0) << without.err;
+  EXPECT_THAT(without.out, HasSubstr("no odometry: how cameras are turned to one another"));
+  EXPECT_THAT(without.out, HasSubstr("    not seen: its yaw\n"));
+  const auto by_file = metrics("none");
+  EXPECT_EQ(by_file["scale_source"], "rig_file");
+  EXPECT_FALSE(by_file.contains("wheels"));
+  EXPECT_LT(by_file["cameras"]["left"]["rotation_error_deg"], 0.05);
+  EXPECT_LT(by_file["cameras"]["left"]["translation_direction_error_deg"], 0.5);
+  const Said one =
+      panoptes({"calibrate", "rig/recording", "--cameras", "left", "--quiet", "--out", "one"});
+  EXPECT_EQ(one.status, 2);
+  EXPECT_THAT(one.err, HasSubstr("mav0/odom0/data.csv: is missing, and without odometry one camera "
+                                 "alone tells neither"));
 }
 
 TEST_F(CalibrateMaps, APlanTellsWhatADriveWillShowAndDrivesNothing) {
