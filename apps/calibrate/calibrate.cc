@@ -26,6 +26,7 @@ struct CalibrateArguments {
   bool is_plan = false;
   std::string stage;
   std::string features = "sift";
+  std::string method = "guided";
   CommonArguments drive;  ///< of a mission: only what is said of it
 };
 
@@ -43,6 +44,15 @@ FeatureMethod method_of(const std::string& word) {
   return FeatureMethod::kSift;
 }
 
+RigMethod rig_method_of(const std::string& word) {
+  for (const RigMethod method : {RigMethod::kThesis, RigMethod::kCycles}) {
+    if (name(method) == word) {
+      return method;
+    }
+  }
+  return RigMethod::kGuided;
+}
+
 bool is_file(const std::string& path) {
   std::error_code ignored;
   return std::filesystem::is_regular_file(path, ignored);
@@ -57,8 +67,14 @@ int calibrate(CalibrateArguments args) {
     args.plan.out = args.lens.out;
     return plan_calibration_of(args.plan);
   }
+  args.rig.method = rig_method_of(args.method);
+  const bool draws = args.rig.method != RigMethod::kGuided;
   const bool by_mission =
       is_file(args.lens.pictures) && args.stage.empty() && args.lens.board.empty();
+  args.rig.seed = args.drive.seed.value_or(0);
+  if (!by_mission && draws) {
+    args.drive.seed.reset();
+  }
   if (!by_mission && !args.drive.overrides().empty()) {
     throw ConfigError(
         "--seed, --duration and --set are of a mission that is recorded first; give its file in "
@@ -89,6 +105,8 @@ int calibrate(CalibrateArguments args) {
   args.rig.cameras = args.maps.cameras;
   args.rig.out = args.lens.out;
   args.rig.slam.features = method_of(args.features);
+  args.rig.by_maps.joined =
+      args.rig.method == RigMethod::kCycles ? MapsJoined::kGraph : MapsJoined::kChain;
   args.rig.quiet = args.lens.quiet;
   return calibrate_rig_of(args.rig);
 }
@@ -144,6 +162,16 @@ void add_calibrate(CLI::App& app, Command& chosen) {
                   "where the OpenCV at hand has it")
       ->check(CLI::IsMember({"sift", "akaze", "orb", "surf"}))
       ->excludes(board);
+  sub->add_option(
+         "--method", args->method,
+         "how a rig is told: guided (by the wheels, and points sought in every camera's "
+         "pictures), thesis (by maps that are laid on each other by what looks alike, in a "
+         "chain; without a metre) or cycles (the same, cycles of maps checked); of the "
+         "latter two --seed N draws otherwise")
+      ->check(CLI::IsMember({"guided", "thesis", "cycles"}))
+      ->excludes(board)
+      ->excludes(stage)
+      ->excludes(plan);
   sub->add_flag("--odometry", args->maps.slam.motion_is_told,
                 "the wheels say how the camera moves between pictures, and what a metre is")
       ->needs(stage);
@@ -174,6 +202,8 @@ void add_calibrate(CLI::App& app, Command& chosen) {
       "  panoptes calibrate runs/rose --out runs/rig\n"
       "Both at once, the recording goes to runs/rig/recording:\n"
       "  panoptes calibrate scenes/missions/record-room.yaml --seed 1 --out runs/rig\n"
+      "As the thesis does it, by the same recording:\n"
+      "  panoptes calibrate runs/rose --method thesis --seed 3 --out runs/thesis\n"
       "What a drive will show, before it is driven:\n"
       "  panoptes calibrate scenes/missions/record-room.yaml --plan\n"
       "Lenses by a board: hold a stiff board still in 20 to 40 places: all over the picture, near "

@@ -12,9 +12,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/calibrate/by_maps_stage.h"
 #include "apps/calibrate/camera_map.h"
 #include "apps/calibrate/recorded_wheels.h"
 #include "apps/calibrate/rig_figures.h"
+#include "apps/calibrate/rig_files.h"
 #include "apps/calibrate/rig_pictures.h"
 #include "apps/calibrate/saved_map.h"
 #include "apps/calibrate/stage_cameras.h"
@@ -33,8 +35,6 @@
 #include "core/io/dataset.h"
 #include "core/io/dataset_rows.h"
 #include "core/io/file.h"
-#include "core/io/rig_export.h"
-#include "hw/replay/truth_files.h"
 
 namespace panoptes {
 namespace {
@@ -53,14 +53,6 @@ std::string made_of(const RigStage& args, const std::string& camera, const RigCa
   text += fmt::format(" {} {} {} {}", believed.sigma.focal_ratio, believed.sigma.centre_px,
                       name(args.slam.features), PANOPTES_VERSION);
   return sha256(text);
-}
-
-std::optional<Rig> true_rig(const fs::path& dataset) {
-  const std::optional<hw::RecordedTruth> recorded = hw::RecordedTruth::read(dataset);
-  if (!recorded || recorded->observations() == 0) {
-    return std::nullopt;
-  }
-  return recorded->after(recorded->observations()).rig;
 }
 
 /// A camera's map as it lies in the folder, or made now and put there. Empty where it was
@@ -115,21 +107,6 @@ cv::Mat grey_of(const RigView& view, const std::vector<MappedCamera>& cameras,
   return picture(view.camera, static_cast<std::size_t>(frame - frames.begin()));
 }
 
-/// The rig for Panoptes, for Kalibr, and for ROS.
-void write_rig(const fs::path& out, const Rig& rig, const std::vector<std::string>& cameras,
-               Verdict verdict) {
-  const std::string by =
-      fmt::format("# panoptes {}, calibrate: {}\n", PANOPTES_VERSION, name(verdict));
-  write_file(out / "rig_calibrated.yaml", by + write_settings(rig));
-  write_file(out / "camchain.yaml", by + kalibr_camchain(rig, cameras));
-  write_file(out / "rig.urdf", urdf_of(rig, cameras));
-  fs::create_directory(out / "camera_info");
-  for (const std::string& camera : cameras) {
-    write_file(out / "camera_info" / (camera + ".yaml"),
-               ros_camera_info(camera, rig.cameras.at(camera).intrinsics));
-  }
-}
-
 void say(const RigCalibration& told, const Judged& judged, const Json& figures) {
   std::printf(
       "%s: %zu cameras; %d observations in %zu keyframes, %d of them of points of other "
@@ -169,6 +146,18 @@ void say(const RigCalibration& told, const Judged& judged, const Json& figures) 
 }
 
 }  // namespace
+
+std::string_view name(RigMethod method) {
+  switch (method) {
+    case RigMethod::kGuided:
+      return "guided";
+    case RigMethod::kThesis:
+      return "thesis";
+    case RigMethod::kCycles:
+      return "cycles";
+  }
+  return "";
+}
 
 int calibrate_rig_of(const RigStage& args) {
   const auto lenses = stage_cameras(args.dataset, args.rig, args.cameras);
@@ -233,6 +222,11 @@ int calibrate_rig_of(const RigStage& args) {
   };
   for (const MappedCamera& camera : cameras) {
     pictures.push_back(pictures_of(args.dataset, camera));
+  }
+  if (args.method != RigMethod::kGuided) {
+    return calibrate_rig_by_maps(
+        args, out.path(), cameras, picture, std::move(figures),
+        [&](double done) { show("all cameras together", parts - 1 + done); });
   }
   try {
     told = calibrate_rig(args.calibration, cameras, readings, picture,

@@ -10,6 +10,7 @@
 
 #include <ceres/ceres.h>
 
+#include "core/calib/kept_distance_cost.h"
 #include "core/calib/pose_block.h"
 #include "core/calib/reprojection_cost.h"
 #include "core/calib/rig_costs.h"
@@ -21,35 +22,6 @@ namespace {
 // Of the map's points, in a keyframe that they hold.
 constexpr std::size_t kFewestShown = 8;
 constexpr double kLeastNoise_px = 0.02;  // no better are points seen, however well a few agree
-
-/// A map has no metre of its own: how far two cameras are from each other is kept. Blocks:
-/// T_camera_map of both.
-class DistanceKept : public ceres::SizedCostFunction<1, 7, 7> {
- public:
-  explicit DistanceKept(double distance_m) : distance_m_(distance_m) {}
-
-  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    constexpr double kSigma = 1e-3;  // as a share
-    const Pose3 a = from_block(blocks[0]);
-    const Pose3 b = from_block(blocks[1]);
-    const Vec3 apart = b.inverse().translation - a.inverse().translation;
-    const double weight = 1 / (kSigma * distance_m_);
-    residuals[0] = weight * (apart.norm() - distance_m_);
-    for (int i = 0; i < 2 && jacobians != nullptr; ++i) {
-      if (jacobians[i] != nullptr) {
-        // The camera is at -R^T t, which only a shift of t and a turn of R move.
-        const Pose3& T = i == 0 ? a : b;
-        const Vec3 along = (i == 0 ? -weight : weight) * (T.rotation * apart.normalized());
-        Eigen::Map<Eigen::Matrix<double, 1, 7>> J(jacobians[i]);
-        J << T.translation.cross(along).transpose(), -along.transpose(), 0;
-      }
-    }
-    return true;
-  }
-
- private:
-  double distance_m_;
-};
 
 struct PointSeenIn {
   std::size_t keyframe = 0;
@@ -132,7 +104,7 @@ bool solve(const KeyframeBundleOptions& options, const Intrinsics& lens, const C
     return false;
   }
   problem.SetParameterBlockConstant(first->data());
-  problem.AddResidualBlock(new DistanceKept(far_m), nullptr, first->data(), farthest->data());
+  problem.AddResidualBlock(kept_distance_cost(far_m), nullptr, first->data(), farthest->data());
   for (const PointSeenIn& o : bundle.seen) {
     if (o.believed) {
       problem.AddResidualBlock(reprojection_cost(lens, o.px, sigma_px), made(loss),
@@ -217,8 +189,14 @@ std::vector<int> keyframes(const KeyframeChoice& options, const MonoMap& map) {
 
 AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& lens,
                        const CameraSigmas& known, const MonoMap& map) {
+  return adjust_map(options, lens, known, map, keyframes(options.keyframes, map));
+}
+
+AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& lens,
+                       const CameraSigmas& known, const MonoMap& map,
+                       const std::vector<int>& keyframes) {
   AdjustedMap out;
-  out.keyframes = keyframes(options.keyframes, map);
+  out.keyframes = keyframes;
   out.lens = lens;
   Bundle bundle;
   KeyframeBundleOptions how = options;

@@ -52,4 +52,9 @@ struct AdjustedMap {
 AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& lens,
                        const CameraSigmas& known, const MonoMap& map);
 
+/// The same by keyframes that are given, frames of the map in order.
+AdjustedMap adjust_map(const KeyframeBundleOptions& options, const Intrinsics& lens,
+                       const CameraSigmas& known, const MonoMap& map,
+                       const std::vector<int>& keyframes);
+
 }  // namespace panoptes

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/calib/verdict.h"
+#include "core/camera/rig.h"
+
+namespace panoptes {
+
+/// The rig that a simulated robot truly had; empty where a recording does not hold it.
+std::optional<Rig> true_rig(const std::filesystem::path& dataset);
+
+/// A calibrated rig for Panoptes, for Kalibr, and for ROS.
+void write_rig(const std::filesystem::path& out, const Rig& rig,
+               const std::vector<std::string>& cameras, Verdict verdict);
+
+}  // namespace panoptes
