@@ -74,16 +74,15 @@ void add_blindness(const RigScoreOptions& options, const Seen& seen, RigScores& 
       first_seen_over_width_m(seen.sight, seen.watching, seen.mapped, seen.reach_m);
   out.far_m = last_seen_m(seen.sight, seen.watching, seen.mapped, seen.reach_m);
   std::vector<double> around_m;
+  int unseen = 0;
   for (int k = 0; k < kHeadings; ++k) {
     const double heading = 2 * std::numbers::pi * k / kHeadings;
-    if (const auto first_m = first_seen_m(seen.sight, seen.all, false, heading, seen.reach_m)) {
-      around_m.push_back(*first_m);
-    }
+    const auto first_m = first_seen_m(seen.sight, seen.all, false, heading, seen.reach_m);
+    around_m.push_back(first_m.value_or(seen.reach_m - body.radius_m));
+    unseen += first_m ? 0 : 1;
   }
-  out.unseen_headings_share = 1 - static_cast<double>(around_m.size()) / kHeadings;
-  if (!around_m.empty()) {
-    out.blind_around_median_m = quantile(around_m, 0.5);
-  }
+  out.unseen_headings_share = static_cast<double>(unseen) / kHeadings;
+  out.blind_around_median_m = quantile(around_m, 0.5);
   // What a picture just missed is in the next one, and is decided on within a period.
   out.reaction_s = options.latency_s + 2 * period_s(seen.sight, seen.watching);
   out.stopping_m = stopping_distance_m(body.max_speed_mps, out.reaction_s, body.max_accel_mps2);

@@ -63,11 +63,11 @@ struct RigScores {
   std::optional<double> floor_mapped_m2;
   std::vector<ScoresAt> at;
 
-  std::optional<double> blind_ahead_m;          ///< mapped; of a rig that maps nothing, seen
-  std::optional<double> blind_over_width_m;     ///< likewise, over the body's width
-  std::optional<double> blind_around_median_m;  ///< to what is seen, all around
-  double unseen_headings_share = 0;             ///< where nothing within reach is seen
-  std::optional<double> far_m;  ///< to where floor ahead is mapped (seen) without a gap
+  std::optional<double> blind_ahead_m;       ///< mapped; of a rig that maps nothing, seen
+  std::optional<double> blind_over_width_m;  ///< likewise, over the body's width
+  double blind_around_median_m = 0;  ///< to what is seen, all around; reach where nothing is
+  double unseen_headings_share = 0;  ///< where nothing within reach is seen
+  std::optional<double> far_m;       ///< to where floor ahead is mapped (seen) without a gap
   double reaction_s = 0;
   double stopping_m = 0;                 ///< at full speed
   std::optional<double> margin_m;        ///< stopping_m less blind_ahead_m

@@ -111,7 +111,7 @@ TEST(RigScores, TurnWithTheRig) {
   const RigScores after = score_rig({}, rig, Body());
   for (const char* key :
        {"floor.seen_m2", "floor.mapped_m2", "floor.seen_share_to_100cm",
-        "sampling_m.median_at_100cm", "blind.around_median_m", "panorama.seen_share",
+        "sampling_m.median_at_100cm", "blind.unseen_headings_share", "panorama.seen_share",
         "panorama.opposite_share", "overlap.twice_share", "blind_spot.share_at_24cm"}) {
     const double was = score(before, key).value_or(0);
     EXPECT_NEAR(score(after, key).value_or(0), was, 0.02 * was) << key;
