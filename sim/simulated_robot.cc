@@ -12,6 +12,7 @@
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "core/camera/mounting_fault.h"
 #include "core/config/geometry_fields.h"
 #include "sim/sensors/camera.h"
 #include "sim/tour.h"
@@ -26,7 +27,6 @@ constexpr double kSeenCell_m = 0.05;
 // seeing it, its radius, the blind zone before it (up to 0.25 m) and 10 cm.
 constexpr double kStartClear_m = 0.7;
 constexpr double kTouching_m = 0.001;  // the bumper's own give
-constexpr double kOnTop_m = 0.1;       // a camera that stands on the mast
 constexpr int kStartDraws = 100'000;   // finds a place that is one part in ten thousand of the room
 // A robot that knows the floor by its colour begins on one floor, or on two where they meet: nobody
 // would put it where paving, kerb and road are all at its feet.
@@ -240,33 +240,6 @@ RigErrors rig_errors(const SimulatedOptions& options) {
 Rig make_true_rig(const SimulatedOptions& options, const Rig& believed, const Rng& rng) {
   return with_mapped_parts(
       true_rig(rig_errors(options), options.nominal_rig.value_or(believed), rng), believed);
-}
-
-// Why no camera can be there; empty when one can.
-std::string mounting_fault(const Vec3& eye_body, const Body& body) {
-  if (eye_body.z() <= 0) {
-    return fmt::format("is mounted {:.3f} m below the floor; mount it above", -eye_body.z());
-  }
-  if (eye_body.z() > body.height_m + kOnTop_m) {
-    return fmt::format(
-        "is mounted {:.3f} m high, but the robot ends at {:.3f} m, and what hangs higher would "
-        "pass through the camera; mount it lower, or correct the robot's height_m",
-        eye_body.z(), body.height_m);
-  }
-  if (eye_body.head<2>().norm() > 2 * body.radius_m) {
-    return fmt::format(
-        "is mounted {:.3f} m from the robot's middle, but the robot reaches {:.3f} m: it would be "
-        "farther out than the robot is wide, and what stands there would pass through it; mount "
-        "it nearer, or correct the robot's radius_m",
-        eye_body.head<2>().norm(), body.radius_m);
-  }
-  if (eye_body.z() < body.hull_height_m && eye_body.head<2>().norm() < body.radius_m) {
-    return fmt::format(
-        "is mounted inside the robot, whose hull is {:.3f} m high and reaches {:.3f} m from its "
-        "middle; mount it above or farther out",
-        body.hull_height_m, body.radius_m);
-  }
-  return {};
 }
 
 // The key of a camera of the nominal rig.

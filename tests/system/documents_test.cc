@@ -247,6 +247,14 @@ TEST_F(Documents, TellOfPicturesFromAPose) {
   expect_documented("inside", part("**render**"));
 }
 
+TEST_F(Documents, TellOfRigsByGeometry) {
+  ASSERT_EQ(panoptes({"place", kScenes + "rigs/front-back-floor.yaml",
+                      kScenes + "rigs/front-alone.yaml", "--out", "p"})
+                .status,
+            0);
+  expect_documented("p", part("**place**"));
+}
+
 TEST_F(Documents, TellOfMapsOfCameras) {
   ASSERT_EQ(panoptes({"record", kScenes + "missions/record-room.yaml", "--duration", "4", "--quiet",
                       "--out", "rose"})

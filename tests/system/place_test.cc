@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Rigs scored and compared, as a user calls for it, and held against what they are drawn to see.
+#include <gmock/gmock.h>
+#include <opencv2/imgcodecs.hpp>
+
+#include "tests/support/rendered_sight.h"
+#include "tests/system/program.h"
+
+namespace panoptes {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+const std::string kRigs = kScenes + "rigs/";
+const std::string kThree = kRigs + "front-back-floor.yaml";
+const std::string kCorners = kRigs + "four-corners.yaml";
+
+class Place : public SystemTest {
+ protected:
+  Said place(const std::vector<std::string>& more) {
+    std::vector<std::string> words{"place"};
+    words.insert(words.end(), more.begin(), more.end());
+    return panoptes(words);
+  }
+  void expect_refused(const std::vector<std::string>& words, const std::string& why) {
+    const Said said = place(words);
+    EXPECT_EQ(said.status, 2) << said.err;
+    EXPECT_THAT(said.err, HasSubstr(why));
+    EXPECT_EQ(said.out, "");
+  }
+};
+
+TEST_F(Place, ScoresOneRig) {
+  const Said said = place({kThree, "--out", "one"});
+  EXPECT_EQ(said.status, 0) << said.err;
+  EXPECT_THAT(said.out, AllOf(HasSubstr("floor mapped (m2)"), HasSubstr("more is better"),
+                              HasSubstr("without back: ")));
+  const auto m = metrics("one");
+  EXPECT_EQ(m["outcome"], "completed");
+  ASSERT_EQ(m["rigs"].size(), 1U);
+  const auto& scores = m["rigs"][0]["scores"];
+  EXPECT_NEAR(scores["blind"]["ahead_m"].get<double>(), 0.2, 1e-3);
+  EXPECT_GT(scores["calibratability"]["rotation_deg"].get<double>(), 0);
+  EXPECT_EQ(m["rigs"][0]["cameras"]["back"]["without"]["opposite"], 1.0);
+  EXPECT_FALSE(cv::imread((folder_ / "work/one/floor_front-back-floor.png").string()).empty());
+}
+
+TEST_F(Place, ComparesTwo) {
+  const Said said = place({kThree, kCorners, "--quick", "--out", "two"});
+  EXPECT_EQ(said.status, 0) << said.err;
+  EXPECT_THAT(said.out, AllOf(HasSubstr("difference"), HasSubstr("better"), HasSubstr("worse"),
+                              HasSubstr("the same")));
+  const auto m = metrics("two");
+  ASSERT_EQ(m["rigs"].size(), 2U);
+  EXPECT_EQ(m["rigs"][1]["rig"], "four-corners");
+  EXPECT_GT(m["rigs"][1]["scores"]["panorama"]["seen_share"].get<double>(),
+            m["rigs"][0]["scores"]["panorama"]["seen_share"].get<double>());
+  EXPECT_FALSE(m["rigs"][0]["scores"].contains("calibratability"));
+}
+
+TEST_F(Place, TakesSettingsOfRigRobotAndScores) {
+  ASSERT_EQ(place({kThree, "--quick", "--set", "rig.cameras.floor.tilt_deg=45", "--set",
+                   "robot.max_speed_mps=1.2", "--set", "scores.bus=gige", "--out", "set"})
+                .status,
+            0);
+  const auto m = metrics("set");
+  EXPECT_GT(m["rigs"][0]["scores"]["stopping"]["distance_m"].get<double>(), 1.2);
+  EXPECT_EQ(m["rigs"][0]["bus"]["unit"], "Mbit/s");
+  EXPECT_LT(m["rigs"][0]["scores"]["floor"]["mapped_m2"].get<double>(), 9);
+}
+
+TEST_F(Place, RefusesWhatIsNoRig) {
+  expect_refused({"nowhere.yaml"}, "nowhere.yaml");
+  expect_refused({kOffice}, "is a mission, not a rig; give the file of a rig, see scenes/rigs");
+  expect_refused({kRigs}, "is a folder; give a rig file");
+  expect_refused({kThree, "--set", "until.duration_s=3"},
+                 "must begin with rig., robot. or scores.");
+  expect_refused({kThree, "--set", "scores.reach=3"}, "did you mean reach_m?");
+  expect_refused({kThree, kCorners, kThree}, "see panoptes place --help");
+  const std::string old =
+      write("old.yaml",
+            "cameras:\n  front: {roles: [loop_front], size_px: [320, 240], hfov_deg: 80, "
+            "at_m: [0, 0, 0.79]}\n");
+  expect_refused({old}, "hfov_deg: unknown key");
+  const std::string none =
+      write("none.yaml",
+            "cameras:\n  front: {roles: [loop_front], size_px: [320, 240], at_m: [0, 0, "
+            "0.79]}\n");
+  expect_refused({none}, "fov_deg: missing; it must be given (or lens, or intrinsics_px)");
+}
+
+TEST_F(Place, RefusesARigThatCannotBe) {
+  const std::string bad =
+      write("bad.yaml",
+            "cameras:\n"
+            "  inside: {size_px: [320, 240], fov_deg: 80, at_m: [0, 0, 0.1]}\n"
+            "  sky: {roles: [floor], size_px: [320, 240], fov_deg: 40, at_m: [0, 0, 0.7], "
+            "tilt_deg: -60, floor: {}}\n");
+  expect_refused({kThree, bad}, "bad.yaml: cameras.inside: is mounted inside the robot");
+  expect_refused({kThree, bad}, "bad.yaml: cameras.sky: has the role floor and sees no floor");
+}
+
+// 50 of them: tests/benchmarks/place_study
+TEST_F(Place, ScoresWhatIsDrawn) {
+  const Body body;
+  constexpr double kWithin = 0.05;
+  for (const int i : {0, 1, 2}) {
+    Rng rng = Rng(1).fork("rig " + std::to_string(i));
+    const Rig rig = test::random_rig(rng, body);
+    const std::filesystem::path folder = folder_ / "work" / ("rig-" + std::to_string(i));
+    test::write_bare_floor(folder, rig, body);
+    const Said said =
+        panoptes({"render", (folder / "mission.yaml").string(), "--pose", "0,0,0", "--labels",
+                  "--depth", "--quiet", "--out", (folder / "render").string()});
+    ASSERT_EQ(said.status, 0) << said.err;
+    int compared = 0;
+    for (const auto& one : test::compare_sight(folder / "render", rig, body)) {
+      EXPECT_TRUE(std::abs(one.error()) <= kWithin ||
+                  std::abs(one.scored - one.rendered) <= one.pixel)
+          << "rig " << i << " " << one.what << ": scored " << one.scored << ", rendered "
+          << one.rendered;
+      ++compared;
+    }
+    EXPECT_GE(compared, 2);
+  }
+}
+
+}  // namespace
+}  // namespace panoptes
