@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <string>
+#include <utility>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -39,7 +41,7 @@ struct View {
   double px_per_m = 1;
 };
 
-// All that is known, and all paths driven, with a margin.
+// All that is known, all paths driven and goals about as near, with a margin.
 View view_of(const MapPicture& picture) {
   const OccupancyMap& map = picture.map;
   Vec2 low(1e9, 1e9);
@@ -64,6 +66,15 @@ View view_of(const MapPicture& picture) {
   }
   if (low.x() > high.x()) {
     low = high = Vec2::Zero();
+  }
+  constexpr double kLeast_m = 2;  // about so far aside of all that is known a goal is shown
+  const double aside_m = std::max(kLeast_m, 0.5 * (high - low).maxCoeff());
+  const Vec2 low_goal = low - Vec2::Constant(aside_m);
+  const Vec2 high_goal = high + Vec2::Constant(aside_m);
+  for (const GoalMark& goal : picture.goals) {
+    if (goal.p_map == goal.p_map.cwiseMax(low_goal).cwiseMin(high_goal)) {
+      show(goal.p_map);
+    }
   }
   constexpr double kMargin_m = 0.3;
   constexpr double kLongest_px = 1100;
@@ -122,6 +133,25 @@ void draw_contact(Canvas& canvas, const Vec2& at_px, bool while_moving) {
   canvas.cross(at_px, 6.5, while_moving ? kWrongColour : kFaint, 3);
 }
 
+Colour colour_of(GoalMark::End end) {
+  switch (end) {
+    case GoalMark::End::kReached:
+      return kTruthColour;
+    case GoalMark::End::kRefused:
+      return kWrongColour;
+    case GoalMark::End::kNeither:
+      break;
+  }
+  return kFaint;
+}
+
+// Without a number in the legend.
+void draw_goal(Canvas& canvas, const Vec2& at_px, GoalMark::End end, const std::string& number) {
+  canvas.disc(at_px, 11, kPaper);
+  canvas.disc(at_px, 9, colour_of(end));
+  canvas.text(number, at_px + Vec2(0, 4.5), kPaper, 13, 0.5);
+}
+
 // What a sign in the picture means.
 struct LegendEntry {
   std::string name;
@@ -157,6 +187,17 @@ std::vector<LegendEntry> legend_of(const MapPicture& picture) {
       legend.push_back(
           {moving ? "touched" : "touched while it stood",
            [moving](Canvas& canvas, const Vec2& middle) { draw_contact(canvas, middle, moving); }});
+    }
+  }
+  using End = GoalMark::End;
+  for (const auto& [end, name] :
+       {std::pair(End::kReached, "goal, reached"), std::pair(End::kRefused, "goal, refused"),
+        std::pair(End::kNeither, "goal, not reached")}) {
+    if (std::any_of(picture.goals.begin(), picture.goals.end(),
+                    [end = end](const GoalMark& goal) { return goal.end == end; })) {
+      legend.push_back({name, [end = end](Canvas& canvas, const Vec2& middle) {
+                          draw_goal(canvas, middle, end, "");
+                        }});
     }
   }
   return legend;
@@ -247,6 +288,11 @@ cv::Mat draw_map(const MapPicture& picture) {
     const Pose2& end = picture.estimate_map.back();
     draw_start(canvas, to_px(estimate_map.front()));
     draw_arrow(canvas, to_px(end.position()), end.theta_rad);
+  }
+  for (std::size_t i = 0; i < picture.goals.size(); ++i) {
+    const GoalMark& goal = picture.goals[i];
+    draw_goal(canvas, to_px(goal.p_map).cwiseMax(corner).cwiseMin(opposite), goal.end,
+              std::to_string(i + 1));
   }
   for (const ContactMark& contact : picture.contacts) {
     draw_contact(canvas, to_px(contact.p_map), contact.while_moving);

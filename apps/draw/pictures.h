@@ -30,17 +30,27 @@ struct ContactMark {
   bool while_moving = true;
 };
 
+/// A place that the robot was told to drive to.
+struct GoalMark {
+  enum class End { kReached, kRefused, kNeither };
+
+  Vec2 p_map;
+  End end = End::kNeither;
+};
+
 struct MapPicture {
   OccupancyMap map;
   std::vector<Pose2> estimate_map;  ///< the path as the map has it, from start to end
   std::vector<Vec2> truth_map;      ///< true path, empty where it is not known
   std::vector<LoopLine> loops;      ///< accepted closures
   std::vector<ContactMark> contacts;
+  std::vector<GoalMark> goals;  ///< in turn
   std::string title;
 };
 
-/// The map with both paths on it, where the robot is at their end, the closures and what was
-/// touched; with metres along the sides, a scale bar and a legend. 8-bit BGR.
+/// The map with both paths on it, where the robot is at their end, the closures, what was touched
+/// and the goals, numbered; with metres along the sides, a scale bar and a legend. A goal too far
+/// out to be shown lies on the frame. 8-bit BGR.
 cv::Mat draw_map(const MapPicture& picture);
 
 struct Curve {

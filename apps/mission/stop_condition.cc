@@ -5,12 +5,15 @@
 #include <csignal>
 #include <cstddef>
 
+#include <fmt/format.h>
+
 #include "hw/pioneer/emergency_stop.h"
 
 namespace panoptes {
 namespace {
 
 constexpr std::array<int, 3> kSignals = {SIGINT, SIGTERM, SIGHUP};
+constexpr double kOdometryPatience_s = 10;
 constexpr int kNow = 3;  // signals after which nothing more is awaited
 
 volatile std::sig_atomic_t g_signals = 0;
@@ -50,6 +53,19 @@ StopCondition::~StopCondition() {
 
 bool StopCondition::interrupted() const { return g_signals > 0; }
 bool StopCondition::hurried() const { return g_signals > 1; }
+
+void StopCondition::watch_odometry(Time now, const std::string& fault) {
+  if (fault.empty()) {
+    odometry_silent_since_.reset();
+    return;
+  }
+  odometry_silent_since_ = odometry_silent_since_.value_or(now);
+  const double silent_s = to_seconds(now - *odometry_silent_since_);
+  if (silent_s >= kOdometryPatience_s) {
+    lose_device(
+        DeviceError(fmt::format("odometry: {}; nothing else for {:.0f} s", fault, silent_s)));
+  }
+}
 
 void StopCondition::hold(const Health& health) {
   held_by_ = health.held_by;

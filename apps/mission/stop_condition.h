@@ -3,6 +3,7 @@
 
 #include <array>
 #include <csignal>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -34,6 +35,10 @@ class StopCondition {
   void lose_device(const DeviceError& error) { device_fault_ = error.what(); }
   const std::string& device_fault() const { return device_fault_; }  ///< empty: none is lost
 
+  /// Why the odometry tells nothing at `now`; empty when it does. Where it is silent for longer
+  /// than somebody takes to switch a base on again, it is a lost device.
+  void watch_odometry(Time now, const std::string& fault);
+
   /// Something holds the robot, and nobody is there to see to it: `outcome` of a run that ends so,
   /// and what it was.
   void hold(const Health& health);
@@ -54,6 +59,7 @@ class StopCondition {
   StopOptions options_;
   std::array<struct sigaction, 3> before_ = {};
   std::string device_fault_;
+  std::optional<Time> odometry_silent_since_;
   std::string held_by_;
   std::string touched_;
   std::string rig_fault_;

@@ -18,8 +18,8 @@ class OtherPilot : public Pilot {
   PilotStep step(const Observation& /*seen*/, const SlamStep& at) override {
     PilotStep step;
     step.reason = who_;
-    if (!at.cameras_told.empty()) {
-      step.reason += "; " + at.cameras_told;
+    for (const std::string& told : {at.passed_over, at.cameras_told}) {
+      step.reason += told.empty() ? "" : "; " + told;
     }
     step.mapped_free_m2 = slam_ != nullptr ? slam_->mapped_free_m2() : 0;
     return step;

@@ -36,7 +36,8 @@ class ProgramPilot : public OtherPilot {
     if (seen.health.bumper_pressed && !is_elsewhere()) {
       touched_ = touch_told();
     }
-    const Twist2 next = program_.command(seen.odometry, since_last);
+    const std::optional<Odometry> odometry = told_odometry(seen, at);
+    const Twist2 next = odometry ? program_.command(*odometry, since_last) : Twist2{};
     command(touched_.empty() ? next : Twist2{}, step);
     step.reason = (touched_.empty() ? program_.doing() : touched_) + step.reason;
     return step;

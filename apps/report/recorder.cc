@@ -98,7 +98,10 @@ void Recorder::add(const Observation& seen, const SlamStep& at, const PilotStep&
   if (seen.pictures.empty() && !(counts && later)) {
     return;
   }
-  run_.frames.push_back({seen.stamp, seen.odometry.T_odom_body, step.goal_map.has_value()});
+  const std::optional<Odometry> odometry = told_odometry(seen, at);
+  const Pose2 T_odom_last = run_.frames.empty() ? Pose2() : run_.frames.back().T_odom_body;
+  run_.frames.push_back(
+      {seen.stamp, odometry ? odometry->T_odom_body : T_odom_last, step.goal_map.has_value()});
   try {
     add_row(seen, at, step);
   } catch (...) {  // tables of frame sets have the same ones

@@ -139,7 +139,10 @@ void write_loops(const fs::path& file, const FinishedRun& run, const RunFindings
 }
 
 cv::Mat drawn_map(const FinishedRun& run, const RunFindings& f) {
-  MapPicture picture{run.result.map, f.T_map_frame, positions(true_trajectory_map(f)), {}, {}, {}};
+  MapPicture picture;
+  picture.map = run.result.map;
+  picture.estimate_map = f.T_map_frame;
+  picture.truth_map = positions(true_trajectory_map(f));
   picture.title = fmt::format("{}: {:.1f} m2 of floor in {:.0f} s", name_of(run),
                               f.coverage.back().mapped_m2, to_seconds(run.last_step));
   for (const ClosureReport& closure : f.closures) {
@@ -151,6 +154,11 @@ cv::Mat drawn_map(const FinishedRun& run, const RunFindings& f) {
   }
   for (const TrueContact& contact : known_contacts(run, f)) {
     picture.contacts.push_back({f.T_scene_map.inverse() * contact.p_scene, contact.while_moving});
+  }
+  for (const GoalFigures& goal : f.goals) {
+    picture.goals.push_back({goal.goal_map, goal.reached   ? GoalMark::End::kReached
+                                            : goal.refused ? GoalMark::End::kRefused
+                                                           : GoalMark::End::kNeither});
   }
   return draw_map(picture);
 }

@@ -188,7 +188,9 @@ RunEnd run_end(const StopCondition& stop_condition, const ExploreMission& missio
     return end("completed", "end_of_data");
   }
   if (explored && shut_in(*slam, mission.robot)) {
-    return end("stuck", "");
+    return end("stuck", fmt::format("no way that the robot, {:.2f} m wide, has room for leads from "
+                                    "where it started",
+                                    2 * mission.robot.radius_m));
   }
   return end("completed", explored ? "explored" : "goals_done");
 }

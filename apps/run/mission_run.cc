@@ -25,6 +25,13 @@
 namespace panoptes {
 namespace {
 
+std::string odometry_fault(const Observation& seen, const SlamStep& at) {
+  if (told_odometry(seen, at)) {
+    return "";
+  }
+  return at.passed_over.empty() ? "the wheels tell no number" : at.passed_over;
+}
+
 // Whatever is thrown on the way, the robot stands afterwards, what is being written of the drive is
 // written, and what went wrong is told: at once, for the rest takes a while. A mission that is
 // refused before it has begun is thrown on.
@@ -137,6 +144,7 @@ int run_mission(const ExploreMission& mission, const MissionRun& run) {
         step.reason = fault;
         stop_condition.refuse_rig(std::move(fault));
       }
+      stop_condition.watch_odometry(seen.stamp, odometry_fault(seen, at));
       clock.end("step");
       refuse_bad_start(mission, slam.get());
       pilot->handle_hold(seen.health, step, robot, stop_condition);

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <charconv>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -17,6 +16,7 @@
 #include "apps/run/refined.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/io/digits.h"
 
 namespace panoptes {
 namespace {
@@ -48,13 +48,6 @@ std::vector<std::string_view> parts(std::string_view text, char between) {
   }
 }
 
-std::optional<double> number(std::string_view text) {
-  double value = 0;
-  const char* end = text.data() + text.size();
-  const auto [read, error] = std::from_chars(text.data(), end, value);
-  return error == std::errc() && read == end ? std::optional(value) : std::nullopt;
-}
-
 // As the setting `drive:` of a mission.
 std::string drive_to(const std::string& goals) {
   std::vector<std::string> points;
@@ -68,8 +61,8 @@ std::string drive_to(const std::string& goals) {
           fmt::format("--goals: goal {} {}, got '{}'", points.size() + 1, must, goal));
     };
     const std::vector<std::string_view> words = parts(goal, ',');
-    const std::optional<double> x_m = number(words.front());
-    const std::optional<double> y_m = number(words.back());
+    const std::optional<double> x_m = parse_number(words.front());
+    const std::optional<double> y_m = parse_number(words.back());
     if (words.size() != 2 || !x_m || !y_m) {
       throw fault("must be x,y in metres");
     }

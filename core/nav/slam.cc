@@ -71,6 +71,7 @@ SlamStep Slam::step_accepted(const Observation& accepted) {
 SlamStep Slam::step_straight(const Observation& seen) {
   SlamStep step;
   step.stamp = seen.stamp;
+  step.odometry = seen.odometry;
   step.cameras_told = told(cameras_.reports());
   const std::vector<Pose2>& T_map_nodes = localiser_.graph().T_map_node;
   const Located located = localiser_.step(

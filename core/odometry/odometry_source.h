@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <string>
 
@@ -10,6 +11,14 @@
 #include "core/motion/rig_correction.h"
 
 namespace panoptes {
+
+/// Whether it tells numbers.
+inline bool is_finite(const Odometry& odometry) {
+  const Pose2& T = odometry.T_odom_body;
+  const Twist2& twist = odometry.twist_body;
+  return std::isfinite(T.x_m) && std::isfinite(T.y_m) && std::isfinite(T.theta_rad) &&
+         std::isfinite(twist.v_mps) && std::isfinite(twist.w_radps);
+}
 
 /// Where the robot's motion comes from: its wheels, say, or its pictures. A source tells poses in a
 /// frame of its own, which drifts but never jumps.

@@ -58,9 +58,7 @@ Mat3 wheel_covariance(const WheelNoise& noise, double wheel_base_m, const Pose2&
 
 std::optional<Odometry> WheelOdometry::at(const Observation& seen) {
   const Pose2& T = seen.odometry.T_odom_body;
-  const Twist2& twist = seen.odometry.twist_body;
-  if (!(std::isfinite(T.x_m) && std::isfinite(T.y_m) && std::isfinite(T.theta_rad) &&
-        std::isfinite(twist.v_mps) && std::isfinite(twist.w_radps))) {
+  if (!is_finite(seen.odometry)) {
     fault_ = "the wheels tell no number";
     return std::nullopt;
   }

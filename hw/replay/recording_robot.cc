@@ -12,11 +12,14 @@
 #include <utility>
 #include <variant>
 
+#include <fmt/format.h>
+
 #include "core/base/error.h"
 #include "core/io/dataset_table.h"
 #include "core/io/dataset_writer.h"
 #include "core/io/digits.h"
 #include "core/io/file.h"
+#include "core/odometry/odometry_source.h"
 #include "hw/replay/truth_files.h"
 
 namespace panoptes::hw {
@@ -201,6 +204,12 @@ Observation RecordingRobot::observe(Time deadline) {
   Seen seen;
   seen.observation = robot_->observe(deadline);
   seen.now = robot_->now();
+  if (!is_finite(seen.observation.odometry)) {
+    throw DeviceError(fmt::format(
+        "odometry: no number at {} s, and a recording without numbers could not be driven again; "
+        "what was recorded until then is whole",
+        seconds(seen.observation.stamp)));
+  }
   if (writer_->with_truth()) {
     seen.news = robot_->truth_since(writer_->poses(), writer_->contacts());
   }

@@ -79,8 +79,10 @@ TEST_F(RunApp, GoalsThatAreNonePointsAreStatus2) {
   EXPECT_EQ(told("1,0; 2"), "--goals: goal 2 must be x,y in metres, got '2'\n");
   EXPECT_EQ(told("1,2,3"), "--goals: goal 1 must be x,y in metres, got '1,2,3'\n");
   EXPECT_EQ(told("a,b"), "--goals: goal 1 must be x,y in metres, got 'a,b'\n");
+  EXPECT_EQ(told("nan,0"), "--goals: goal 1 must be x,y in metres, got 'nan,0'\n");
+  EXPECT_EQ(told("0,-inf"), "--goals: goal 1 must be x,y in metres, got '0,-inf'\n");
   EXPECT_EQ(told("1,0;"), "--goals: goal 2 must be x,y in metres, got ''\n");
-  for (const std::string far : {"nan,1", "inf,1", "1,-20000", "1e300,0"}) {
+  for (const std::string far : {"1,-20000", "1e300,0"}) {
     EXPECT_EQ(told(far),
               "--goals: goal 1 must lie within 10000 m of the start, got '" + far + "'\n");
   }

@@ -83,5 +83,20 @@ TEST(StopCondition, EndsWhenADeviceIsLost) {
   EXPECT_EQ(stop_condition.device_fault(), "camera front: no picture for 1 s");
 }
 
+TEST(StopCondition, EndsWhenTheOdometryStaysSilent) {
+  const std::string fault = "the wheels tell no number";
+  StopCondition stop_condition{StopOptions()};
+  stop_condition.watch_odometry(time_at(1), fault);
+  stop_condition.watch_odometry(time_at(9), fault);
+  stop_condition.watch_odometry(time_at(10.5), "");
+  stop_condition.watch_odometry(time_at(12), fault);
+  stop_condition.watch_odometry(time_at(21), fault);
+  EXPECT_FALSE(stop_condition.reached(time_at(21), 0)) << "it has spoken meanwhile";
+  stop_condition.watch_odometry(time_at(22), fault);
+  EXPECT_TRUE(stop_condition.reached(time_at(22), 0));
+  EXPECT_EQ(stop_condition.device_fault(),
+            "odometry: the wheels tell no number; nothing else for 10 s");
+}
+
 }  // namespace
 }  // namespace panoptes

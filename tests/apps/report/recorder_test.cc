@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <set>
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 #include <opencv2/core/mat.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 #include "apps/report/figure_names.h"
 #include "core/base/error.h"
@@ -332,6 +334,23 @@ TEST_F(RecorderTest, WritesWhatHasBecomeOfEachGoal) {
   EXPECT_THAT(report.summary, testing::Contains("goal 2 (3.00, 2.00): refused after 5.2 s: "
                                                 "something stands there"));
   EXPECT_THAT(report.summary, testing::Contains("goal 3 (1.00, 1.00): not begun"));
+  goals_.clear();
+  record(folder_ / "without", truth);
+  EXPECT_NE(read_file(folder_ / "run" / "map.png"), read_file(folder_ / "without" / "map.png"));
+}
+
+TEST_F(RecorderTest, ShowsTheMapWhereverAGoalIs) {
+  const auto size_px = [this](const std::string& run) {
+    return cv::imread((folder_ / run / "map.png").string()).size();
+  };
+  record(folder_ / "without", run_.truth);
+  goals_ = {made_up_goals().front()};
+  goals_.front().goal_map = {-9000, 40};
+  record(folder_ / "far", run_.truth);
+  EXPECT_EQ(size_px("far").width, size_px("without").width);
+  goals_.front().goal_map = {3, 6};  // a metre outside of the room
+  record(folder_ / "near", run_.truth);
+  EXPECT_GT(size_px("near").height, size_px("without").height);
 }
 
 TEST_F(RecorderTest, AGoalThatTheTruthDoesNotBearOutIsNotReached) {
@@ -574,6 +593,41 @@ TEST_F(RecorderTest, KeepsTheInstantsOfABlindRunInOrder) {
   for (const char* name : {"map.png", "coverage.png"}) {
     EXPECT_FALSE(std::filesystem::exists(out / name)) << "nothing was mapped: " << name;
   }
+}
+
+// Carried on by what slam takes of it, whatever the platform says.
+TEST_F(RecorderTest, KeepsOdometryThatTellsNoNumberOrJumpsWhereItWas) {
+  const auto out = folder_ / "run";
+  std::filesystem::create_directories(out);
+  Recorder recorder(out, RunInfo{}, nullptr);
+  const double no_number = std::nan("");
+  const auto add = [&](double t_s, double says_m, std::optional<double> told_m, bool maps) {
+    Observation seen;
+    seen.stamp = time_at(t_s);
+    seen.pictures["front"].stamp = seen.stamp;
+    seen.odometry.T_odom_body = {says_m, 0, 0};
+    SlamStep at;
+    if (told_m) {
+      at.odometry.emplace().T_odom_body = {*told_m, 0, 0};
+    } else if (maps) {
+      at.passed_over = "the wheels jumped";
+    }
+    recorder.add(seen, at, {});
+  };
+  add(0, no_number, std::nullopt, true);
+  add(1, 1, 1, true);
+  add(2, no_number, std::nullopt, true);
+  add(3, 50, std::nullopt, true);
+  add(4, 51, 2, true);
+  add(5, 3, std::nullopt, false);
+  add(6, no_number, std::nullopt, false);
+  recorder.write_report(std::nullopt, {}, {"device_lost", "odometry"});
+  std::vector<double> x_m;
+  for (const TumPose& pose : read_tum(out / "odometry.tum")) {
+    x_m.push_back(pose.T_frame_body.translation.x());
+  }
+  EXPECT_THAT(x_m, testing::ElementsAre(0, 1, 1, 1, 2, 3, 3));
+  EXPECT_EQ(read_csv(out / "steps.csv").rows.size(), x_m.size());
 }
 
 TEST_F(RecorderTest, TellsThatTheRobotStandsForPicturesDoNotCome) {

@@ -3,6 +3,8 @@
 // status tells whose fault it was.
 #include "apps/process/fault.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <functional>
 #include <memory>
@@ -139,6 +141,33 @@ class FaultyRobot final : public hw::Robot {
   std::vector<std::string>& told_;
 };
 
+/// What another robot perceives, but for its wheels.
+class OtherWheels final : public hw::Robot {
+ public:
+  OtherWheels(std::unique_ptr<hw::Robot> robot, std::function<void(Observation&)> spoil,
+              std::vector<Twist2>& commands)
+      : robot_(std::move(robot)), spoil_(std::move(spoil)), commands_(commands) {}
+
+  Observation observe(Time deadline) override {
+    Observation seen = robot_->observe(deadline);
+    spoil_(seen);
+    return seen;
+  }
+  void drive(const Twist2& command_body, Duration valid_for) override {
+    commands_.push_back(command_body);
+    robot_->drive(command_body, valid_for);
+  }
+  void stop() override { robot_->stop(); }
+  Time now() const override { return robot_->now(); }
+  Timing timing() const override { return robot_->timing(); }
+  std::optional<Truth> truth() const override { return robot_->truth(); }
+
+ private:
+  std::unique_ptr<hw::Robot> robot_;
+  std::function<void(Observation&)> spoil_;
+  std::vector<Twist2>& commands_;
+};
+
 class FaultyRun : public ScratchTest {
  protected:
   void SetUp() override {
@@ -152,8 +181,24 @@ class FaultyRun : public ScratchTest {
                "drive: none\nuntil: {duration_s: 1}\nframe_deadline_s: 0.1\n");
   }
 
+  // A program drives for so long by wheels that tell no number in between.
+  int run_without_numbers(double from_s, double to_s, const std::string& duration_s) {
+    settings_ = {"drive={program: rose}", "until.duration_s=" + duration_s};
+    commands_.clear();
+    return run([=, this](OpenRobot& open, const fs::path&) {
+      open.robot = std::make_unique<OtherWheels>(
+          std::move(open.robot),
+          [=](Observation& seen) {
+            if (seen.stamp >= time_at(from_s) && seen.stamp < time_at(to_s)) {
+              seen.odometry.T_odom_body.x_m = std::nan("");
+            }
+          },
+          commands_);
+    });
+  }
+
   int run(const std::function<void(OpenRobot&, const fs::path&)>& wrap) {
-    const auto mission = load_mission<ExploreMission>((folder_ / "m.yaml").string(), {},
+    const auto mission = load_mission<ExploreMission>((folder_ / "m.yaml").string(), settings_,
                                                       CameraRequirement::kNothing);
     testing::internal::CaptureStderr();
     testing::internal::CaptureStdout();
@@ -163,7 +208,7 @@ class FaultyRun : public ScratchTest {
     } catch (...) {
       status = current_fault().status;
     }
-    testing::internal::GetCapturedStdout();
+    summary_ = testing::internal::GetCapturedStdout();
     said_ = testing::internal::GetCapturedStderr();
     return status;
   }
@@ -180,7 +225,10 @@ class FaultyRun : public ScratchTest {
   }
 
   std::string said_;
+  std::string summary_;
   std::vector<std::string> told_;
+  std::vector<std::string> settings_;
+  std::vector<Twist2> commands_;
 };
 
 TEST_F(FaultyRun, WithoutAFaultIsWhole) {
@@ -220,6 +268,31 @@ TEST_F(FaultyRun, KeepsAllElseWhateverIsThrownAtTheEnd) {
       EXPECT_TRUE(fs::exists(folder_ / "run" / "graph.g2o"));
     }
   }
+}
+
+TEST_F(FaultyRun, StandsWhileTheWheelsTellNoNumberAndGoesOn) {
+  EXPECT_EQ(run_without_numbers(3, 5, "8"), 0) << said_;
+  EXPECT_EQ(metrics()["outcome"], "completed");
+  int standing = 0;
+  for (const Twist2& command : commands_) {
+    ASSERT_TRUE(std::isfinite(command.v_mps) && std::isfinite(command.w_radps));
+    standing += command.v_mps == 0 && command.w_radps == 0 ? 1 : 0;
+  }
+  EXPECT_GE(standing, 19);
+  EXPECT_TRUE(std::any_of(commands_.end() - 20, commands_.end(), [](const Twist2& command) {
+    return command.v_mps != 0 || command.w_radps != 0;
+  }));
+  for (const TumPose& pose : read_tum(folder_ / "run" / "odometry.tum")) {
+    EXPECT_TRUE(pose.T_frame_body.translation.allFinite());
+  }
+}
+
+TEST_F(FaultyRun, EndsWhereTheWheelsStaySilent) {
+  EXPECT_EQ(run_without_numbers(3, 1e6, "60"), 3);
+  EXPECT_EQ(metrics()["outcome"], "device_lost");
+  EXPECT_NEAR(metrics()["run_s"].get<double>(), 13, 0.3);
+  EXPECT_THAT(summary_, HasSubstr("odometry: the wheels tell no number; nothing else for 10 s"));
+  EXPECT_EQ(commands_.back().v_mps, 0);
 }
 
 TEST_F(FaultyRun, TellsThatARecordingDidNotComeToItsEnd) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "hw/replay/recording_robot.h"
 
+#include <cmath>
 #include <csignal>
 #include <fstream>
 
@@ -52,6 +53,36 @@ TEST_F(RecordingRobotTest, KeepsAllThatWasPerceivedUntilTheRobotIsLost) {
   EXPECT_EQ(recorded_timing(dataset).period, ScriptedRobot(5).timing().period);
   EXPECT_EQ(recorded_timing(dataset).worst_latency, ScriptedRobot(5).timing().worst_latency);
   EXPECT_THAT(dataset.warnings, testing::IsEmpty());
+}
+
+// Its fourth observation is of wheels that tell no number.
+class SilentWheels final : public Robot {
+ public:
+  Observation observe(Time deadline) override {
+    Observation seen = robot_.observe(deadline);
+    if (++observations_ == 4) {
+      seen.odometry.twist_body.w_radps = std::nan("");
+    }
+    return seen;
+  }
+  void drive(const Twist2& /*command_body*/, Duration /*valid_for*/) override {}
+  void stop() override {}
+  Time now() const override { return robot_.now(); }
+  Timing timing() const override { return robot_.timing(); }
+  std::optional<Truth> truth() const override { return robot_.truth(); }
+
+ private:
+  ScriptedRobot robot_{10};
+  int observations_ = 0;
+};
+
+TEST_F(RecordingRobotTest, EndsWhereTheWheelsTellNoNumber) {
+  {
+    RecordingRobot robot(std::make_unique<SilentWheels>(), folder_, {}, small_rig(), Body{});
+    drive_on(robot, 3);
+    EXPECT_THROW(robot.observe(robot.now()), DeviceError);
+  }
+  EXPECT_EQ(read_dataset(folder_).observations.size(), 3U);
 }
 
 TEST_F(RecordingRobotTest, WritesForOtherProgramsToo) {
