@@ -23,7 +23,7 @@
 namespace panoptes {
 namespace {
 
-// Pictures of one instant are less apart: half of the time between two.
+// Pictures of one instant are less apart: half of the time between two, of 15 a second.
 constexpr Duration kMostApart = std::chrono::milliseconds(35);
 constexpr double kLeastNoise_px = 0.02;
 
@@ -299,8 +299,8 @@ class ByMaps {
     return cameras_[c].map.frames[frame].stamp - from_seconds(cameras_[c].believed.clock_offset_s);
   }
 
-  /// The frame that a camera took nearest to an instant; empty where that is another instant's.
-  std::optional<std::size_t> frame_at(std::size_t c, Time instant) const {
+  /// The frame that a camera took nearest to an instant.
+  std::optional<std::size_t> frame_near(std::size_t c, Time instant) const {
     std::optional<std::size_t> nearest;
     for (std::size_t frame = 0; frame < cameras_[c].map.frames.size(); ++frame) {
       if (!nearest || std::chrono::abs(taken(c, frame) - instant) <
@@ -308,24 +308,28 @@ class ByMaps {
         nearest = frame;
       }
     }
-    return nearest && std::chrono::abs(taken(c, *nearest) - instant) <= kMostApart ? nearest
-                                                                                   : std::nullopt;
+    return nearest;
   }
 
-  /// Each so many-th picture of the first camera, and what the others took then.
+  /// Pictures of the first camera, evenly, and what the others took then.
   void choose_instants() {
     std::vector<std::vector<Duration>> apart(cameras_.size());
-    const auto every = static_cast<std::size_t>(options_.every);
-    for (std::size_t frame = 0; frame < cameras_.front().map.frames.size(); frame += every) {
+    std::optional<Time> before;
+    const Duration every = from_seconds(options_.every_s);
+    for (std::size_t frame = 0; frame < cameras_.front().map.frames.size(); ++frame) {
       const Time instant = taken(0, frame);
+      if (before && instant - *before < every - kMostApart) {
+        continue;
+      }
+      before = instant;
       out_.tracks.instants.push_back(instant);
       frames_.emplace_back();
       for (std::size_t c = 0; c < cameras_.size(); ++c) {
-        std::optional<std::size_t> at = frame_at(c, instant);
-        if (at) {
-          apart[c].push_back(std::chrono::abs(taken(c, *at) - instant));
-        }
-        frames_.back().push_back(at && !cameras_[c].map.frames[*at].lost ? at : std::nullopt);
+        const std::optional<std::size_t> at = frame_near(c, instant);
+        const Duration off = at ? std::chrono::abs(taken(c, *at) - instant) : Duration::max();
+        apart[c].push_back(off);
+        frames_.back().push_back(
+            off <= kMostApart && !cameras_[c].map.frames[*at].lost ? at : std::nullopt);
       }
     }
     for (const std::vector<Duration>& of : apart) {

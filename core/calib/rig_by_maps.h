@@ -23,7 +23,7 @@ enum class MapsJoined {
 };
 
 struct RigByMapsOptions {
-  int every = 10;  ///< pictures to a keyframe; the thesis has 40, of a robot that turns slower
+  double every_s = 40 / 15.0;  ///< a keyframe: each 40th of 15 pictures a second, the thesis's
   FeatureMethod features = FeatureMethod::kSift;
   MapsJoined joined = MapsJoined::kChain;
   SimilarityOptions similarity;

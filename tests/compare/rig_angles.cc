@@ -82,6 +82,9 @@ std::string spread(const std::vector<double>& values, int digits) {
 
 /// The angle and how far it is off of one camera, by all results that tell of it.
 std::string cell(const MethodResults& results, const std::string& camera) {
+  if (results.tried == 0) {
+    return "";
+  }
   std::vector<double> angles;
   std::vector<double> errors;
   for (const Json& figures : results.told) {
@@ -100,6 +103,9 @@ std::string cell(const MethodResults& results, const std::string& camera) {
 }
 
 std::string pictures_cell(const MethodResults& results) {
+  if (results.tried == 0) {
+    return "";
+  }
   std::vector<double> mse_px2;
   for (const Json& figures : results.told) {
     mse_px2.push_back(std::pow(figures.at("reprojection_rms_px").at("after").get<double>(), 2));

@@ -23,7 +23,7 @@ struct CalibratedRig {
             static_cast<int>(calibration.tracks.views[seen.view].camera);
       }
     }
-    wheels = [this](Time at) { return driven.rose.wheels(at); };
+    calibration.wheels = [this](Time at) { return driven.rose.wheels(at); };
   }
   CalibratedRig(const CalibratedRig&) = delete;
   CalibratedRig& operator=(const CalibratedRig&) = delete;
@@ -42,7 +42,6 @@ struct CalibratedRig {
 
   DrivenRig driven;
   RigCalibration calibration;
-  WheelReadings wheels;
 };
 
 }  // namespace panoptes

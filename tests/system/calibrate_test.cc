@@ -171,6 +171,19 @@ TEST_F(CalibrateMaps, ARigIsNotToldByADriveThatHardlyTurns) {
   EXPECT_EQ(m["verdict"], "failed");
   EXPECT_FALSE(m.contains("reference")) << "no number is told";
   EXPECT_TRUE(std::filesystem::exists(folder_ / "work/rig/map_behind.json"));
+
+  // Nor by what maps of opposite walls have in common.
+  for (const std::string map : {"map_ahead.json", "map_behind.json"}) {
+    std::filesystem::create_directories(folder_ / "work/thesis");
+    std::filesystem::copy_file(folder_ / "work/rig" / map, folder_ / "work/thesis" / map);
+  }
+  const Said by_maps = panoptes({"calibrate", "rose", "--method", "thesis", "--cameras",
+                                 "ahead,behind", "--quiet", "--out", "thesis"});
+  EXPECT_EQ(by_maps.status, 1) << by_maps.out << by_maps.err;
+  EXPECT_THAT(by_maps.out, HasSubstr("failed: no rig is told"));
+  EXPECT_THAT(by_maps.out, HasSubstr("the maps of ahead and behind are not aligned: "));
+  EXPECT_EQ(metrics("thesis")["verdict"], "failed");
+  EXPECT_FALSE(metrics("thesis").contains("reference")) << "no number is told";
 }
 
 TEST_F(CalibrateMaps, EachCameraMapsWhatItPasses) {
@@ -350,6 +363,36 @@ TEST_F(CalibrateMaps, ARigIsToldByARose) {
   }
   const Said check = panoptes({"check", "rig/rig_calibrated.yaml"});
   EXPECT_EQ(check.status, 0) << check.out << check.err;
+
+  // As the thesis does it, by the same maps: without a metre, and of clocks that are off it says
+  // so.
+  for (const std::string method : {"thesis", "cycles"}) {
+    const std::filesystem::path out = folder_ / "work" / method;
+    std::filesystem::create_directories(out);
+    for (const std::string map : {"map_ahead.json", "map_left.json"}) {
+      std::filesystem::copy_file(folder_ / "work/rig" / map, out / map);
+    }
+    const Said by_maps = panoptes({"calibrate", "rig/recording", "--method", method, "--seed", "3",
+                                   "--quiet", "--out", method});
+    EXPECT_EQ(by_maps.status, 0) << by_maps.err;
+    EXPECT_EQ(by_maps.err, "");
+    EXPECT_THAT(by_maps.out, HasSubstr("2 cameras by their maps; "));
+    EXPECT_THAT(by_maps.out, HasSubstr("no metre: lengths are as the rig file has them"));
+    const auto told = metrics(method);
+    EXPECT_EQ(told["method"], method);
+    EXPECT_EQ(told["seed"], 3);
+    EXPECT_EQ(told["scale_source"], "rig_file");
+    EXPECT_FALSE(told.contains("T_body_reference"));
+    EXPECT_LT(told["cameras"]["left"]["rotation_error_deg"], 1);
+    EXPECT_NEAR(told["cameras"]["left"]["rotation_deg"],
+                told["cameras"]["left"]["true_rotation_deg"].get<double>(), 1);
+    EXPECT_GT(told["alignments"][0]["agree"], 2 * told["alignments"][0]["by_chance"].get<int>());
+    EXPECT_LT(told["reprojection_rms_px"]["after"], 0.8);
+    for (const std::string file : {"matches_ahead_left.png", "reprojection_rig_left.png",
+                                   "rig_calibrated.yaml", "camchain.yaml", "rig.urdf"}) {
+      EXPECT_TRUE(std::filesystem::exists(out / file)) << file;
+    }
+  }
 
   // Without odometry, by the maps that are there.
   const std::filesystem::path work = folder_ / "work";

@@ -40,7 +40,7 @@ TEST(RigReprojectionPicture, ShowsViewsOfTheCameraThatShowManyPoints) {
   for (const std::size_t view : views) {
     shown.push_back({view, rig.blank()});
   }
-  const cv::Mat picture = draw_rig_reprojection(rig.calibration, rig.wheels, 1, shown);
+  const cv::Mat picture = draw_rig_reprojection(rig.calibration, rig.calibration.wheels, 1, shown);
   EXPECT_EQ(picture.type(), CV_8UC3);
   EXPECT_GT(picture.rows, 3 * 480);
 }

@@ -14,7 +14,7 @@ double rms_of_all_px(const CalibratedRig& rig, const RigBundleState& state) {
   double squared = 0;
   int all = 0;
   for (std::size_t c = 0; c < rig.calibration.cameras.size(); ++c) {
-    const ReprojectionRms rms = reprojection_rms(rig.calibration.tracks, state, rig.wheels, c);
+    const ReprojectionRms rms = reprojection_rms(rig.calibration.tracks, state, rig.calibration.wheels, c);
     squared += rms.own * rms.own_px * rms.own_px + rms.other * rms.other_px * rms.other_px;
     all += rms.own + rms.other;
   }
@@ -39,9 +39,9 @@ TEST(RigReprojection, IsNotToldOfWhatLiesBehindTheCamera) {
   CalibratedRig rig({});
   const RigSeen& seen = rig.calibration.tracks.seen.front();
   RigBundleState state = rig.calibration.bundle.state;
-  EXPECT_TRUE(drawn_px(rig.calibration.tracks, state, rig.wheels, seen));
+  EXPECT_TRUE(drawn_px(rig.calibration.tracks, state, rig.calibration.wheels, seen));
   state.points_start[seen.point] *= -100;
-  EXPECT_FALSE(drawn_px(rig.calibration.tracks, state, rig.wheels, seen));
+  EXPECT_FALSE(drawn_px(rig.calibration.tracks, state, rig.calibration.wheels, seen));
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ RigByMaps found_by(const std::vector<MappedCamera>& cameras, MapsJoined joined,
                    std::uint64_t seed = 1) {
   RigByMapsOptions options;
   options.joined = joined;
+  options.every_s = 1;
   double done = 0;
   RigByMaps found = calibrate_by_maps(
       options, cameras, [](std::size_t, std::size_t) { return cv::Mat(); }, Rng(seed),
