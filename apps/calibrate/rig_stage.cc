@@ -161,6 +161,12 @@ std::string_view name(RigMethod method) {
 
 int calibrate_rig_of(const RigStage& args) {
   const auto lenses = stage_cameras(args.dataset, args.rig, args.cameras);
+  if (args.method != RigMethod::kGuided && lenses.size() < 2) {
+    throw ConfigError(fmt::format(
+        "--method {}: tells cameras beside one another, and {} is the only one; give two at least, "
+        "or use --method guided, which tells how one is mounted on the robot",
+        name(args.method), lenses.front().first));
+  }
   std::optional<RecordedWheels> wheels;
   if (read_part(fs::path(args.dataset) / kOdometryFile)) {
     wheels.emplace(args.dataset);

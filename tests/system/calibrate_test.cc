@@ -184,6 +184,11 @@ TEST_F(CalibrateMaps, ARigIsNotToldByADriveThatHardlyTurns) {
   EXPECT_THAT(by_maps.out, HasSubstr("the maps of ahead and behind are not aligned: "));
   EXPECT_EQ(metrics("thesis")["verdict"], "failed");
   EXPECT_FALSE(metrics("thesis").contains("reference")) << "no number is told";
+  const Said alone =
+      panoptes({"calibrate", "rose", "--method", "thesis", "--cameras", "ahead", "--out", "alone"});
+  EXPECT_EQ(alone.status, 2);
+  EXPECT_THAT(alone.err, HasSubstr("tells cameras beside one another, and ahead is the only one"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "work/alone"));
 }
 
 TEST_F(CalibrateMaps, EachCameraMapsWhatItPasses) {
