@@ -14,6 +14,7 @@
 #include "apps/mission/file_kind.h"
 #include "apps/mission/mission.h"
 #include "apps/mission/open_robot.h"
+#include "apps/study/placement_study.h"
 #include "apps/study/study.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -60,6 +61,7 @@ CheckFile check_of(const FileKind& kind) {
       {"route", [](const std::string& file) { read_settings<sim::Route>(file); }},
       {"map", [](const std::string& file) { read_turned_map_server(file); }},
       {"study", check_study},
+      {"placement study", [](const std::string& file) { points_of(read_placement_study(file)); }},
   };
   return kChecks.at(kind.name);
 }
@@ -87,7 +89,8 @@ const FileKind& told_kind_of(const std::string& file) {
       file +
       ": cannot tell what this is; a mission has platform:, a world objects:, boxes:, "
       "generate: or floor_plan:, a rig cameras:, a robot radius_m:, a route "
-      "waypoints: or tour:, a map image: and occupied_thresh:, a study rungs:");
+      "waypoints: or tour:, a map image: and occupied_thresh:, a study rungs:, a placement "
+      "study parameters:");
 }
 
 // What was gathered from somebody else's dataset.

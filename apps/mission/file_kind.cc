@@ -14,6 +14,10 @@ namespace fs = std::filesystem;
 
 const std::vector<FileKind>& file_kinds() {
   static const std::vector<FileKind> kKinds{
+      {"placement study",  // it names a rig and has lines of require: as a mission has
+       "placements",
+       {"parameters", "sweep", "objectives"},
+       "panoptes place FILE scores all of its rigs"},
       {"mission", "missions", {"platform", "rig", "until", "drive", "navigator", "require"}, ""},
       {"world",
        "worlds",

@@ -10,7 +10,7 @@ namespace panoptes {
 struct FileKind {
   std::string name;
   std::string folder;             ///< of scenes/, where such files lie
-  std::vector<std::string> keys;  ///< that no other kind has
+  std::vector<std::string> keys;  ///< that no kind after it has
   std::string use;                ///< what to do with it; empty for a mission
 };
 const std::vector<FileKind>& file_kinds();

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -10,28 +13,102 @@
 #include "apps/command/command.h"
 #include "apps/command/out_dir.h"
 #include "apps/draw/pictures.h"
+#include "apps/mission/file_kind.h"
+#include "apps/place/pareto_picture.h"
 #include "apps/place/place_metrics.h"
 #include "apps/place/placed_rig.h"
+#include "apps/place/rig_sweep.h"
 #include "apps/place/score_table.h"
 #include "apps/place/sight_picture.h"
+#include "apps/place/sweep_report.h"
 #include "apps/process/fault.h"
+#include "apps/process/progress.h"
+#include "core/base/error.h"
 #include "core/io/file.h"
 
 namespace panoptes {
 namespace {
 
 struct PlaceArguments {
-  std::vector<std::string> rigs;
+  std::vector<std::string> files;  ///< rigs, or one study
   std::string robot;
   std::string out;
   std::vector<std::string> set;
+  int jobs = 1;
   bool quick = false;
+  bool quiet = false;
 };
+
+bool is_study(const std::string& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) {
+    return false;
+  }
+  const FileKind* kind = kind_by_keys(file);
+  return kind != nullptr && kind->name == "placement study";
+}
+
+// All rigs of a study, the best of them as a file of its own.
+int place_study(const PlaceArguments& args) {
+  if (args.files.size() > 1) {
+    throw ConfigError(args.files[0] + ": is a placement study, which stands alone; leave out " +
+                      args.files[1]);
+  }
+  if (!args.set.empty() || !args.robot.empty()) {
+    throw ConfigError(args.files[0] +
+                      ": is a placement study, which says itself what --set and "
+                      "--robot say of rigs; change it there");
+  }
+  const PlacementStudy study = read_placement_study(args.files[0]);
+  std::optional<OutDir> out;
+  if (!args.out.empty()) {
+    out.emplace(args.out);
+  }
+  ProgressLine line(args.quiet);
+  const RigSweep sweep = sweep_rigs(study, args.jobs, [&line](double done) {
+    if (line.due()) {
+      line.show(share_line("rigs", done, line.wall_s()));
+    }
+  });
+  std::printf("%s", sweep_table(study, sweep).c_str());
+  const bool any_good = std::any_of(sweep.rigs.begin(), sweep.rigs.end(),
+                                    [](const SweptRig& swept) { return swept.good(); });
+  if (!out) {
+    return any_good ? 0 : 1;
+  }
+  out->keep();
+  Faults faults;
+  faults.attempt([&] { write_sweep_csv(out->path() / "study.csv", study, sweep); });
+  if (!sweep.ranked.empty()) {
+    faults.attempt([&] { write_file(out->path() / "rig_best.yaml", best_rig_file(study, sweep)); });
+    faults.attempt(
+        [&] { write_file(out->path() / "pareto.png", png(pareto_picture(study, sweep))); });
+  }
+  constexpr std::size_t kDrawn = 3;
+  for (std::size_t k = 0; k < std::min(kDrawn, sweep.ranked.size()); ++k) {
+    faults.attempt([&] {
+      const PlaceOptions options{study.scores, study.robot};
+      PlacedRig placed;
+      placed.name = "rig-" + std::to_string(sweep.ranked[k] + 1);
+      placed.rig = rig_of(study, sweep.rigs[sweep.ranked[k]].point);
+      placed.scores = score_rig(options.scores, placed.rig, options.robot);
+      write_file(out->path() / ("floor_" + placed.name + ".png"),
+                 png(sight_picture(placed, options)));
+    });
+  }
+  faults.attempt([&] {
+    write_file(out->path() / "metrics.json", sweep_metrics(study, sweep, PANOPTES_VERSION));
+  });
+  return !faults.none() ? faults.status() : any_good ? 0 : 1;
+}
 
 // What rigs can do for a robot by geometry alone, side by side.
 int place(const PlaceArguments& args) {
+  if (std::any_of(args.files.begin(), args.files.end(), is_study)) {
+    return place_study(args);
+  }
   const PlaceOptions options = read_place_options(args.robot, args.set);
-  std::vector<PlacedRig> rigs = read_rigs(args.rigs, options.robot, args.set);
+  std::vector<PlacedRig> rigs = read_rigs(args.files, options.robot, args.set);
   std::optional<OutDir> out;
   if (!args.out.empty()) {
     out.emplace(args.out);
@@ -67,18 +144,23 @@ int place(const PlaceArguments& args) {
 void add_place(CLI::App& app, Command& chosen) {
   auto args = std::make_shared<PlaceArguments>();
   CLI::App* sub = app.add_subcommand(
-      "place", "What can a rig do for a robot, by geometry alone? Scores one, or compares two");
-  sub->add_option("RIG", args->rigs, "the rig file; a second one to compare it with")
+      "place",
+      "What can a rig do for a robot, by geometry alone? Scores one, compares two, or tries "
+      "many");
+  sub->add_option("RIG", args->files,
+                  "the rig file; a second one to compare it with; or a placement study, which "
+                  "varies a rig")
       ->required()
       ->expected(1, 2)
-      ->type_name("RIG [RIG]");
+      ->type_name("RIG [RIG] | STUDY");
   sub->add_option("--robot", args->robot,
                   "the robot file: its body hides what is behind it, its speed decides how far it "
                   "must see; a Pioneer P3-DX")
       ->type_name("FILE");
-  sub->add_option("--out", args->out,
-                  "where metrics.json and a picture of each rig's floor from above go; nothing is "
-                  "written without it")
+  sub->add_option(
+         "--out", args->out,
+         "where metrics.json and a picture of each rig's floor from above go, and of a study "
+         "study.csv, pareto.png and rig_best.yaml; nothing is written without it")
       ->type_name("DIR");
   sub->add_option(
          "--set", args->set,
@@ -92,6 +174,10 @@ void add_place(CLI::App& app, Command& chosen) {
   sub->add_flag("--quick", args->quick,
                 "without how well a programmed motion would calibrate the rig, which takes "
                 "seconds");
+  sub->add_option("--jobs", args->jobs, "of a study, rigs at a time; changes no result (1)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 256));
+  sub->add_flag("--quiet", args->quiet, "no progress");
   sub->footer(
       "One rig:\n"
       "  panoptes place scenes/rigs/front-back-floor.yaml --out runs/rig\n"
@@ -100,7 +186,9 @@ void add_place(CLI::App& app, Command& chosen) {
       "A camera tilted otherwise, on a slower bus:\n"
       "  panoptes place scenes/rigs/front-back-floor.yaml --set rig.cameras.floor.tilt_deg=40 "
       "--set "
-      "scores.bus=firewire400");
+      "scores.bus=firewire400\n"
+      "All tilts and heights of a floor camera, the best that hold what is required first:\n"
+      "  panoptes place scenes/placements/floor-camera.yaml --jobs 2 --out runs/placement");
   sub->callback([args, &chosen] { chosen = [args] { return place(*args); }; });
 }
 

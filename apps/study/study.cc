@@ -12,8 +12,6 @@
 namespace panoptes {
 namespace {
 
-void bind_settings(Fields& f, StudySettings& o) { f.texts("set", o.set, o.places); }
-
 // Names are cells of a table and parts of folders.
 void bind_name(Fields& f, std::string& name, std::string& place) {
   f.needed("name", name);
@@ -141,23 +139,25 @@ std::vector<std::string> faults_of(const Study& study) {
 
 }  // namespace
 
+void bind(Fields& f, StudySettings& o) { f.texts("set", o.set, o.places); }
+
 void bind(Fields& f, StudyMission& o) {
   bind_name(f, o.name, o.name_place);
   f.require(f.writing() || f.present("mission"), "mission", "missing; it must be given");
   f.path("mission", o.file);
-  bind_settings(f, o.settings);
+  bind(f, o.settings);
 }
 
 void bind(Fields& f, StudyRig& o) {
   bind_name(f, o.name, o.name_place);
   f.path("rig", o.file);
   o.file_place = f.where("rig");
-  bind_settings(f, o.settings);
+  bind(f, o.settings);
 }
 
 void bind(Fields& f, StudyRung& o) {
   bind_name(f, o.name, o.name_place);
-  bind_settings(f, o.settings);
+  bind(f, o.settings);
   f.texts("rigs", o.rigs, o.rig_places);
 }
 
@@ -182,7 +182,7 @@ void bind(Fields& f, Study& o) {
     f.require(!f.present(key) || !entries.empty(), key, "must have one entry at least");
   };
   some("missions", o.missions);
-  bind_settings(f, o.settings);
+  bind(f, o.settings);
   some("rigs", o.rigs);
   some("rungs", o.rungs);
   f("limits", o.limits);

@@ -15,6 +15,8 @@ struct StudySettings {
   std::vector<std::string> set;
   std::vector<std::string> places;
 };
+/// {set}
+void bind(Fields& f, StudySettings& o);
 
 /// What is tried under every rig and rung.
 struct StudyMission {

@@ -244,7 +244,8 @@ std::vector<NamedScore> named_scores(const RigScores& scores) {
         at.smallest_obstacle_m);
   }
   metres("blind.ahead_m", "blind ahead of the bumper", kLower, scores.blind_ahead_m);
-  metres("blind.over_width_m", "the same over the body's width", kLower, scores.blind_over_width_m);
+  metres("blind.over_width_m", "blind ahead, over the body's width", kLower,
+         scores.blind_over_width_m);
   metres("blind.around_median_m", "blind around the body, median", kLower,
          scores.blind_around_median_m);
   share("blind.unseen_headings_share", "headings without any floor seen", kLower,

@@ -295,9 +295,11 @@ TEST_F(RunApp, CheckKnowsEveryKindOfFile) {
   const std::string route = write(folder_ / "r.yaml", "waypoints: [{x_m: 1, y_m: 2}]\n");
   const std::string robot = write(folder_ / "b.yaml", "radius_m: 0.3\n");
   const std::string rig = kScenes + "rigs/front-back-floor.yaml";
-  Said said = run_here({"check", route, robot, rig});
+  const std::string placements = kScenes + "placements/floor-camera.yaml";
+  Said said = run_here({"check", route, robot, rig, placements});
   EXPECT_EQ(said.status, 0);
-  EXPECT_EQ(said.out, route + ": ok (route)\n" + robot + ": ok (robot)\n" + rig + ": ok (rig)\n");
+  EXPECT_EQ(said.out, route + ": ok (route)\n" + robot + ": ok (robot)\n" + rig + ": ok (rig)\n" +
+                          placements + ": ok (placement study)\n");
   const std::string broken = write(folder_ / "c.yaml", "radius_m: 0.3\nheigth_m: 1\n");
   said = run_here({"check", robot, broken});
   EXPECT_EQ(said.status, 2);
@@ -310,7 +312,8 @@ TEST_F(RunApp, CheckKnowsEveryKindOfFile) {
             odd +
                 ": cannot tell what this is; a mission has platform:, a world objects:, boxes:, "
                 "generate: or floor_plan:, a rig cameras:, a robot radius_m:, a route waypoints: "
-                "or tour:, a map image: and occupied_thresh:, a study rungs:\n");
+                "or tour:, a map image: and occupied_thresh:, a study rungs:, a placement study "
+                "parameters:\n");
 }
 
 TEST_F(RunApp, TrialsTakeNoPerson) {

@@ -255,6 +255,21 @@ TEST_F(Documents, TellOfRigsByGeometry) {
   expect_documented("p", part("**place**"));
 }
 
+TEST_F(Documents, TellOfPlacementStudies) {
+  ASSERT_EQ(
+      panoptes({"place", kScenes + "placements/floor-camera.yaml", "--quiet", "--out", "q"}).status,
+      0);
+  expect_figures(folder_ / "work" / "q" / "metrics.json");
+  for (const auto& entry : fs::directory_iterator(folder_ / "work" / "q")) {
+    EXPECT_TRUE(is_among(names_in(part("**place**")), entry.path().filename())) << entry.path();
+  }
+  const std::vector<std::string> columns = read_csv(folder_ / "work" / "q" / "study.csv").columns;
+  for (const char* column : {"rig", "rank", "verdict", "faults", "pareto"}) {
+    EXPECT_TRUE(names_in(page_).contains(column)) << column;
+    EXPECT_THAT(columns, testing::Contains(column));
+  }
+}
+
 TEST_F(Documents, TellOfMapsOfCameras) {
   ASSERT_EQ(panoptes({"record", kScenes + "missions/record-room.yaml", "--duration", "4", "--quiet",
                       "--out", "rose"})

@@ -101,6 +101,25 @@ TEST_F(Place, RefusesARigThatCannotBe) {
   expect_refused({kThree, bad}, "bad.yaml: cameras.sky: has the role floor and sees no floor");
 }
 
+TEST_F(Place, TriesAllRigsOfAStudy) {
+  const std::string study = kScenes + "placements/floor-camera.yaml";
+  const Said said = place({study, "--jobs", "2", "--quiet", "--out", "study"});
+  EXPECT_EQ(said.status, 0) << said.err;
+  EXPECT_THAT(said.out, AllOf(HasSubstr("132 rigs tried"), HasSubstr("pareto"),
+                              HasSubstr("stopping.margin_m >= 0: ")));
+  const auto m = metrics("study");
+  EXPECT_EQ(m["tried"], 132);
+  EXPECT_TRUE(m["best"][0]["pareto"]);
+  EXPECT_EQ(place({"study/rig_best.yaml", "--quick"}).status, 0);
+  EXPECT_EQ(panoptes({"check", study, "study/rig_best.yaml"}).status, 0);
+  expect_refused({study, kThree}, "is a placement study, which stands alone");
+  const std::string hopeless = write(
+      "hopeless.yaml", "rig: " + kThree +
+                           "\nparameters: {t: {set: [\"cameras.floor.tilt_deg={}\"], values: [20, "
+                           "30]}}\nrequire: [\"blind.ahead_m < 0\"]\n");
+  EXPECT_EQ(place({hopeless, "--quiet"}).status, 1);
+}
+
 // 50 of them: tests/benchmarks/place_study
 TEST_F(Place, ScoresWhatIsDrawn) {
   const Body body;

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/place/rig_sweep.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <limits>
+#include <thread>
+
+#include "core/base/error.h"
+#include "core/base/text.h"
+#include "core/eval/requirement.h"
+#include "core/eval/rig_sight.h"
+
+namespace panoptes {
+namespace {
+
+/// Where a score that the study names stands.
+std::size_t index_of(const RigSweep& sweep, const std::string& key, const std::string& place,
+                     const std::string& said_by) {
+  std::vector<std::string> known;
+  for (std::size_t i = 0; i < sweep.names.size(); ++i) {
+    if (sweep.names[i].key == key) {
+      return i;
+    }
+    known.push_back(sweep.names[i].key);
+  }
+  const std::string near = nearest_word(key, known);
+  throw ConfigError(place + ": " + said_by + ": there is no score " + key + "; " +
+                    (near.empty() ? "panoptes place RIG --out DIR writes all of them"
+                                  : "did you mean " + near + "?"));
+}
+
+struct Line {
+  std::size_t score = 0;
+  Requirement requirement;
+};
+
+void score_one(const PlacementStudy& study, const std::vector<Line>& lines, SweptRig& swept) {
+  const Rig rig = rig_of(study, swept.point);
+  if (const auto faults = placement_faults(rig, study.robot); !faults.empty()) {
+    swept.refused = joined(faults, "; ");
+    return;
+  }
+  for (const NamedScore& score : named_scores(score_rig(study.scores, rig, study.robot))) {
+    swept.scores.push_back(score.value);
+  }
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::optional<double>& value = swept.scores[lines[i].score];
+    if (!value || !holds(lines[i].requirement, *value)) {
+      swept.broken.push_back(i);
+    }
+  }
+}
+
+/// So that less is better; what a rig has not is worst.
+double cost(const RigSweep& sweep, const SweptRig& swept, std::size_t objective) {
+  const std::size_t score = sweep.objectives[objective];
+  const std::optional<double>& value = swept.scores[score];
+  if (!value) {
+    return std::numeric_limits<double>::infinity();
+  }
+  return sweep.names[score].better == Better::kHigher ? -*value : *value;
+}
+
+void rank(RigSweep& sweep) {
+  const std::size_t objectives = sweep.objectives.size();
+  const auto costs_before = [&](std::size_t a, std::size_t b) {
+    for (std::size_t i = 0; i < objectives; ++i) {
+      const double one = cost(sweep, sweep.rigs[a], i);
+      const double other = cost(sweep, sweep.rigs[b], i);
+      if (one != other) {
+        return one < other;
+      }
+    }
+    return a < b;
+  };
+  const auto dominates = [&](std::size_t a, std::size_t b) {
+    bool better = false;
+    for (std::size_t i = 0; i < objectives; ++i) {
+      const double one = cost(sweep, sweep.rigs[a], i);
+      const double other = cost(sweep, sweep.rigs[b], i);
+      if (one > other) {
+        return false;
+      }
+      better = better || one < other;
+    }
+    return better;
+  };
+  for (std::size_t i = 0; i < sweep.rigs.size(); ++i) {
+    if (sweep.rigs[i].refused.empty()) {
+      sweep.ranked.push_back(i);
+    }
+  }
+  std::sort(sweep.ranked.begin(), sweep.ranked.end(), costs_before);
+  std::vector<std::size_t> front;  // whoever dominates a rig costs less than it
+  for (const std::size_t i : sweep.ranked) {
+    if (sweep.rigs[i].good() && std::none_of(front.begin(), front.end(), [&](std::size_t other) {
+          return dominates(other, i);
+        })) {
+      sweep.rigs[i].pareto = true;
+      front.push_back(i);
+    }
+  }
+  const auto group = [&](std::size_t i) {
+    return sweep.rigs[i].pareto ? 0 : sweep.rigs[i].good() ? 1 : 2;
+  };
+  std::stable_sort(sweep.ranked.begin(), sweep.ranked.end(),
+                   [&](std::size_t a, std::size_t b) { return group(a) < group(b); });
+}
+
+}  // namespace
+
+Rig rig_of(const PlacementStudy& study, const PlacementPoint& point) {
+  try {
+    return read_settings<Rig>(study.rig, point.settings.set);
+  } catch (const ConfigError& error) {
+    throw ConfigError(with_places(point.settings, error.lines()));
+  }
+}
+
+RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
+                    const std::function<void(double done)>& progress) {
+  RigSweep sweep;
+  sweep.names = named_scores(score_rig(study.scores, Rig(), study.robot));
+  for (NamedScore& name : sweep.names) {
+    name.value.reset();
+  }
+  for (std::size_t i = 0; i < study.objectives.size(); ++i) {
+    const std::string place =
+        i < study.objective_places.size() ? study.objective_places[i] : study.file;
+    const std::size_t score = index_of(sweep, study.objectives[i], place, "objectives");
+    if (sweep.names[score].better == Better::kNeither) {
+      throw ConfigError(place + ": objectives: neither more nor less of " + study.objectives[i] +
+                        " is better");
+    }
+    sweep.objectives.push_back(score);
+  }
+  std::vector<Line> lines;
+  for (std::size_t i = 0; i < study.require.size(); ++i) {
+    Requirement requirement = parse_requirement(study.require[i]);
+    const std::size_t score =
+        index_of(sweep, requirement.figure, study.require_places[i], "require");
+    lines.push_back({score, std::move(requirement)});
+  }
+  for (PlacementPoint& point : points_of(study)) {
+    sweep.rigs.push_back({std::move(point), {}, {}, {}, false});
+  }
+
+  std::vector<std::exception_ptr> faults(sweep.rigs.size());
+  std::atomic<std::size_t> next = 0;
+  std::atomic<bool> stop = false;
+  const auto work = [&](const std::function<void(double)>& told) {
+    for (std::size_t i = next++; i < sweep.rigs.size() && !stop; i = next++) {
+      try {
+        score_one(study, lines, sweep.rigs[i]);
+        told(static_cast<double>(i + 1) / static_cast<double>(sweep.rigs.size()));
+      } catch (...) {
+        faults[i] = std::current_exception();
+        stop = true;
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> helpers;
+    for (int job = 1; job < jobs; ++job) {
+      helpers.emplace_back(work, [](double) {});
+    }
+    work(progress);
+  }
+  for (const std::exception_ptr& fault : faults) {
+    if (fault) {
+      std::rethrow_exception(fault);
+    }
+  }
+  rank(sweep);
+  return sweep;
+}
+
+}  // namespace panoptes

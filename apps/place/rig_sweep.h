@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/study/placement_study.h"
+#include "core/camera/rig.h"
+
+namespace panoptes {
+
+/// One rig of a study, and how it did.
+struct SweptRig {
+  PlacementPoint point;
+  std::string refused;                        ///< why it cannot be; empty when it can
+  std::vector<std::optional<double>> scores;  ///< of the sweep's `names`; empty when refused
+  std::vector<std::size_t> broken;            ///< lines of `require` that it does not hold
+  bool pareto = false;  ///< good, and no good one is better in an objective and worse in none
+  bool good() const { return refused.empty() && broken.empty(); }
+};
+
+struct RigSweep {
+  std::vector<NamedScore> names;        ///< without values
+  std::vector<std::size_t> objectives;  ///< of `names`
+  std::vector<SweptRig> rigs;           ///< in the study's order
+  /// Rigs that can be, the best first: those that hold every line; of these the Pareto set; then by
+  /// the objectives in their order.
+  std::vector<std::size_t> ranked;
+};
+
+/// The rig of a point, as its file has it but for the study's settings.
+Rig rig_of(const PlacementStudy& study, const PlacementPoint& point);
+
+/// Scores all rigs of a study by geometry. The same for any number of jobs. `progress` is told the
+/// share that is done, and stops it with an exception where it throws. Throws ConfigError where a
+/// setting makes no rig, or a score that the study names is none.
+RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
+                    const std::function<void(double done)>& progress);
+
+}  // namespace panoptes

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "apps/study/study.h"
+#include "core/config/fields.h"
+#include "core/eval/rig_scores.h"
+#include "core/geometry/body.h"
+
+namespace panoptes {
+
+/// Something about a rig that is tried in several ways: settings of the rig with `{}` where the
+/// value stands, and the values, one after another or from a range; or choices by name, each with
+/// settings of its own (a lens, one camera more, another role).
+struct PlacementParameter {
+  StudySettings set;
+  std::vector<std::string> values;
+  std::vector<std::string> value_places;
+  std::optional<Vec2> range;
+  double step = 0;  ///< of the range, on a grid
+  std::map<std::string, StudySettings> choices;
+};
+void bind(Fields& f, PlacementParameter& o);
+
+/// Every value with every other.
+struct GridSweep {
+  static constexpr std::string_view kName = "grid";
+};
+void bind(Fields& f, GridSweep& o);
+
+/// Values drawn evenly, each by itself.
+struct RandomSweep {
+  static constexpr std::string_view kName = "random";
+  int rigs = 1000;
+  std::uint64_t seed = 1;
+};
+void bind(Fields& f, RandomSweep& o);
+
+/// Where cameras may go: a rig to begin with, what is varied about it, what is good enough, and
+/// what is to be as good as can be.
+struct PlacementStudy {
+  std::string file;
+  std::string rig;  ///< its file
+  Body robot;
+  RigScoreOptions scores;
+  std::map<std::string, PlacementParameter> parameters;
+  std::variant<GridSweep, RandomSweep> sweep;
+  std::vector<std::string> require;  ///< lines about scores
+  std::vector<std::string> require_places;
+  std::vector<std::string> objectives{"floor.mapped_m2", "blind.ahead_m"};  ///< scores
+  std::vector<std::string> objective_places;
+};
+void bind(Fields& f, PlacementStudy& o);
+
+/// Throws ConfigError with every fault of the file. Whether rigs can be made of its settings, and
+/// its scores are known, is for whoever scores them to say.
+PlacementStudy read_placement_study(const std::string& file);
+
+/// One rig that is to be tried.
+struct PlacementPoint {
+  std::vector<std::string> values;  ///< of the parameters, in order of their names
+  StudySettings settings;           ///< of the rig
+};
+
+inline constexpr std::size_t kMostPlacementPoints = 200'000;
+
+/// All rigs of a study, in an order that is always the same. Throws ConfigError where they are more
+/// than kMostPlacementPoints.
+std::vector<PlacementPoint> points_of(const PlacementStudy& study);
+
+}  // namespace panoptes

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/place/rig_sweep.h"
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+
+#include "apps/place/sweep_report.h"
+#include "core/base/error.h"
+#include "core/io/csv.h"
+#include "core/io/file.h"
+#include "tests/support/scratch.h"
+
+namespace panoptes {
+namespace {
+
+using testing::HasSubstr;
+
+class RigSweeps : public ScratchTest {
+ protected:
+  PlacementStudy study(const std::string& more) {
+    const std::string file = path("study.yaml");
+    std::ofstream(file) << "rig: " << PANOPTES_SOURCE_DIR << "/scenes/rigs/front-back-floor.yaml\n"
+                        << "parameters:\n"
+                           "  tilt_deg: {set: [\"cameras.floor.tilt_deg={}\"], range: [10, 60], "
+                           "step: 10}\n"
+                           "  at: {set: [\"cameras.floor.at_m={}\"], values: [\"[0.2, 0, 0.6]\", "
+                           "\"[0.1, 0, 0.1]\"]}\n"
+                        << more;
+    return read_placement_study(file);
+  }
+  static RigSweep swept(const PlacementStudy& of, int jobs = 1) {
+    return sweep_rigs(of, jobs, [](double) {});
+  }
+  std::string fault(const std::string& more) {
+    try {
+      swept(study(more));
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "taken";
+  }
+};
+
+TEST_F(RigSweeps, RefuseWhatCannotBeAndRankTheRest) {
+  const PlacementStudy of = study("require: [\"blind.ahead_m <= 0.4\"]\n");
+  const RigSweep sweep = swept(of);
+  ASSERT_EQ(sweep.rigs.size(), 12U);
+  ASSERT_EQ(sweep.ranked.size(), 6U);  // the other place is inside of the hull
+  for (const SweptRig& rig : sweep.rigs) {
+    EXPECT_EQ(rig.refused.empty(), rig.point.values[0] == "[0.2, 0, 0.6]");
+    EXPECT_TRUE(rig.refused.empty() || rig.refused.find("inside the robot") != std::string::npos);
+  }
+  // Good ones before those that break a line, the Pareto set before others.
+  const auto group = [&](std::size_t k) {
+    const SweptRig& rig = sweep.rigs[sweep.ranked[k]];
+    return rig.pareto ? 0 : rig.good() ? 1 : 2;
+  };
+  for (std::size_t k = 1; k < sweep.ranked.size(); ++k) {
+    EXPECT_LE(group(k - 1), group(k));
+  }
+  EXPECT_EQ(group(0), 0);
+  EXPECT_EQ(group(5), 2);  // 10 degrees see nothing near by
+  // None of the Pareto set is beaten, whatever is good and not in it is.
+  const auto beats = [&](const SweptRig& a, const SweptRig& b) {
+    const double more = *a.scores[sweep.objectives[0]] - *b.scores[sweep.objectives[0]];
+    const double nearer = *b.scores[sweep.objectives[1]] - *a.scores[sweep.objectives[1]];
+    return more >= 0 && nearer >= 0 && (more > 0 || nearer > 0);
+  };
+  for (const SweptRig& rig : sweep.rigs) {
+    if (rig.good()) {
+      EXPECT_EQ(rig.pareto,
+                std::none_of(sweep.rigs.begin(), sweep.rigs.end(), [&](const SweptRig& other) {
+                  return other.good() && beats(other, rig);
+                }));
+    }
+  }
+}
+
+TEST_F(RigSweeps, AreTheSameBytesForAnyNumberOfJobs) {
+  const PlacementStudy of = study("sweep: {kind: random, rigs: 40, seed: 2}\n");
+  write_sweep_csv(path("one.csv"), of, swept(of, 1));
+  write_sweep_csv(path("three.csv"), of, swept(of, 3));
+  const std::string one = read_file(path("one.csv"));
+  EXPECT_EQ(one, read_file(path("three.csv")));
+  const CsvTable table = read_csv(path("one.csv"));
+  EXPECT_EQ(table.rows.size(), 40U);
+  EXPECT_EQ(table.columns[5], "at");
+}
+
+TEST_F(RigSweeps, LeaveTheBestRigAsAFileThatScoresTheSame) {
+  const PlacementStudy of = study("");
+  const RigSweep sweep = swept(of);
+  write_file(path("best.yaml"), best_rig_file(of, sweep));
+  EXPECT_THAT(read_file(path("best.yaml")), HasSubstr("# cameras.floor.tilt_deg="));
+  const auto again =
+      named_scores(score_rig(of.scores, read_settings<Rig>(path("best.yaml")), of.robot));
+  const SweptRig& best = sweep.rigs[sweep.ranked.front()];
+  for (std::size_t i = 0; i < again.size(); ++i) {
+    EXPECT_EQ(again[i].value, best.scores[i]) << again[i].key;
+  }
+}
+
+TEST_F(RigSweeps, AreRefusedWhereTheStudyNamesWhatIsNot) {
+  EXPECT_THAT(fault("require: [\"blind.ahed_m <= 1\"]\n"),
+              HasSubstr("study.yaml:5:11: require: there is no score blind.ahed_m; did you mean "
+                        "blind.ahead_m?"));
+  EXPECT_THAT(fault("objectives: [overlap.twice_share]\n"),
+              HasSubstr("objectives: neither more nor less of overlap.twice_share is better"));
+  const PlacementStudy wrong = [&] {
+    std::ofstream(path("wrong.yaml"))
+        << "rig: " << PANOPTES_SOURCE_DIR << "/scenes/rigs/front-back-floor.yaml\n"
+        << "parameters:\n  t: {set: [\"cameras.floor.tlit_deg={}\"], values: [1]}\n";
+    return read_placement_study(path("wrong.yaml"));
+  }();
+  try {
+    swept(wrong);
+    FAIL() << "it was taken";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("wrong.yaml:3:13: cameras.floor.tlit_deg: "));
+    EXPECT_THAT(error.what(), HasSubstr("did you mean tilt_deg?"));
+  }
+}
+
+}  // namespace
+}  // namespace panoptes
