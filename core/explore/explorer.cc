@@ -158,6 +158,48 @@ void cast_rays(double unknown_depth_m, const OccupancyMap& map, const std::vecto
   }
 }
 
+/// How much wanted floor may come into view from a place: what lies in a square of the camera's
+/// range about it.
+class WantedAbout {
+ public:
+  WantedAbout(const OccupancyMap& map, const std::vector<Sight>& sights,
+              const std::vector<Ray>& rays)
+      : map_(map) {
+    const double sector_rad = kTwoPi / static_cast<double>(rays.size());
+    std::map<FixedCell, std::pair<double, double>> counted;  // by all rays: as floor, as doubtful
+    for (const Ray& ray : rays) {
+      for (const RayCell& at : ray.cells) {
+        range_ = std::max({range_, std::abs(at.columns), std::abs(at.rows)});
+        auto& [floor_m2, doubtful_m2] = counted[{at.columns, at.rows}];
+        floor_m2 += at.area_m2;
+        doubtful_m2 += at.range_m * sector_rad * kDoubtfulStrip_m;
+        most_of_cell_m2_ = std::max({most_of_cell_m2_, floor_m2, doubtful_m2});
+      }
+    }
+    cv::Mat1b wanted(map.rows, map.columns);
+    std::transform(sights.begin(), sights.end(), wanted.data,
+                   [](Sight sight) { return static_cast<std::uint8_t>(is_wanted(sight) ? 1 : 0); });
+    if (!wanted.empty()) {
+      cv::integral(wanted, sums_, CV_32S);
+    }
+  }
+
+  double at_most_m2(int column, int row) const {
+    const int low = std::max(0, row - range_);
+    const int end = std::min(map_.rows, row + range_ + 1);
+    const int left = std::max(0, column - range_);
+    const int right = std::min(map_.columns, column + range_ + 1);
+    return most_of_cell_m2_ *
+           (sums_(end, right) - sums_(low, right) - sums_(end, left) + sums_(low, left));
+  }
+
+ private:
+  const OccupancyMap& map_;
+  int range_ = 0;  // cells
+  double most_of_cell_m2_ = 0;
+  cv::Mat1i sums_;
+};
+
 /// The direction of a path after its first or before its last half metre.
 double heading_of(const std::vector<Vec2>& path, bool at_end) {
   if (path.size() < 2) {
@@ -353,6 +395,12 @@ ExploreChoice Explorer::choose(Time now, const DrivableGrid& grid, const Pose2& 
 struct Explorer::View {
   ExploreGoal goal;
   double worth = 0;  // gain for the time
+};
+
+struct Explorer::Place {
+  int cell;
+  double cost_m;      // to it, and on to a target
+  double most_worth;  // at most, of any view from it
 };
 
 Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& grid,
@@ -619,25 +667,24 @@ std::optional<Explorer::View> Explorer::best_view(const Views& views, int cell,
   return found;
 }
 
-// Cells to look from, those first that are near, or with a target that it is soonest reached by;
-// and the metres that this takes. Only places from which unknown floor is in range can show any.
-std::vector<std::pair<double, int>> Explorer::places_to_look_from(const Views& views,
-                                                                  bool& some_abandoned) const {
+// Cells to look from: those that have as much unknown floor in range as is worth a look.
+std::vector<Explorer::Place> Explorer::places_to_look_from(const Views& views,
+                                                           bool& some_abandoned) const {
   const DrivableGrid& grid = views.grid;
   const OccupancyMap& map = grid.clearance.map;
-  std::vector<std::uint8_t> wanted(map.cells.size(), 0);
-  for (std::size_t i = 0; i < wanted.size(); ++i) {
-    wanted[i] = is_wanted(views.sights[i]) ? 1 : 0;
-  }
-  const std::vector<float> to_wanted_m =
-      distance_m(wanted, map.columns, map.rows, map.cell_m, 2 * wedge_.far_m);
+  const WantedAbout wanted(map, views.sights, views.rays);
+  const double wedge_m2 = 0.5 * wedge_.width_rad * wedge_.far_m * wedge_.far_m;
   const int stride = std::max(1, static_cast<int>(std::lround(views.o.spacing_m / map.cell_m)));
-  std::vector<std::pair<double, int>> candidates;
+  std::vector<Place> places;
   for (int row = 0; row < map.rows; row += stride) {
     for (int column = 0; column < map.columns; column += stride) {
       const std::size_t cell = grid.clearance.index(column, row);
-      if (!std::isfinite(views.field.cost_m[cell]) || grid.clearance_m[cell] < 0 ||
-          to_wanted_m[cell] > wedge_.far_m) {
+      if (!std::isfinite(views.field.cost_m[cell]) || grid.clearance_m[cell] < 0) {
+        continue;
+      }
+      constexpr double kRounded = 1 + 1e-9;
+      const double gain_m2 = kRounded * std::min(wedge_m2, wanted.at_most_m2(column, row));
+      if (gain_m2 < views.least_m2) {
         continue;
       }
       if (given_up_.contains(map.centre(column, row))) {
@@ -646,12 +693,14 @@ std::vector<std::pair<double, int>> Explorer::places_to_look_from(const Views& v
       }
       const double to_target_m = views.to_target_m.empty() ? 0.0 : views.to_target_m[cell];
       if (std::isfinite(to_target_m)) {
-        candidates.emplace_back(views.field.cost_m[cell] + to_target_m, static_cast<int>(cell));
+        const int at = static_cast<int>(cell);
+        const double drive_s = views.field.cost_m[cell] / views.o.pace_mps;
+        places.push_back({at, views.field.cost_m[cell] + to_target_m,
+                          kRounded * worth(views, at, gain_m2, drive_s)});
       }
     }
   }
-  std::sort(candidates.begin(), candidates.end());
-  return candidates;
+  return places;
 }
 
 // The present goal, judged anew; empty where it cannot be reached any more.
@@ -679,20 +728,27 @@ std::optional<Explorer::View> Explorer::present_view(const Views& views) const {
   return kept;
 }
 
+// Those places first that may be worth most: where no other can be worth more, that is the best. Of
+// equals the nearest.
 std::optional<Explorer::View> Explorer::best(const Views& views, bool& some_abandoned) const {
-  const DirectedOptions& o = views.o;
-  // No view is worth more than the whole wedge of unknown floor: most of what is farther is ruled
-  // out unseen.
-  const double most_m2 = 0.5 * wedge_.width_rad * wedge_.far_m * wedge_.far_m;
-  const double most = views.to_target_m.empty() ? most_m2 : 1.0;
+  std::vector<Place> places = places_to_look_from(views, some_abandoned);
+  const auto nearer = [](const Place& a, const Place& b) {
+    return std::pair(a.cost_m, a.cell) < std::pair(b.cost_m, b.cell);
+  };
+  std::sort(places.begin(), places.end(), [&](const Place& a, const Place& b) {
+    return a.most_worth != b.most_worth ? a.most_worth > b.most_worth : nearer(a, b);
+  });
   std::optional<View> best;
-  for (const auto& [cost_m, cell] : places_to_look_from(views, some_abandoned)) {
-    if (best && most / (cost_m / o.pace_mps + o.fixed_cost_s) <= best->worth) {
+  const Place* from = nullptr;
+  for (const Place& place : places) {
+    if (best && place.most_worth < best->worth) {
       break;
     }
-    const std::optional<View> found = best_view(views, cell, std::nullopt);
-    if (found && (!best || found->worth > best->worth)) {
+    const std::optional<View> found = best_view(views, place.cell, std::nullopt);
+    if (found && (!best || found->worth > best->worth ||
+                  (found->worth == best->worth && nearer(place, *from)))) {
       best = found;
+      from = &place;
     }
   }
   return best;

@@ -5,7 +5,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <variant>
 #include <vector>
 
@@ -133,7 +132,8 @@ class Explorer {
                                 const std::vector<Vec2>* standing_map,
                                 const std::optional<ExploreTarget>& target);
   struct Views;
-  struct View;  // from a place at a heading
+  struct View;   // from a place at a heading
+  struct Place;  // to look from
   Views views(const DirectedOptions& o, const DrivableGrid& grid, const Pose2& T_map_body,
               std::span<const Pose2> T_map_keyframes, const std::vector<Vec2>* standing_map);
   DrivableGrid hopeful(const Views& views) const;
@@ -144,8 +144,7 @@ class Explorer {
                      const std::vector<Vec2>& standing_map) const;
   std::optional<View> best_view(const Views& views, int cell,
                                 std::optional<double> only_heading) const;
-  std::vector<std::pair<double, int>> places_to_look_from(const Views& views,
-                                                          bool& some_abandoned) const;
+  std::vector<Place> places_to_look_from(const Views& views, bool& some_abandoned) const;
   std::optional<View> present_view(const Views& views) const;
   ExploreChoice choose_random(const RandomOptions& o, Time now, const DrivableGrid& grid,
                               const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes);

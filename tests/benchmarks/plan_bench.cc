@@ -46,6 +46,45 @@ void choose_a_goal(benchmark::State& state) {
 }
 BENCHMARK(choose_a_goal)->Unit(benchmark::kMillisecond);
 
+/// 36 x 36 m on 5 cm cells: rooms of 6 m with doorways of 0.9 m, and patches that nobody has seen.
+OccupancyMap building() {
+  OccupancyMap map = test::empty_room(36, 36, 0.05);
+  for (double wall = 6; wall < 36; wall += 6) {
+    test::fill(map, wall, 0, wall + 0.1, 36, Cell::kOccupied);
+    test::fill(map, 0, wall, 36, wall + 0.1, Cell::kOccupied);
+  }
+  for (double wall = 6; wall < 36; wall += 6) {
+    for (double door = 2; door < 36; door += 6) {
+      test::fill(map, wall, door, wall + 0.1, door + 0.9, Cell::kFree);
+      test::fill(map, door, wall, door + 0.9, wall + 0.1, Cell::kFree);
+    }
+  }
+  for (double patch = 0.5; patch < 36; patch += 6) {
+    test::fill(map, patch, 35.5 - patch, patch + 1.5, 36.5 - patch, Cell::kUnknown);
+  }
+  return map;
+}
+
+void search_across_a_building(benchmark::State& state) {
+  const SearchOptions options;
+  const DrivableGrid grid = drivable_grid(options, Body(), building());
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(search_path(options, grid, {3, 3}, {33, 33}));
+  }
+}
+BENCHMARK(search_across_a_building)->Unit(benchmark::kMillisecond);
+
+void choose_a_goal_in_a_building(benchmark::State& state) {
+  const SearchOptions search;
+  Explorer explorer({}, Body(), FloorWedge(), Rng(1));
+  const DrivableGrid grid = drivable_grid_of_coarse(
+      search, Body(), coarsen(building(), search.cell_m, explorer.border_m()));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(explorer.choose(Time(), grid, {3, 3, 0}));
+  }
+}
+BENCHMARK(choose_a_goal_in_a_building)->Unit(benchmark::kMillisecond);
+
 constexpr std::chrono::milliseconds kFrame(67);
 
 void dynamic_window(benchmark::State& state) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/plan/path_search.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -89,6 +90,32 @@ TEST(PathSearch, AGoalInAnObstacleIsMovedALittleOrRefused) {
   const PathSearch beside = find(map, {1, 1}, {2.7, 2.9});
   ASSERT_TRUE(beside.path) << beside.reason;
   EXPECT_LE((beside.path->points.back() - Vec2(2.7, 2.9)).norm(), SearchOptions().goal_tolerance_m);
+}
+
+TEST(PathSearch, TheFloodIsAsFarAsTheWay) {
+  SearchOptions options;
+  options.clearance_weight = 0;
+  const DrivableGrid grid = drivable_grid(options, Body(), test::empty_room(20, 12, 0.05));
+  const OccupancyMap& map = grid.clearance.map;
+  const Vec2 start(4.31, 7.77);
+  const CostField field = flood(options, grid, start);
+  constexpr double kRounded_m = 1e-3;  // of a few hundred sums in single precision
+  int reached = 0;
+  for (int row = 0; row < map.rows; ++row) {
+    for (int column = 0; column < map.columns; ++column) {
+      const double cost_m = field.cost_m[map.index(column, row)];
+      ASSERT_EQ(std::isfinite(cost_m), grid.drivable(column, row)) << column << " " << row;
+      if (std::isfinite(cost_m)) {
+        const int dx = std::abs(column - map.column(start));
+        const int dy = std::abs(row - map.row(start));
+        const double way_m =
+            map.cell_m * (std::max(dx, dy) + (std::sqrt(2.0) - 1) * std::min(dx, dy));
+        EXPECT_NEAR(cost_m, way_m, kRounded_m);
+        ++reached;
+      }
+    }
+  }
+  EXPECT_GT(reached, 80000);
 }
 
 TEST(PathSearch, AgreesWithTheFlood) {
