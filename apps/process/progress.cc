@@ -68,9 +68,10 @@ std::optional<double> time_left_s(const std::vector<double>& took_s,
 }
 
 std::string progress_line(double now_s, double length_s, double wall_s) {
-  std::string line = fmt::format("{} of {} ({:.0f} %)", minutes_text(now_s), minutes_text(length_s),
-                                 100 * now_s / length_s);
-  if (now_s >= kSettled * length_s && wall_s > 0) {
+  const double share = length_s > 0 ? now_s / length_s : 1;  // a recording may be of one instant
+  std::string line =
+      fmt::format("{} of {} ({:.0f} %)", minutes_text(now_s), minutes_text(length_s), 100 * share);
+  if (share >= kSettled && now_s > 0 && wall_s > 0) {
     line += fmt::format(", {} left", minutes_text((length_s - now_s) * wall_s / now_s));
   }
   return line;

@@ -190,6 +190,7 @@ bool Navigator::way_to_goal(const DriveTask& task) {
 
 void Navigator::pursue(const DriveTask& task, const SlamStep& at) {
   const Vec2 goal_map = goals_.present().goal_map;
+  nearest_m_ = std::min(nearest_m_, (goal_map - at.T_map_body.position()).norm());
   goals_given_up_.update(
       at.stamp, [this](const Vec2& p_map) { return plan_map_.at(p_map); }, task.T_map_keyframes);
   to_goal_ = false;

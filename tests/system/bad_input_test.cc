@@ -130,6 +130,29 @@ TEST_F(BadInput, StartsThatLookAtADeskInsteadOfFloor) {
             0);
 }
 
+TEST_F(BadInput, ABodyThatIsWiderThanEveryPassage) {
+  const Said said =
+      explore(kOffice, "out", {"--seed", "1", "--set", "robot.radius_m=0.45", "--duration", "40"});
+  EXPECT_EQ(said.status, 1);
+  EXPECT_THAT(said.out, testing::StartsWith("stuck (no way that the robot, 0.90 m wide, has room "
+                                            "for leads from where it started) after "));
+  EXPECT_EQ(metrics("out")["outcome"], "stuck");
+  EXPECT_EQ(metrics("out")["collisions"], 0);
+}
+
+TEST_F(BadInput, StartsAmongLegs) {
+  write(
+      "m.yaml",
+      mission_of("kind: simulated, start: {x_m: 0, y_m: 0, theta_deg: 0}, world: {name: legs, "
+                 "boxes: [{name: floor, size_m: [6, 6, 0.1], at: {x_m: 0, y_m: 0}, z_m: -0.1}, "
+                 "{name: leg, size_m: [0.04, 0.04, 0.7], at: {x_m: 0.4, y_m: 0.4}}, {name: leg-2, "
+                 "size_m: [0.04, 0.04, 0.7], at: {x_m: 0.4, y_m: -0.4}}]}"));
+  const Said said = explore("m.yaml", "out", {});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_THAT(said.err, testing::HasSubstr(" m from leg"));
+  EXPECT_THAT(said.err, testing::HasSubstr("about the start must be clear"));
+}
+
 TEST_F(BadInput, FoldersThatCannotBeWritten) {
   write("out", "a file");
   Said said = explore(kOffice, "out", {});

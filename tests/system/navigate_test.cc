@@ -77,6 +77,38 @@ TEST_F(Navigate, RefusesAGoalInADeskAndStands) {
   EXPECT_EQ(m["collisions"], 0);
 }
 
+// Another floor begins 2 m ahead: one that is told by its motion is driven over once it is learned,
+// one without any pattern is no floor that anybody could tell.
+TEST_F(Navigate, TellsAFloorThatNobodyHasLearnedByItsPattern) {
+  for (const bool plain : {false, true}) {
+    const std::string rig = kScenes + "rigs/front-back-edges.yaml";
+    const auto box = [](const std::string& at_and_size, const std::string& picture) {
+      return "{" + at_and_size + ", picture: data:office/" + picture + ".png, picture_m: [2, 2]}";
+    };
+    write("m.yaml",
+          "rig: " + rig + "\nrobot: " + kScenes +
+              "robots/pioneer3dx.yaml\nplatform: {kind: simulated, start: {x_m: 0, y_m: 0, "
+              "theta_deg: 0}, world: {name: floors, ambient: 0.7, boxes: [" +
+              box("name: known, size_m: [3, 2.4, 0.1], at: {x_m: 0.5, y_m: 0}, z_m: -0.1",
+                  "carpet_sand") +
+              ", " +
+              box("name: other, size_m: [2, 2.4, 0.1], at: {x_m: 3, y_m: 0}, z_m: -0.1",
+                  plain ? "plain_blue" : "carpet_blue") +
+              ", " + box("name: east, size_m: [0.1, 2.4, 1], at: {x_m: 4, y_m: 0}", "books_a") +
+              ", " + box("name: west, size_m: [0.1, 2.4, 1], at: {x_m: -1, y_m: 0}", "books_b") +
+              ", " + box("name: north, size_m: [5, 0.1, 1], at: {x_m: 1.5, y_m: 1.2}", "books_b") +
+              ", " + box("name: south, size_m: [5, 0.1, 1], at: {x_m: 1.5, y_m: -1.2}", "books_a") +
+              "]}}\n");
+    const std::string out = plain ? "plain" : "patterned";
+    const Said said = panoptes(
+        {"navigate", "m.yaml", "--quiet", "--goals", "3,0", "--out", out, "--duration", "90"});
+    EXPECT_EQ(said.status, plain ? 1 : 0) << said.err << said.out;
+    EXPECT_EQ(metrics(out)["goals"][0]["reached"], !plain);
+    EXPECT_EQ(metrics(out)["goals"][0]["refused"], plain) << said.out;
+    EXPECT_EQ(metrics(out)["collisions"], 0);
+  }
+}
+
 TEST_F(Navigate, RefusesARecording) {
   ASSERT_EQ(panoptes({"record", kOffice, "--quiet", "--out", "data", "--duration", "1"}).status, 0);
   const Said said = panoptes({"navigate", "data", "--goals", "1,0", "--out", "run"});

@@ -14,6 +14,7 @@ TEST(Progress, TellsTheTimeLeftFromThePaceSoFar) {
 TEST(Progress, PromisesNothingAtTheStart) {
   EXPECT_EQ(progress_line(0, 600, 0), "0:00 of 10:00 (0 %)");
   EXPECT_EQ(progress_line(1, 600, 3), "0:01 of 10:00 (0 %)");
+  EXPECT_EQ(progress_line(0, 0, 1), "0:00 of 0:00 (100 %)") << "a recording of one instant";
   EXPECT_EQ(share_line("light and shadow", 0.01, 2), "light and shadow: 1 %");
   EXPECT_EQ(share_line("light and shadow", 0.5, 2), "light and shadow: 50 %, 0:02 left");
 }
