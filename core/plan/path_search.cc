@@ -6,7 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <optional>
+#include <queue>
 #include <utility>
 
 #include <fmt/format.h>
@@ -45,46 +45,6 @@ struct Open {
   }
 };
 
-/// What is open, the least estimate first. In buckets by the estimate, of which only the first is
-/// kept as a heap: a step costs a cell at least, so that hardly anything is put into that one.
-class OpenCells {
- public:
-  explicit OpenCells(double bucket_m) : bucket_m_(bucket_m) {}
-
-  void push(const Open& open) {
-    const auto bucket = std::max(first_, static_cast<std::size_t>(open.estimate / bucket_m_));
-    if (bucket >= buckets_.size()) {
-      buckets_.resize(bucket + 1);
-    }
-    buckets_[bucket].push_back(open);
-    if (bucket == first_) {
-      std::push_heap(buckets_[bucket].begin(), buckets_[bucket].end(), std::greater<>());
-    }
-  }
-
-  std::optional<int> pop() {
-    while (first_ < buckets_.size() && buckets_[first_].empty()) {
-      std::vector<Open>().swap(buckets_[first_++]);
-      if (first_ < buckets_.size()) {
-        std::make_heap(buckets_[first_].begin(), buckets_[first_].end(), std::greater<>());
-      }
-    }
-    if (first_ >= buckets_.size()) {
-      return std::nullopt;
-    }
-    std::vector<Open>& heap = buckets_[first_];
-    std::pop_heap(heap.begin(), heap.end(), std::greater<>());
-    const int cell = heap.back().cell;
-    heap.pop_back();
-    return cell;
-  }
-
- private:
-  double bucket_m_;
-  std::size_t first_ = 0;
-  std::vector<std::vector<Open>> buckets_;
-};
-
 /// Dijkstra from `start`, or A* when there is a goal cell (it then stops there).
 CostField search(const SearchOptions& options, const DrivableGrid& grid, const Vec2& start,
                  std::optional<int> goal) {
@@ -109,11 +69,12 @@ CostField search(const SearchOptions& options, const DrivableGrid& grid, const V
   };
   const auto start_cell = static_cast<int>(grid.clearance.index(start_column, start_row));
   std::vector<std::uint8_t> closed(grid.clearance_m.size(), 0);
-  OpenCells open(map.cell_m);
+  std::priority_queue<Open, std::vector<Open>, std::greater<>> open;
   field.cost_m[start_cell] = 0;
   open.push({estimate(start_column, start_row), start_cell});
-  while (const std::optional<int> next = open.pop()) {
-    const int cell = *next;
+  while (!open.empty()) {
+    const int cell = open.top().cell;
+    open.pop();
     if (closed[cell] != 0) {
       continue;
     }
