@@ -107,6 +107,9 @@ cv::Mat grey_of(const RigView& view, const std::vector<MappedCamera>& cameras,
   return picture(view.camera, static_cast<std::size_t>(frame - frames.begin()));
 }
 
+/// Thrown by what is told of progress, for there is nobody else to ask.
+struct Interrupted {};
+
 void say(const RigCalibration& told, const Judged& judged, const Json& figures) {
   std::printf(
       "%s: %zu cameras; %d observations in %zu keyframes, %d of them of points of other "
@@ -183,8 +186,8 @@ int calibrate_rig_of(const RigStage& args) {
     }
   }
   std::vector<std::string> may_hold{"recording"};  // of a mission
-  for (const auto& [camera, believed] : lenses) {
-    may_hold.push_back(map_file(camera));
+  for (const auto& [camera, believed] : whole_rig(args.dataset, args.rig).cameras) {
+    may_hold.push_back(map_file(camera));  // left out this time, perhaps
   }
   OutDir out(args.out, may_hold);
   out.keep();
@@ -235,9 +238,18 @@ int calibrate_rig_of(const RigStage& args) {
         [&](double done) { show("all cameras together", parts - 1 + done); });
   }
   try {
-    told = calibrate_rig(args.calibration, cameras, readings, picture,
-                         [&](double done) { show("all cameras together", parts - 1 + done); });
+    told = calibrate_rig(args.calibration, cameras, readings, picture, [&](double done) {
+      if (stop_condition.interrupted()) {
+        throw Interrupted();
+      }
+      show("all cameras together", parts - 1 + done);
+    });
     judged = judge_rig(cameras, *told);
+  } catch (const Interrupted&) {
+    std::fprintf(stderr,
+                 "interrupted: all %zu maps are kept in %s; the same command goes on from there\n",
+                 lenses.size(), args.out.c_str());
+    return kInterrupted;
   } catch (const HandEyeError& error) {
     judged.verdict = Verdict::kFailed;
     judged.reasons.push_back(fmt::format(

@@ -255,6 +255,11 @@ PlanarHandEye planar_hand_eye(const std::vector<StampedCamera>& path, const Whee
     turning = turning.reversed();
     turned.gain = -turned.gain;
   }
+  if (!std::isfinite(turned.rms)) {
+    throw HandEyeError(
+        "the camera turns and the wheels never do: is the odometry of this drive, and not of "
+        "zeros?");
+  }
   constexpr double kMostGain = 1.25;
   if (!(turned.gain < kMostGain && turned.gain > 1 / kMostGain)) {
     throw HandEyeError(fmt::format(

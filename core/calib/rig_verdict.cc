@@ -24,7 +24,7 @@ constexpr double kMostSigmas = 4;
 // A rig file is off by a hand's breadth and a look, unless it is of another rig.
 constexpr double kMostOff_rad = deg_to_rad(15);
 constexpr double kMostOff_m = 0.15;
-constexpr double kMostMissing = 0.1;  // of the instants, as a share
+constexpr double kMostMissing = 0.1;  // of the instants or of the pictures, as a share
 
 double lost_share(const MonoMap& map) {
   return map.frames.size() > 1
@@ -192,6 +192,21 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
             "wheels and pictures contradict one another: " + off[static_cast<std::size_t>(i)] +
                 " off what the wheels say; the robot file is of another robot, a wheel slips, or "
                 "lenses are others than the rig file says");
+    }
+  }
+  for (std::size_t c = 0; c < cameras.size() && calibration.wheels; ++c) {
+    constexpr double kHardlyAny = 0.01;  // before the odometry begins, and after it ends
+    const std::vector<MonoMap::Frame>& frames = cameras[c].map.frames;
+    const auto late = from_seconds(state.clock_offset_s[c]);
+    const auto outside = std::count_if(frames.begin(), frames.end(), [&](const auto& frame) {
+      return !calibration.wheels(frame.stamp - late);
+    });
+    const double share = static_cast<double>(outside) / std::max<double>(1, frames.size());
+    if (share > kHardlyAny) {
+      doubt(share > kMostMissing ? Verdict::kPoor : Verdict::kGood,
+            fmt::format("{}: the wheels say nothing of {} of its {} pictures, which are left out: "
+                        "the odometry has gaps, or is cut short",
+                        cameras[c].name, outside, frames.size()));
     }
   }
   const auto instants = static_cast<double>(calibration.tracks.instants.size());
