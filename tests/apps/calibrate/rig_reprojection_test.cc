@@ -14,7 +14,8 @@ double rms_of_all_px(const CalibratedRig& rig, const RigBundleState& state) {
   double squared = 0;
   int all = 0;
   for (std::size_t c = 0; c < rig.calibration.cameras.size(); ++c) {
-    const ReprojectionRms rms = reprojection_rms(rig.calibration.tracks, state, rig.calibration.wheels, c);
+    const ReprojectionRms rms =
+        reprojection_rms(rig.calibration.tracks, state, rig.calibration.wheels, c);
     squared += rms.own * rms.own_px * rms.own_px + rms.other * rms.other_px * rms.other_px;
     all += rms.own + rms.other;
   }
