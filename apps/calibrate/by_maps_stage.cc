@@ -10,18 +10,15 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "apps/calibrate/match_picture.h"
+#include "apps/calibrate/rig_figures.h"
 #include "apps/calibrate/rig_files.h"
-#include "apps/calibrate/rig_reprojection_picture.h"
+#include "apps/calibrate/rig_pictures.h"
 #include "apps/calibrate/stage_cameras.h"
-#include "apps/calibrate/stage_metrics.h"
-#include "apps/draw/pictures.h"
 #include "apps/process/fault.h"
 #include "core/base/text.h"
 #include "core/base/utf8.h"
 #include "core/calib/rig_by_maps.h"
 #include "core/calib/rig_by_maps_verdict.h"
-#include "core/io/file.h"
 
 namespace panoptes {
 namespace {
@@ -40,19 +37,11 @@ Pose3 relative(const Rig& rig, const std::string& reference, const std::string& 
 Json camera_figures(const Rig& found, const std::optional<Rig>& truth, const std::string& reference,
                     const std::string& camera) {
   const Pose3 T = relative(found, reference, camera);
-  const Vec3& t = T.translation;
-  const Eigen::Quaterniond& q = T.rotation;
-  Json figures{
-      {"T_reference_camera",
-       {{"translation_m", {t.x(), t.y(), t.z()}}, {"rotation_wxyz", {q.w(), q.x(), q.y(), q.z()}}}},
-      {"rotation_deg", angle_deg(T)}};
+  Json figures{{"T_reference_camera", pose_figures(T)}, {"rotation_deg", angle_deg(T)}};
   if (truth && truth->cameras.contains(reference) && truth->cameras.contains(camera)) {
     const Pose3 truly = relative(*truth, reference, camera);
     figures["true_rotation_deg"] = angle_deg(truly);
-    figures["rotation_error_deg"] = rad_to_deg(q.angularDistance(truly.rotation));
-    figures["translation_error_m"] = (t - truly.translation).norm();
-    figures["translation_direction_error_deg"] =
-        rad_to_deg(std::atan2(t.cross(truly.translation).norm(), t.dot(truly.translation)));
+    add_errors(T, truly, figures);
   }
   return figures;
 }
@@ -103,45 +92,8 @@ RigCalibration to_draw(const RigByMaps& told) {
   drawn.before = told.before;
   drawn.bundle.state = told.state;
   drawn.shared = told.shared;
+  drawn.wheels = [](Time) { return std::optional<Odometry>(Odometry()); };
   return drawn;
-}
-
-void write_pictures(const fs::path& out, const RigByMaps& told,
-                    const std::vector<MappedCamera>& cameras, const FramePicture& picture,
-                    Faults& faults) {
-  const RigCalibration drawn = to_draw(told);
-  const auto grey = [&](std::size_t v) {
-    const RigView& view = told.tracks.views[v];
-    const std::vector<MonoMap::Frame>& frames = cameras[view.camera].map.frames;
-    const auto frame =
-        std::find_if(frames.begin(), frames.end(),
-                     [&view](const MonoMap::Frame& each) { return each.stamp == view.stamp; });
-    return picture(view.camera, static_cast<std::size_t>(frame - frames.begin()));
-  };
-  const auto write = [&](const std::string& file, const std::function<cv::Mat()>& draw) {
-    faults.attempt([&] { write_file(out / file, png(draw())); });
-  };
-  for (std::size_t a = 0; a < told.cameras.size(); ++a) {
-    for (std::size_t b = a + 1; b < told.cameras.size(); ++b) {
-      if (const std::optional<MatchedViews> views = best_matched_views(drawn, a, b)) {
-        write("matches_" + told.cameras[a] + "_" + told.cameras[b] + ".png",
-              [&] { return draw_matches(drawn, *views, grey(views->first), grey(views->second)); });
-      }
-    }
-  }
-  constexpr std::size_t kKeyframesShown = 3;
-  const WheelReadings stands = [](Time) { return std::optional<Odometry>(Odometry()); };
-  for (std::size_t c = 0; c < told.cameras.size(); ++c) {
-    if (told.seen_along[c]) {
-      write("reprojection_rig_" + told.cameras[c] + ".png", [&] {
-        std::vector<ShownView> shown;
-        for (const std::size_t view : telling_views(drawn, c, kKeyframesShown)) {
-          shown.push_back({view, grey(view)});
-        }
-        return draw_rig_reprojection(drawn, stands, c, shown);
-      });
-    }
-  }
 }
 
 void say(const RigByMaps& told, const Judged& judged, const Json& figures) {
@@ -189,7 +141,7 @@ int calibrate_rig_by_maps(const RigStage& args, const fs::path& out,
     const Rig found = rig_by_maps(whole_rig(args.dataset, args.rig), told);
     figures.update(figures_of(told, found, true_rig(args.dataset)));
     faults.attempt([&] { write_rig(out, found, told.cameras, judged.verdict); });
-    write_pictures(out, told, cameras, picture, faults);
+    write_seen_pictures(out, to_draw(told), view_picture(cameras, picture), faults);
     say(told, judged, figures);
   } else {
     std::printf("failed: no rig is told\n");
@@ -197,13 +149,7 @@ int calibrate_rig_by_maps(const RigStage& args, const fs::path& out,
   for (const std::string& reason : judged.reasons) {
     std::printf("  %s\n", reason.c_str());
   }
-  figures["verdict"] = name(judged.verdict);
-  figures["warnings"] = judged.reasons;
-  if (judged.verdict == Verdict::kFailed || !faults.none()) {
-    figures["outcome"] = "failed";
-  }
-  write_metrics(out, figures, faults);
-  return !faults.none() ? faults.status() : judged.verdict == Verdict::kFailed ? 1 : 0;
+  return write_judged(out, std::move(figures), judged, faults);
 }
 
 }  // namespace panoptes

@@ -17,13 +17,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json pose_json(const Pose3& T) {
-  const Vec3& t = T.translation;
-  const Eigen::Quaterniond& q = T.rotation;
-  return {{"translation_m", {t.x(), t.y(), t.z()}},
-          {"rotation_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
-}
-
 Json matrix_json(const Eigen::MatrixXd& m) {
   Json rows;
   for (Eigen::Index i = 0; i < m.rows(); ++i) {
@@ -31,14 +24,6 @@ Json matrix_json(const Eigen::MatrixXd& m) {
     rows.push_back(std::vector<double>(row.data(), row.data() + row.size()));
   }
   return rows;
-}
-
-void add_errors(const Pose3& found, const Pose3& truth, Json& figures) {
-  figures["rotation_error_deg"] = rad_to_deg(found.rotation.angularDistance(truth.rotation));
-  figures["translation_error_m"] = (found.translation - truth.translation).norm();
-  const double cross = found.translation.cross(truth.translation).norm();
-  figures["translation_direction_error_deg"] =
-      rad_to_deg(std::atan2(cross, found.translation.dot(truth.translation)));
 }
 
 /// e^T C^-1 e by its dimension: 1 on the mean where the covariance is as large as errors are.
@@ -65,6 +50,21 @@ Json lens_json(const Intrinsics& lens, const Eigen::VectorXd& sigma) {
 
 }  // namespace
 
+Json pose_figures(const Pose3& T) {
+  const Vec3& t = T.translation;
+  const Eigen::Quaterniond& q = T.rotation;
+  return {{"translation_m", {t.x(), t.y(), t.z()}},
+          {"rotation_wxyz", {q.w(), q.x(), q.y(), q.z()}}};
+}
+
+void add_errors(const Pose3& found, const Pose3& truth, Json& figures) {
+  figures["rotation_error_deg"] = rad_to_deg(found.rotation.angularDistance(truth.rotation));
+  figures["translation_error_m"] = (found.translation - truth.translation).norm();
+  const double cross = found.translation.cross(truth.translation).norm();
+  figures["translation_direction_error_deg"] =
+      rad_to_deg(std::atan2(cross, found.translation.dot(truth.translation)));
+}
+
 Json rig_figures(const RigCalibration& calibration, const std::optional<Rig>& truth) {
   const RigBundleState& state = calibration.bundle.state;
   const RigCovariance& known = calibration.bundle.known;
@@ -76,7 +76,7 @@ Json rig_figures(const RigCalibration& calibration, const std::optional<Rig>& tr
   const RigCamera* true_reference = true_camera(reference);
   Json figures{{"reference", as_utf8(reference)},
                {"scale_source", calibration.bundle.tells_metre ? "odometry" : "rig_file"}};
-  Json of_body = pose_json(state.T_body_camera.front());
+  Json of_body = pose_figures(state.T_body_camera.front());
   of_body["covariance"] = matrix_json(known.covariance.topLeftCorner<6, 6>());
   of_body["unobservable"] = known.unobservable.front();
   if (true_reference != nullptr) {
@@ -98,7 +98,7 @@ Json rig_figures(const RigCalibration& calibration, const std::optional<Rig>& tr
     Json camera;
     if (c > 0) {
       const Pose3 T = state.T_body_camera.front().inverse() * state.T_body_camera[c];
-      camera["T_reference_camera"] = pose_json(T);
+      camera["T_reference_camera"] = pose_figures(T);
       camera["covariance"] = matrix_json(known.relative(state, 0, c));
       if (true_reference != nullptr && true_camera(name) != nullptr) {
         const Pose3 truly =
@@ -107,7 +107,7 @@ Json rig_figures(const RigCalibration& calibration, const std::optional<Rig>& tr
         camera["normalised_error"] = normalised_error(T, truly, known.relative(state, 0, c));
       }
     }
-    camera["T_body_camera"] = pose_json(state.T_body_camera[c]);
+    camera["T_body_camera"] = pose_figures(state.T_body_camera[c]);
     camera["unobservable"] = known.unobservable[c];
     camera["intrinsics"] = lens_json(state.lenses[c], sigma.segment(at + 6, lens));
     camera["time_offset_s"] = state.clock_offset_s[c];

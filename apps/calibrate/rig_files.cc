@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/calibrate/rig_files.h"
 
-#include <fmt/format.h>
+#include <utility>
 
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/calibrate/stage_metrics.h"
 #include "core/config/fields.h"
 #include "core/io/file.h"
 #include "core/io/rig_export.h"
@@ -30,6 +34,17 @@ void write_rig(const std::filesystem::path& out, const Rig& rig,
     write_file(out / "camera_info" / (camera + ".yaml"),
                ros_camera_info(camera, rig.cameras.at(camera).intrinsics));
   }
+}
+
+int write_judged(const std::filesystem::path& out, nlohmann::ordered_json figures,
+                 const Judged& judged, Faults& faults) {
+  figures["verdict"] = name(judged.verdict);
+  figures["warnings"] = judged.reasons;
+  if (judged.verdict == Verdict::kFailed || !faults.none()) {
+    figures["outcome"] = "failed";
+  }
+  write_metrics(out, std::move(figures), faults);
+  return !faults.none() ? faults.status() : judged.verdict == Verdict::kFailed ? 1 : 0;
 }
 
 }  // namespace panoptes

@@ -14,16 +14,19 @@
 
 namespace panoptes {
 
-/// What is looked at of a rig's calibration, besides the numbers.
-struct RigPictures {
-  const RigCalibration& calibration;
-  const Rig& believed;
-  std::function<cv::Mat(const RigView&)> grey;  ///< as it was taken
-};
+/// What a view of a rig shows, grey, as it was taken.
+using ViewPicture = std::function<cv::Mat(const RigView&)>;
 
-/// Draws it into a folder: rig.png, matches_A_B.png of cameras that share points, and
-/// reprojection_rig_CAMERA.png.
-void write_rig_pictures(const std::filesystem::path& folder, const RigPictures& pictures,
-                        Faults& faults);
+/// Of cameras whose maps' frames are in order of time.
+ViewPicture view_picture(const std::vector<MappedCamera>& cameras, const FramePicture& picture);
+
+/// Draws into a folder what views show: matches_A_B.png of cameras that share points, and
+/// reprojection_rig_CAMERA.png of those that see any.
+void write_seen_pictures(const std::filesystem::path& folder, const RigCalibration& calibration,
+                         const ViewPicture& grey, Faults& faults);
+
+/// Draws that, and the rig itself beside what was believed of it: rig.png.
+void write_rig_pictures(const std::filesystem::path& folder, const RigCalibration& calibration,
+                        const Rig& believed, const ViewPicture& grey, Faults& faults);
 
 }  // namespace panoptes

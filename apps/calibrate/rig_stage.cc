@@ -20,12 +20,12 @@
 #include "apps/calibrate/rig_pictures.h"
 #include "apps/calibrate/saved_map.h"
 #include "apps/calibrate/stage_cameras.h"
-#include "apps/calibrate/stage_metrics.h"
 #include "apps/command/out_dir.h"
 #include "apps/mission/stop_condition.h"
 #include "apps/process/fault.h"
 #include "apps/process/progress.h"
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/base/utf8.h"
 #include "core/calib/joint_of_rig.h"
 #include "core/calib/rig_verdict.h"
@@ -97,25 +97,16 @@ void keep_all_pictures(const std::string& dataset, MappedCamera& camera) {
   }
 }
 
-/// The picture that a view is of.
-cv::Mat grey_of(const RigView& view, const std::vector<MappedCamera>& cameras,
-                const FramePicture& picture) {
-  const std::vector<MonoMap::Frame>& frames = cameras[view.camera].map.frames;
-  const auto frame =
-      std::lower_bound(frames.begin(), frames.end(), view.stamp,
-                       [](const MonoMap::Frame& f, Time stamp) { return f.stamp < stamp; });
-  return picture(view.camera, static_cast<std::size_t>(frame - frames.begin()));
-}
-
 /// Thrown by what is told of progress, for there is nobody else to ask.
 struct Interrupted {};
 
 void say(const RigCalibration& told, const Judged& judged, const Json& figures) {
   std::printf(
-      "%s: %zu cameras; %d observations in %zu keyframes, %d of them of points of other "
+      "%s: %s; %d observations in %zu keyframes, %d of them of points of other "
       "cameras' maps; reprojection %.2f px\n",
-      std::string(name(judged.verdict)).c_str(), told.cameras.size(), told.bundle.observations,
-      told.tracks.instants.size(), told.bundle.observations_other, told.bundle.rms_after_px);
+      std::string(name(judged.verdict)).c_str(), counted(told.cameras.size(), "camera").c_str(),
+      told.bundle.observations, told.tracks.instants.size(), told.bundle.observations_other,
+      told.bundle.rms_after_px);
   const RigCovariance& known = told.bundle.known;
   const Eigen::VectorXd sigma = known.covariance.diagonal().cwiseMax(0).cwiseSqrt();
   for (std::size_t c = 0; c < told.cameras.size(); ++c) {
@@ -232,18 +223,18 @@ int calibrate_rig_of(const RigStage& args) {
   for (const MappedCamera& camera : cameras) {
     pictures.push_back(pictures_of(args.dataset, camera));
   }
-  if (args.method != RigMethod::kGuided) {
-    return calibrate_rig_by_maps(
-        args, out.path(), cameras, picture, std::move(figures),
-        [&](double done) { show("all cameras together", parts - 1 + done); });
-  }
+  const auto together = [&](double done) {
+    if (stop_condition.interrupted()) {
+      throw Interrupted();
+    }
+    show("all cameras together", parts - 1 + done);
+  };
   try {
-    told = calibrate_rig(args.calibration, cameras, readings, picture, [&](double done) {
-      if (stop_condition.interrupted()) {
-        throw Interrupted();
-      }
-      show("all cameras together", parts - 1 + done);
-    });
+    if (args.method != RigMethod::kGuided) {
+      return calibrate_rig_by_maps(args, out.path(), cameras, picture, std::move(figures),
+                                   together);
+    }
+    told = calibrate_rig(args.calibration, cameras, readings, picture, together);
     judged = judge_rig(cameras, *told);
   } catch (const Interrupted&) {
     std::fprintf(stderr,
@@ -265,10 +256,7 @@ int calibrate_rig_of(const RigStage& args) {
       found.covariance = joint_covariance(*told);
       write_rig(out.path(), found, told->cameras, judged.verdict);
     });
-    write_rig_pictures(
-        out.path(),
-        {*told, believed, [&](const RigView& view) { return grey_of(view, cameras, picture); }},
-        faults);
+    write_rig_pictures(out.path(), *told, believed, view_picture(cameras, picture), faults);
     say(*told, judged, of_rig);
   } else {
     std::printf("failed: no rig is told\n");
@@ -276,13 +264,7 @@ int calibrate_rig_of(const RigStage& args) {
       std::printf("  %s\n", reason.c_str());
     }
   }
-  figures["verdict"] = name(judged.verdict);
-  figures["warnings"] = judged.reasons;
-  if (judged.verdict == Verdict::kFailed || !faults.none()) {
-    figures["outcome"] = "failed";
-  }
-  write_metrics(out.path(), figures, faults);
-  return !faults.none() ? faults.status() : judged.verdict == Verdict::kFailed ? 1 : 0;
+  return write_judged(out.path(), std::move(figures), judged, faults);
 }
 
 }  // namespace panoptes

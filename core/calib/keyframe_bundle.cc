@@ -10,10 +10,10 @@
 
 #include <ceres/ceres.h>
 
-#include "core/calib/kept_distance_cost.h"
 #include "core/calib/pose_block.h"
 #include "core/calib/reprojection_cost.h"
 #include "core/calib/rig_costs.h"
+#include "core/calib/schur_bundle.h"
 #include "core/camera/lens_parameters.h"
 
 namespace panoptes {
@@ -68,22 +68,11 @@ double noise_px(const Bundle& bundle, const Intrinsics& lens) {
   return squares.empty() ? 0 : sigma_by_median(squares);
 }
 
-enum class Loss { kSquare, kHuber, kCauchy };
-
-ceres::LossFunction* made(Loss loss) {
-  constexpr double kSigmas = 2;
-  return loss == Loss::kHuber    ? static_cast<ceres::LossFunction*>(new ceres::HuberLoss(kSigmas))
-         : loss == Loss::kCauchy ? new ceres::CauchyLoss(kSigmas)
-                                 : nullptr;
-}
-
 bool solve(const KeyframeBundleOptions& options, const Intrinsics& lens, const CameraSigmas& known,
            double sigma_px, Loss loss, Bundle& bundle) {
   ceres::Problem problem;
   auto order = std::make_shared<ceres::ParameterBlockOrdering>();
-  PoseBlock* first = nullptr;
-  PoseBlock* farthest = nullptr;
-  double far_m = 0;
+  std::vector<PoseBlock*> held;
   for (std::size_t i = 0; i < bundle.T_camera_map.size(); ++i) {
     if (!bundle.is_held[i]) {
       continue;
@@ -91,20 +80,11 @@ bool solve(const KeyframeBundleOptions& options, const Intrinsics& lens, const C
     PoseBlock& block = bundle.T_camera_map[i];
     add_pose(problem, block);
     order->AddElementToGroup(block.data(), 1);
-    first = first == nullptr ? &block : first;
-    const double apart_m = (from_block(block.data()).inverse().translation -
-                            from_block(first->data()).inverse().translation)
-                               .norm();
-    if (apart_m > far_m) {
-      far_m = apart_m;
-      farthest = &block;
-    }
+    held.push_back(&block);
   }
-  if (first == nullptr || farthest == nullptr) {
+  if (!keep_gauge(problem, held)) {
     return false;
   }
-  problem.SetParameterBlockConstant(first->data());
-  problem.AddResidualBlock(kept_distance_cost(far_m), nullptr, first->data(), farthest->data());
   for (const PointSeenIn& o : bundle.seen) {
     if (o.believed) {
       problem.AddResidualBlock(reprojection_cost(lens, o.px, sigma_px), made(loss),
@@ -125,15 +105,7 @@ bool solve(const KeyframeBundleOptions& options, const Intrinsics& lens, const C
       problem.SetParameterBlockConstant(bundle.lens.data());
     }
   }
-  ceres::Solver::Options how;
-  how.linear_solver_type = ceres::SPARSE_SCHUR;
-  how.linear_solver_ordering = order;
-  how.max_num_iterations = options.iterations;
-  how.logging_type = ceres::SILENT;
-  how.num_threads = 1;
-  ceres::Solver::Summary summary;
-  ceres::Solve(how, &problem, &summary);
-  return summary.termination_type == ceres::CONVERGENCE;
+  return solve_by_schur(problem, order, options.iterations);
 }
 
 }  // namespace

@@ -37,37 +37,36 @@ std::string lost_in_words(const MonoMap& map) {
 
 Judged judge_map(const MonoMap& map, const AdjustedMap& adjusted, const RigCamera& believed) {
   Judged judged;
-  const auto doubt = [&](Verdict worse, std::string why) {
-    judged.verdict = std::max(judged.verdict, worse);
-    judged.reasons.push_back(std::move(why));
-  };
   if (map.points.size() < kFewestPoints) {
-    doubt(Verdict::kFailed,
-          fmt::format(
-              "only {} points are mapped, fewer than {}: there is too little to see, the camera "
-              "never moves from its place, or pictures come too rarely to follow what they "
-              "show",
-              map.points.size(), kFewestPoints));
+    judged.doubt(
+        Verdict::kFailed,
+        fmt::format(
+            "only {} points are mapped, fewer than {}: there is too little to see, the camera "
+            "never moves from its place, or pictures come too rarely to follow what they "
+            "show",
+            map.points.size(), kFewestPoints));
   }
   if (!map.frames.empty() && map.frames.back().lost) {
-    doubt(Verdict::kFailed, lost_in_words(map));
+    judged.doubt(Verdict::kFailed, lost_in_words(map));
   } else if (map.lost_s > 0) {
-    doubt(Verdict::kPoor, lost_in_words(map));
+    judged.doubt(Verdict::kPoor, lost_in_words(map));
   }
   if (!adjusted.T_map_camera.empty()) {
     const int seen = adjusted.observations + adjusted.left_out;
     if (adjusted.left_out > kMostLeftOut * seen) {
-      doubt(Verdict::kPoor,
-            fmt::format("its keyframes contradict one another: {} of {} observations are left out",
-                        adjusted.left_out, seen));
+      judged.doubt(
+          Verdict::kPoor,
+          fmt::format("its keyframes contradict one another: {} of {} observations are left out",
+                      adjusted.left_out, seen));
     }
     if (!adjusted.converged) {
-      doubt(Verdict::kPoor, "the adjustment of its keyframes did not converge");
+      judged.doubt(Verdict::kPoor, "the adjustment of its keyframes did not converge");
     }
     if (adjusted.rms_after_px > kMostReprojection_px) {
-      doubt(Verdict::kPoor, fmt::format("its keyframes do not agree: {:.2f} px of reprojection are "
-                                        "left, more than {:g}",
-                                        adjusted.rms_after_px, kMostReprojection_px));
+      judged.doubt(Verdict::kPoor,
+                   fmt::format("its keyframes do not agree: {:.2f} px of reprojection are "
+                               "left, more than {:g}",
+                               adjusted.rms_after_px, kMostReprojection_px));
     }
     // The noise of places is learned from the run, so that a wrong lens shows here alone.
     const Intrinsics& lens = believed.intrinsics;
@@ -76,23 +75,25 @@ Judged judge_map(const MonoMap& map, const AdjustedMap& adjusted, const RigCamer
                                           std::abs(adjusted.lens.cy_px - lens.cy_px));
     if (std::abs(focal_off) > kMostSigmas * believed.sigma.focal_ratio ||
         centre_off_px > kMostSigmas * believed.sigma.centre_px) {
-      doubt(Verdict::kPoor,
-            fmt::format("the pictures are of another lens: focal length {:+.2f} %, centre off by "
-                        "{:.1f} px; calibrate it by a board, or say in the rig how badly it is "
-                        "known",
-                        100 * focal_off, centre_off_px));
+      judged.doubt(
+          Verdict::kPoor,
+          fmt::format("the pictures are of another lens: focal length {:+.2f} %, centre off by "
+                      "{:.1f} px; calibrate it by a board, or say in the rig how badly it is "
+                      "known",
+                      100 * focal_off, centre_off_px));
     }
   }
   if (adjusted.T_map_camera.empty() && map.points.size() >= kFewestPoints) {
-    doubt(Verdict::kFailed, "no keyframes hold together: nothing is adjusted");
+    judged.doubt(Verdict::kFailed, "no keyframes hold together: nothing is adjusted");
   }
   if (!map.start_is_known && !map.closed && map.points.size() >= kFewestPoints) {
-    doubt(Verdict::kPoor,
-          "its first pictures did not tell how far things are: its beginning may be bent; begin "
-          "with a drive past things near and far, or use --odometry");
+    judged.doubt(
+        Verdict::kPoor,
+        "its first pictures did not tell how far things are: its beginning may be bent; begin "
+        "with a drive past things near and far, or use --odometry");
   }
   if (!map.closed && map.points.size() >= kFewestPoints) {
-    doubt(
+    judged.doubt(
         Verdict::kPoor,
         "it never saw again, after a whole turn, what it saw before: drive one that turns by more "
         "than 360 degrees");

@@ -19,6 +19,7 @@
 #include "core/base/median.h"
 #include "core/calib/pose_block.h"
 #include "core/calib/reprojection_cost.h"
+#include "core/calib/schur_bundle.h"
 #include "core/camera/lens_parameters.h"
 #include "core/camera/mounting.h"
 #include "core/geometry/cross_matrix.h"
@@ -155,15 +156,6 @@ std::optional<BodyMoved> body_moved(const WheelReadings& wheels, Time instant, T
 
 /// Without a way: what wheels wander in a turn on the spot would tell a metre.
 Pose2 turn_of(const Pose2& moved) { return {0, 0, moved.theta_rad}; }
-
-enum class Loss { kSquare, kHuber, kCauchy };
-
-ceres::LossFunction* made(Loss loss) {
-  constexpr double kSigmas = 2;
-  return loss == Loss::kHuber    ? static_cast<ceres::LossFunction*>(new ceres::HuberLoss(kSigmas))
-         : loss == Loss::kCauchy ? new ceres::CauchyLoss(kSigmas)
-                                 : nullptr;
-}
 
 class Adjustment {
  public:
@@ -563,16 +555,7 @@ class Adjustment {
       order->AddElementToGroup(&blocks_.clock_offset_s[c], next++);
     }
     order->AddElementToGroup(blocks_.wheel_errors.data(), next);
-    ceres::Solver::Options how;
-    how.linear_solver_type = ceres::SPARSE_SCHUR;
-    how.linear_solver_ordering = order;
-    how.max_num_iterations = options_.iterations;
-    how.max_trust_region_radius = kLargestRadius;
-    how.logging_type = ceres::SILENT;
-    how.num_threads = 1;
-    ceres::Solver::Summary summary;
-    ceres::Solve(how, &problem, &summary);
-    return summary.termination_type == ceres::CONVERGENCE;
+    return solve_by_schur(problem, order, options_.iterations, kLargestRadius);
   }
 
   /// What is told of the rig, with what is not: the rows are RigCovariance's.

@@ -14,10 +14,10 @@
 #include <ceres/ceres.h>
 
 #include "core/base/median.h"
-#include "core/calib/kept_distance_cost.h"
 #include "core/calib/pose_block.h"
 #include "core/calib/reprojection_cost.h"
 #include "core/calib/rig_costs.h"
+#include "core/calib/schur_bundle.h"
 #include "core/camera/lens_parameters.h"
 
 namespace panoptes {
@@ -86,11 +86,7 @@ class JointBundle {
   }
 
   void run() {
-    using Loss = std::function<ceres::LossFunction*()>;
-    constexpr double kSigmas = 2;
-    const Loss huber = [] { return new ceres::HuberLoss(kSigmas); };
-    const Loss cauchy = [] { return new ceres::CauchyLoss(kSigmas); };
-    for (const Loss& loss : {huber, cauchy}) {
+    for (const Loss loss : {Loss::kHuber, Loss::kCauchy}) {
       solve(std::max(kLeastNoise_px, noise_px()), loss);
     }
     // What is believed is judged twice: the second time without what the first left out.
@@ -101,7 +97,7 @@ class JointBundle {
         const std::optional<Vec2> off = off_px(seen);
         seen.believed = off && off->norm() < options_.inlier_sigma * std::sqrt(2.0) * sigma_px;
       }
-      out_.converged = solve(sigma_px, [] { return nullptr; });
+      out_.converged = solve(sigma_px, Loss::kSquare);
     }
     out_.rms_after_px = rms_px();
     store();
@@ -145,7 +141,7 @@ class JointBundle {
     return count > 0 ? std::sqrt(sum / count) : 0;
   }
 
-  bool solve(double sigma_px, const std::function<ceres::LossFunction*()>& loss) {
+  bool solve(double sigma_px, Loss loss) {
     ceres::Problem problem;
     auto order = std::make_shared<ceres::ParameterBlockOrdering>();
     double clock_s = 0;
@@ -175,7 +171,7 @@ class JointBundle {
         problem.SetParameterBlockConstant(lens_[view.camera].data());
       }
       problem.AddResidualBlock(
-          rig_reprojection_cost(out_.state.lenses[view.camera], seen.px, sigma_px, {}), loss(),
+          rig_reprojection_cost(out_.state.lenses[view.camera], seen.px, sigma_px, {}), made(loss),
           lens_[view.camera].data(), T_camera_body_[view.camera].data(),
           T_body_start_[view.instant].data(), &clock_s, wheels.data(), p_start);
     }
@@ -187,7 +183,13 @@ class JointBundle {
     if (cameras.contains(0)) {
       problem.SetParameterBlockConstant(T_camera_body_.front().data());
     }
-    keep_gauge(problem, instants);
+    std::vector<PoseBlock*> poses;
+    for (const std::size_t i : instants) {
+      poses.push_back(&T_body_start_[i]);
+    }
+    if (!keep_gauge(problem, poses)) {
+      return false;
+    }
     for (std::array<double, 4>& p : p_start_) {
       if (problem.HasParameterBlock(p.data())) {
         order->AddElementToGroup(p.data(), 0);
@@ -202,35 +204,7 @@ class JointBundle {
     }
     order->AddElementToGroup(&clock_s, 2);
     order->AddElementToGroup(wheels.data(), 2);
-    ceres::Solver::Options how;
-    how.linear_solver_type = ceres::SPARSE_SCHUR;
-    how.linear_solver_ordering = order;
-    how.max_num_iterations = options_.iterations;
-    how.logging_type = ceres::SILENT;
-    how.num_threads = 1;
-    ceres::Solver::Summary summary;
-    ceres::Solve(how, &problem, &summary);
-    return summary.termination_type == ceres::CONVERGENCE;
-  }
-
-  /// The first pose stays, and how far the farthest is from it.
-  void keep_gauge(ceres::Problem& problem, const std::set<std::size_t>& instants) {
-    PoseBlock& first = T_body_start_[*instants.begin()];
-    const Vec3 from = from_block(first.data()).inverse().translation;
-    PoseBlock* farthest = nullptr;
-    double far = 0;
-    for (const std::size_t i : instants) {
-      const double apart =
-          (from_block(T_body_start_[i].data()).inverse().translation - from).norm();
-      if (apart > far) {
-        far = apart;
-        farthest = &T_body_start_[i];
-      }
-    }
-    problem.SetParameterBlockConstant(first.data());
-    if (farthest != nullptr) {
-      problem.AddResidualBlock(kept_distance_cost(far), nullptr, first.data(), farthest->data());
-    }
+    return solve_by_schur(problem, order, options_.iterations);
   }
 
   void store() {

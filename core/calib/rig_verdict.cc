@@ -56,10 +56,6 @@ double turn_between(const Pose3& a, const Pose3& b) {
 
 Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration& calibration) {
   Judged judged;
-  const auto doubt = [&](Verdict worse, std::string why) {
-    judged.verdict = std::max(judged.verdict, worse);
-    judged.reasons.push_back(std::move(why));
-  };
   const RigBundle& bundle = calibration.bundle;
   const RigBundleState& state = bundle.state;
   // What a map alone leaves in doubt, other cameras that see its points settle, or contradict
@@ -67,7 +63,7 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     if (const std::string& why = calibration.by_others[c]; !why.empty()) {
       const bool is_told = calibration.shared[c] >= kFewestToSettle;
-      doubt(
+      judged.doubt(
           is_told && cameras[c].adjusted.T_map_camera.empty() ? Verdict::kGood : Verdict::kPoor,
           fmt::format("{}: {}; how it is mounted is told by {} points of other cameras' maps that "
                       "are found in its pictures{}",
@@ -80,19 +76,19 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                             calibration.shared[c] >= kFewestToSettle &&
                             lost_share(cameras[c].map) < kMostLost;
     for (const std::string& reason : of_map.reasons) {
-      doubt(is_settled ? Verdict::kGood : std::min(of_map.verdict, Verdict::kPoor),
-            cameras[c].name + ": its own map: " + reason +
-                (is_settled ? "; judged below, by all cameras together" : ""));
+      judged.doubt(is_settled ? Verdict::kGood : std::min(of_map.verdict, Verdict::kPoor),
+                   cameras[c].name + ": its own map: " + reason +
+                       (is_settled ? "; judged below, by all cameras together" : ""));
     }
   }
   if (!bundle.converged) {
-    doubt(Verdict::kPoor, "the adjustment of all cameras together did not converge");
+    judged.doubt(Verdict::kPoor, "the adjustment of all cameras together did not converge");
   }
   if (bundle.rms_after_px > kMostReprojection_px) {
-    doubt(Verdict::kPoor,
-          fmt::format("the cameras do not agree: {:.2f} px of reprojection are left, "
-                      "more than {:g}",
-                      bundle.rms_after_px, kMostReprojection_px));
+    judged.doubt(Verdict::kPoor,
+                 fmt::format("the cameras do not agree: {:.2f} px of reprojection are left, "
+                             "more than {:g}",
+                             bundle.rms_after_px, kMostReprojection_px));
   }
   std::vector<int> seen(cameras.size(), 0);
   std::vector<int> left_out(cameras.size(), 0);
@@ -105,17 +101,19 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
     const MappedCamera& camera = cameras[c];
     if (cameras.size() > 1 && calibration.by_others[c].empty() &&
         calibration.shared[c] < kFewestShared) {
-      doubt(Verdict::kPoor,
-            fmt::format("{}: shares {} points with other cameras, fewer than {}: how much higher "
-                        "it stands than they do is not seen; drive a motion that turns it to "
-                        "where they have looked",
-                        camera.name, calibration.shared[c], kFewestShared));
+      judged.doubt(
+          Verdict::kPoor,
+          fmt::format("{}: shares {} points with other cameras, fewer than {}: how much higher "
+                      "it stands than they do is not seen; drive a motion that turns it to "
+                      "where they have looked",
+                      camera.name, calibration.shared[c], kFewestShared));
     }
     if (left_out[c] > kMostLeftOut * seen[c]) {
-      doubt(Verdict::kPoor,
-            fmt::format("{}: contradicts the others: {} of {} observations are left out (at most "
-                        "{:.0f} %)",
-                        camera.name, left_out[c], seen[c], 100 * kMostLeftOut));
+      judged.doubt(
+          Verdict::kPoor,
+          fmt::format("{}: contradicts the others: {} of {} observations are left out (at most "
+                      "{:.0f} %)",
+                      camera.name, left_out[c], seen[c], 100 * kMostLeftOut));
     }
     const Intrinsics& lens = camera.believed.intrinsics;
     const double focal_off = state.lenses[c].fx_px / lens.fx_px - 1;
@@ -123,12 +121,13 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                                           std::abs(state.lenses[c].cy_px - lens.cy_px));
     if (std::abs(focal_off) > kMostSigmas * camera.believed.sigma.focal_ratio ||
         centre_off_px > kMostSigmas * camera.believed.sigma.centre_px) {
-      doubt(Verdict::kPoor,
-            fmt::format("{}: its pictures are of another lens: focal length {:+.2f} %, centre off "
-                        "by {:.1f} px, known to {:g} % and {:g} px; calibrate it by a board, or "
-                        "say in the rig how badly it is known",
-                        camera.name, 100 * focal_off, centre_off_px,
-                        100 * camera.believed.sigma.focal_ratio, camera.believed.sigma.centre_px));
+      judged.doubt(
+          Verdict::kPoor,
+          fmt::format("{}: its pictures are of another lens: focal length {:+.2f} %, centre off "
+                      "by {:.1f} px, known to {:g} % and {:g} px; calibrate it by a board, or "
+                      "say in the rig how badly it is known",
+                      camera.name, 100 * focal_off, centre_off_px,
+                      100 * camera.believed.sigma.focal_ratio, camera.believed.sigma.centre_px));
     }
     const Pose3& found = state.T_body_camera[c];
     const double turn_rad = turn_between(found, camera.believed.T_body_camera);
@@ -144,10 +143,11 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                              cameras[other].name);
         }
       }
-      doubt(Verdict::kPoor,
-            fmt::format("{}: is mounted {:.0f} degrees and {:.2f} m off what the rig file says, "
-                        "another rig's{}",
-                        camera.name, rad_to_deg(turn_rad), shift_m, like));
+      judged.doubt(
+          Verdict::kPoor,
+          fmt::format("{}: is mounted {:.0f} degrees and {:.2f} m off what the rig file says, "
+                      "another rig's{}",
+                      camera.name, rad_to_deg(turn_rad), shift_m, like));
     }
     const std::optional<PlanarHandEye>& alone = calibration.hand_eye[c];
     // Without wheels, which yaw the body has is not told: what counts is how cameras stand to the
@@ -161,24 +161,27 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                             : 0;
     constexpr double kLeast_rad = deg_to_rad(1);
     if (alone && contradicts_rad > std::max(kLeast_rad, kMostSigmas * alone->yaw_sigma_rad)) {
-      doubt(Verdict::kPoor, fmt::format("{}: its own path{} has it {:.1f} degrees elsewhere than "
-                                        "all cameras together",
-                                        camera.name, bundle.has_wheels ? " beside the wheels'" : "",
-                                        rad_to_deg(contradicts_rad)));
+      judged.doubt(Verdict::kPoor,
+                   fmt::format("{}: its own path{} has it {:.1f} degrees elsewhere than "
+                               "all cameras together",
+                               camera.name, bundle.has_wheels ? " beside the wheels'" : "",
+                               rad_to_deg(contradicts_rad)));
     }
     const double late_s = state.clock_offset_s[c] - camera.believed.clock_offset_s;
     if (std::abs(late_s) > kMostSigmas * sigma.clock_s) {
-      doubt(Verdict::kPoor, fmt::format("{}: its clock is {:.0f} ms off what the rig file says, "
-                                        "which has it known to {:g} ms",
-                                        camera.name, 1000 * late_s, 1000 * sigma.clock_s));
+      judged.doubt(Verdict::kPoor,
+                   fmt::format("{}: its clock is {:.0f} ms off what the rig file says, "
+                               "which has it known to {:g} ms",
+                               camera.name, 1000 * late_s, 1000 * sigma.clock_s));
     }
   }
   if (!bundle.has_wheels) {
-    doubt(Verdict::kGood,
-          fmt::format("no odometry: how cameras are turned to one another and in which directions "
-                      "they stand is told; all lengths are by how far apart the rig file has them, "
-                      "to {:.1f} %, and where the body is, with its yaw, is as the rig file has it",
-                      100 * metre_share(calibration)));
+    judged.doubt(
+        Verdict::kGood,
+        fmt::format("no odometry: how cameras are turned to one another and in which directions "
+                    "they stand is told; all lengths are by how far apart the rig file has them, "
+                    "to {:.1f} %, and where the body is, with its yaw, is as the rig file has it",
+                    100 * metre_share(calibration)));
     return judged;
   }
   const std::array<std::string, kWheelErrors> off{
@@ -188,10 +191,11 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                   rad_to_deg(state.wheel_errors[kTurnPerMetre]))};
   for (int i = 0; i < kWheelErrors; ++i) {
     if (std::abs(state.wheel_errors[i]) > kMostSigmas * calibration.wheels_known.sigma[i]) {
-      doubt(Verdict::kPoor,
-            "wheels and pictures contradict one another: " + off[static_cast<std::size_t>(i)] +
-                " off what the wheels say; the robot file is of another robot, a wheel slips, or "
-                "lenses are others than the rig file says");
+      judged.doubt(
+          Verdict::kPoor,
+          "wheels and pictures contradict one another: " + off[static_cast<std::size_t>(i)] +
+              " off what the wheels say; the robot file is of another robot, a wheel slips, or "
+              "lenses are others than the rig file says");
     }
   }
   for (std::size_t c = 0; c < cameras.size() && calibration.wheels; ++c) {
@@ -203,16 +207,18 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
     });
     const double share = static_cast<double>(outside) / std::max<double>(1, frames.size());
     if (share > kHardlyAny) {
-      doubt(share > kMostMissing ? Verdict::kPoor : Verdict::kGood,
-            fmt::format("{}: the wheels say nothing of {} of its {} pictures, which are left out: "
-                        "the odometry has gaps, or is cut short",
-                        cameras[c].name, outside, frames.size()));
+      judged.doubt(
+          share > kMostMissing ? Verdict::kPoor : Verdict::kGood,
+          fmt::format("{}: the wheels say nothing of {} of its {} pictures, which are left out: "
+                      "the odometry has gaps, or is cut short",
+                      cameras[c].name, outside, frames.size()));
     }
   }
   const auto instants = static_cast<double>(calibration.tracks.instants.size());
   if (bundle.without_wheels > kMostMissing * instants) {
-    doubt(Verdict::kPoor, fmt::format("the wheels say nothing of {} of {} of its stretches",
-                                      bundle.without_wheels, calibration.tracks.instants.size()));
+    judged.doubt(Verdict::kPoor,
+                 fmt::format("the wheels say nothing of {} of {} of its stretches",
+                             bundle.without_wheels, calibration.tracks.instants.size()));
   }
   return judged;
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/calib/verdict.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace panoptes {
 
 std::string_view name(Verdict verdict) {
@@ -13,6 +16,11 @@ std::string_view name(Verdict verdict) {
       break;
   }
   return "failed";
+}
+
+void Judged::doubt(Verdict at_best, std::string why) {
+  verdict = std::max(verdict, at_best);
+  reasons.push_back(std::move(why));
 }
 
 }  // namespace panoptes

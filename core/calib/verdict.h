@@ -14,6 +14,9 @@ std::string_view name(Verdict verdict);
 struct Judged {
   Verdict verdict = Verdict::kGood;
   std::vector<std::string> reasons;  ///< in words, with what to do
+
+  /// No better than `at_best`, and why.
+  void doubt(Verdict at_best, std::string why);
 };
 
 }  // namespace panoptes

@@ -23,9 +23,8 @@ class RigPicturesTest : public ScratchTest {
       believed.cameras[rig.calibration.cameras[c]] = rig.driven.believed[c];
     }
     Faults faults;
-    write_rig_pictures(folder_,
-                       {rig.calibration, believed, [&rig](const RigView&) { return rig.blank(); }},
-                       faults);
+    write_rig_pictures(
+        folder_, rig.calibration, believed, [&rig](const RigView&) { return rig.blank(); }, faults);
     EXPECT_TRUE(faults.none()) << faults.text();
     std::set<std::string> files;
     for (const auto& entry : std::filesystem::directory_iterator(folder_)) {

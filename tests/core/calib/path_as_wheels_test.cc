@@ -3,35 +3,15 @@
 
 #include <gtest/gtest.h>
 
-#include "core/camera/mounting.h"
-#include "tests/support/driven_rose.h"
+#include "tests/support/driven_camera.h"
 
 namespace panoptes {
 namespace {
 
 constexpr double kMetre_m = 1.7;
-constexpr double kClock_s = 0.013;
-
-/// A camera that looks to the left and down, rolled.
-RigCamera rolled_camera() {
-  RigCamera camera;
-  camera.T_body_camera = mounted_camera({0.15, -0.1, 0.7}, 1.2, 0.3);
-  camera.T_body_camera.rotation =
-      (camera.T_body_camera.rotation * turned_by({0, 0, 0.2})).normalized();
-  camera.clock_offset_s = kClock_s;
-  return camera;
-}
-
-/// Its path, in a map that lies askew.
+/// In a map that lies askew.
 std::vector<StampedCamera> path_of_drive(const DrivenRose& drive, const RigCamera& camera) {
-  const Pose3 T_map_start{turned_by({0.7, -0.4, 1.1}), Vec3(3, 2, 1)};
-  std::vector<StampedCamera> path;
-  for (std::size_t i = 0; i < drive.instants(); ++i) {
-    Pose3 T = T_map_start * on_floor(drive.T_start_body(i)) * camera.T_body_camera;
-    T.translation /= kMetre_m;
-    path.push_back({drive.instant(i) + from_seconds(kClock_s), T});
-  }
-  return path;
+  return driven_camera_path(drive, camera, {turned_by({0.7, -0.4, 1.1}), Vec3(3, 2, 1)}, kMetre_m);
 }
 
 void expect_same(const Pose2& a, const Pose2& b, double within) {
@@ -41,7 +21,7 @@ void expect_same(const Pose2& a, const Pose2& b, double within) {
 
 TEST(PathAsWheels, TellsHowTheBodyMoves) {
   const DrivenRose drive({}, Rng(1));
-  const RigCamera camera = rolled_camera();
+  const RigCamera camera = driven_camera();
   const WheelReadings wheels = path_as_wheels(path_of_drive(drive, camera), camera, kMetre_m);
   for (std::size_t i = 0; i + 1 < drive.instants(); i += 7) {
     const std::optional<Odometry> told = wheels(drive.instant(i));
@@ -54,7 +34,7 @@ TEST(PathAsWheels, TellsHowTheBodyMoves) {
 
 TEST(PathAsWheels, IsEmptyWhereThereIsNoPath) {
   const DrivenRose drive({}, Rng(1));
-  const RigCamera camera = rolled_camera();
+  const RigCamera camera = driven_camera();
   std::vector<StampedCamera> path = path_of_drive(drive, camera);
   path.erase(path.begin() + 40, path.begin() + 50);
   const WheelReadings wheels = path_as_wheels(path, camera, kMetre_m);
@@ -67,7 +47,7 @@ TEST(PathAsWheels, IsEmptyWhereThereIsNoPath) {
 
 TEST(PathAsWheels, AnotherMetreAndMountingAreTheSameMotionOfAnotherBody) {
   const DrivenRose drive({}, Rng(1));
-  const RigCamera camera = rolled_camera();
+  const RigCamera camera = driven_camera();
   RigCamera off = camera;
   off.T_body_camera.translation += Vec3(0.05, -0.03, 0.1);
   off.T_body_camera.rotation = (turned_by({0, 0, 0.1}) * off.T_body_camera.rotation).normalized();

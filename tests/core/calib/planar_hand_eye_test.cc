@@ -6,8 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/camera/mounting.h"
-#include "tests/support/driven_rose.h"
+#include "tests/support/driven_camera.h"
 
 namespace panoptes {
 namespace {
@@ -15,36 +14,21 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr double kMetre_m = 1.7;
-constexpr double kClock_s = 0.037;
-
-RigCamera mounted_truly() {
-  RigCamera camera;
-  camera.T_body_camera = mounted_camera({0.15, -0.1, 0.7}, 1.2, 0.1);
-  camera.T_body_camera.rotation =
-      (camera.T_body_camera.rotation * turned_by({0, 0, 0.05})).normalized();
-  camera.clock_offset_s = kClock_s;
-  return camera;
-}
-
 /// The camera in a map of its own, which begins where it does.
 std::vector<StampedCamera> path_of(const DrivenRose& drive, const RigCamera& camera,
                                    double noise_rad, double noise_m, Rng rng) {
-  std::vector<StampedCamera> path;
-  std::optional<Pose3> T_map_start;
-  for (std::size_t i = 0; i < drive.instants(); ++i) {
-    Pose3 T = on_floor(drive.T_start_body(i)) * camera.T_body_camera;
-    T_map_start = T_map_start ? T_map_start : T.inverse();
-    T = *T_map_start * T;
-    T.translation /= kMetre_m;
+  const Pose3 T_map_start = (on_floor(drive.T_start_body(0)) * camera.T_body_camera).inverse();
+  std::vector<StampedCamera> path = driven_camera_path(drive, camera, T_map_start, kMetre_m);
+  for (StampedCamera& at : path) {
+    Pose3& T = at.T_map_camera;
     T.translation += noise_m * Vec3(rng.normal(), rng.normal(), rng.normal());
     T.rotation = T.rotation * turned_by(noise_rad * Vec3(rng.normal(), rng.normal(), rng.normal()));
-    path.push_back({drive.instant(i) + from_seconds(camera.clock_offset_s), T});
   }
   return path;
 }
 
 RigCamera roughly_believed() {
-  RigCamera camera = mounted_truly();
+  RigCamera camera = driven_camera();
   camera.T_body_camera = mounted_camera({0.3, 0.1, 0.65}, 0.2, -0.1);
   camera.clock_offset_s = 0;
   return camera;
@@ -57,19 +41,19 @@ PlanarHandEye found(const DrivenRose& drive, const std::vector<StampedCamera>& p
 
 TEST(PlanarHandEye, ExactPathsGiveAllButTheHeight) {
   const DrivenRose drive({}, Rng(1));
-  const RigCamera truth = mounted_truly();
+  const RigCamera truth = driven_camera();
   const PlanarHandEye eye = found(drive, path_of(drive, truth, 0, 0, Rng(2)));
   EXPECT_LT(eye.T_body_camera.rotation.angularDistance(truth.T_body_camera.rotation), 2e-3);
   EXPECT_NEAR(eye.T_body_camera.translation.x(), truth.T_body_camera.translation.x(), 2e-3);
   EXPECT_NEAR(eye.T_body_camera.translation.y(), truth.T_body_camera.translation.y(), 2e-3);
   EXPECT_EQ(eye.T_body_camera.translation.z(), 0.65) << "as it is believed";
-  EXPECT_NEAR(eye.clock_offset_s, kClock_s, 2e-3);
+  EXPECT_NEAR(eye.clock_offset_s, driven_camera().clock_offset_s, 2e-3);
   EXPECT_NEAR(eye.map_metre_m, kMetre_m, 0.01);
 }
 
 TEST(PlanarHandEye, LaysTheMapWhereTheBodyBegins) {
   const DrivenRose drive({}, Rng(1));
-  const RigCamera truth = mounted_truly();
+  const RigCamera truth = driven_camera();
   const auto path = path_of(drive, truth, 0, 0, Rng(2));
   const PlanarHandEye eye = found(drive, path);
   for (const std::size_t i : {std::size_t{0}, path.size() / 2}) {
@@ -89,7 +73,7 @@ TEST(PlanarHandEye, NoisyPathsGiveItWithinWhatItSays) {
     rose.noise_m = 0.007;
     rose.turn_error = 0.01;
     const DrivenRose drive(rose, Rng(10 + seed));
-    const RigCamera truth = mounted_truly();
+    const RigCamera truth = driven_camera();
     const PlanarHandEye eye = found(drive, path_of(drive, truth, 5e-4, 5e-4, Rng(50 + seed)));
     const Vec3 off = mounting_offset(truth.T_body_camera, eye.T_body_camera).rotation_rad;
     EXPECT_LT(off.head<2>().norm(), 2e-3) << "roll and pitch are by the axis of all turns";
@@ -104,7 +88,7 @@ TEST(PlanarHandEye, ADriveWithoutATurnIsRefused) {
   straight.turn_rad = 0;
   const DrivenRose drive(straight, Rng(1));
   try {
-    found(drive, path_of(drive, mounted_truly(), 1e-5, 1e-5, Rng(2)));
+    found(drive, path_of(drive, driven_camera(), 1e-5, 1e-5, Rng(2)));
     FAIL() << "it knows how it is mounted";
   } catch (const HandEyeError& error) {
     EXPECT_THAT(error.what(), HasSubstr("drive a motion that turns"));
@@ -115,7 +99,7 @@ TEST(PlanarHandEye, ATurnOnTheSpotLeavesYawPlaceAndMetreNearWhatIsBelieved) {
   RoseShape spin;
   spin.leg_m = 0;
   const DrivenRose drive(spin, Rng(1));
-  const RigCamera truth = mounted_truly();
+  const RigCamera truth = driven_camera();
   RigCamera believed = truth;
   believed.T_body_camera = displaced(truth.T_body_camera, {{0, 0, 0.15}, {0.02, 0, 0}});
   const PlanarHandEye eye = planar_hand_eye(
@@ -137,7 +121,7 @@ TEST(PlanarHandEye, WheelsOfAnotherDriveAreRefused) {
   other.turn_rad = 0.3;
   other.leg_m = 0.9;
   const DrivenRose another(other, Rng(1));
-  EXPECT_THROW(found(another, path_of(drive, mounted_truly(), 0, 0, Rng(2))), HandEyeError);
+  EXPECT_THROW(found(another, path_of(drive, driven_camera(), 0, 0, Rng(2))), HandEyeError);
 }
 
 }  // namespace
