@@ -9,7 +9,7 @@
 #include "core/map/floor_mapper.h"
 #include "core/map/fusion.h"
 #include "core/map/keyframe_grid.h"
-#include "tests/core/map/floor_scene.h"
+#include "tests/support/floor_scene.h"
 
 namespace panoptes {
 namespace {

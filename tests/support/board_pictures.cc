@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/check.h"
+#include "tests/support/picture_noise.h"
 
 namespace panoptes {
 namespace {
@@ -16,6 +17,13 @@ constexpr int kParts = 4;  // of a pixel, each way
 
 Eigen::Quaterniond turn(double angle_rad, const Vec3& axis) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, axis));
+}
+
+/// A room, out of focus.
+float room(const Vec3& direction) {
+  return static_cast<float>(90 +
+                            40 * std::sin(3 * direction.x() + 1) * std::cos(4 * direction.y()) +
+                            20 * std::sin(9 * direction.z()));
 }
 
 /// The board and a square about it.
@@ -107,13 +115,15 @@ BoardPainter::BoardPainter(const Board& board, const Intrinsics& lens, const Boa
         for (int i = 0; i < kParts; ++i) {
           const auto d = lens.direction({x + part(i), y + part(j)});
           directions_.push_back(d ? Eigen::Vector3f(d->cast<float>()) : Eigen::Vector3f::Zero());
+          room_.push_back(room(directions_.back().cast<double>()));
         }
       }
     }
   }
 }
 
-double BoardPainter::shade(const Vec3& direction, const Pose3& T_board_camera) const {
+double BoardPainter::shade(std::size_t part, const Pose3& T_board_camera) const {
+  const Vec3 direction = directions_[part].cast<double>();
   constexpr double kBlack = 35;
   constexpr double kWhite = 190;
   const Vec3 d = T_board_camera.rotation * direction;
@@ -141,9 +151,7 @@ double BoardPainter::shade(const Vec3& direction, const Pose3& T_board_camera) c
   constexpr double kMargin = 0.7;  // of a square, white
   if (along <= 0 || x < -kMargin || y < -kMargin || x > board_.columns + 1 + kMargin ||
       y > board_.rows + 1 + kMargin) {
-    // a room, out of focus
-    return 90 + 40 * std::sin(3 * direction.x() + 1) * std::cos(4 * direction.y()) +
-           20 * std::sin(9 * direction.z());
+    return room_[part];
   }
   if (x < 0 || y < 0 || x >= board_.columns + 1 || y >= board_.rows + 1) {
     return kWhite;
@@ -169,7 +177,7 @@ cv::Mat BoardPainter::draw(const Pose3& T_camera_board, const BoardLight& light,
       double sum = 0;
       for (int j = 0; j < kParts; ++j) {
         for (int i = 0; i < kParts; ++i) {
-          sum += shade(directions_[at++].cast<double>(), T_board_camera[(i + 2 * j) % kParts]);
+          sum += shade(at++, T_board_camera[(i + 2 * j) % kParts]);
         }
       }
       const double out = (Vec2(x, y) - middle_px).squaredNorm() / middle_px.squaredNorm();
@@ -177,10 +185,11 @@ cv::Mat BoardPainter::draw(const Pose3& T_camera_board, const BoardLight& light,
           static_cast<float>(sum / (kParts * kParts) * bright * (1 - light.vignetting * out));
     }
   }
+  PictureNoise noise(rng);
   cv::GaussianBlur(picture, picture, cv::Size(), light.sharpness_px);
   for (int y = 0; y < lens_.height_px; ++y) {
     for (int x = 0; x < lens_.width_px; ++x) {
-      picture.at<float>(y, x) += static_cast<float>(light.noise_grey * rng.normal());
+      picture.at<float>(y, x) += static_cast<float>(light.noise_grey * noise.normal());
     }
   }
   cv::Mat grey;

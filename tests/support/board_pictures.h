@@ -60,12 +60,14 @@ class BoardPainter {
   cv::Mat draw(const Pose3& T_camera_board, const BoardLight& light, Rng& rng) const;
 
  private:
-  double shade(const Vec3& direction, const Pose3& T_board_camera) const;
+  // Of a part of a pixel.
+  double shade(std::size_t part, const Pose3& T_board_camera) const;
 
   Board board_;
   BoardShape shape_;
   Intrinsics lens_;
   std::vector<Eigen::Vector3f> directions_;  // of parts of pixels, zero where nothing is seen
+  std::vector<float> room_;                  // what is there without a board
 };
 
 }  // namespace panoptes

@@ -13,7 +13,7 @@
 
 #include "core/base/rng.h"
 #include "core/geometry/pose3.h"
-#include "tests/core/map/floor_scene.h"
+#include "tests/support/floor_scene.h"
 
 namespace panoptes {
 namespace {

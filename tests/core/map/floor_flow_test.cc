@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "core/camera/mounting.h"
-#include "tests/core/map/floor_scene.h"
+#include "tests/support/floor_scene.h"
 
 namespace panoptes {
 namespace {

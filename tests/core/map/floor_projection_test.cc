@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 
 #include "core/base/error.h"
-#include "tests/core/map/floor_scene.h"
+#include "tests/support/floor_scene.h"
 
 namespace panoptes {
 namespace {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/rng.h"
-#include "tests/core/map/floor_scene.h"
+#include "tests/support/floor_scene.h"
 
 namespace panoptes {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "core/camera/mounting.h"
 #include "core/geometry/pose3.h"
-#include "tests/core/map/floor_scene.h"
+#include "tests/support/floor_scene.h"
 
 namespace panoptes {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "core/camera/observation.h"
 #include "core/geometry/body.h"
-#include "tests/core/map/floor_scene.h"
+#include "tests/support/floor_scene.h"
 
 namespace panoptes::test {
 
