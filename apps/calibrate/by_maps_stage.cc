@@ -19,6 +19,7 @@
 #include "core/base/utf8.h"
 #include "core/calib/rig_by_maps.h"
 #include "core/calib/rig_by_maps_verdict.h"
+#include "core/calib/rig_verdict.h"
 
 namespace panoptes {
 namespace {
@@ -135,10 +136,10 @@ int calibrate_rig_by_maps(const RigStage& args, const fs::path& out,
   const Judged judged = judge_rig_by_maps(cameras, told);
   Faults faults;
   figures["method"] = name(args.method);
-  figures["seed"] = args.seed;
   figures["alignments"] = alignment_figures(told);
   if (told.is_told()) {
-    const Rig found = rig_by_maps(whole_rig(args.dataset, args.rig), told);
+    const Rig before = whole_rig(args.dataset, args.rig);
+    const Rig found = believed_after(rig_by_maps(before, told), before, judged);
     figures.update(figures_of(told, found, true_rig(args.dataset)));
     faults.attempt([&] { write_rig(out, found, told.cameras, judged.verdict); });
     write_seen_pictures(out, to_draw(told), view_picture(cameras, picture), faults);

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <optional>
 #include <system_error>
+#include <variant>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -30,20 +31,29 @@ std::string outcome_of(const fs::path& recording) {
              : "failed";
 }
 
-void check_whole(const fs::path& recording, const ExploreMission& mission) {
+/// Whether what lies there is this mission's, whole. A simulated drive that was cut short is to be
+/// driven again: it begins the same. Throws for what else is no whole recording of it.
+bool is_whole(const fs::path& recording, const ExploreMission& mission) {
   const std::string as_it_is =
       fmt::format("calibrate it as it is with panoptes calibrate {} --out DIR", recording.string());
-  if (const std::string outcome = outcome_of(recording); outcome != "completed") {
+  const std::string outcome = outcome_of(recording);
+  const bool is_cut_short = outcome != "completed";
+  const bool is_same = read_part(recording / "mission.yaml") ==
+                       mission_text(PANOPTES_VERSION, write_settings(mission));
+  if (is_cut_short && is_same && std::holds_alternative<sim::SimulatedOptions>(mission.platform)) {
+    return false;
+  }
+  if (is_cut_short) {
     throw ConfigError(fmt::format("{}: was cut short ({}); remove it to record it anew, or {}",
                                   recording.string(), outcome, as_it_is));
   }
-  if (read_part(recording / "mission.yaml") !=
-      mission_text(PANOPTES_VERSION, write_settings(mission))) {
+  if (!is_same) {
     throw ConfigError(
         fmt::format("{}: is of another mission, other settings or another version; name another "
                     "folder with --out, or {}",
                     recording.string(), as_it_is));
   }
+  return true;
 }
 
 }  // namespace
@@ -55,8 +65,11 @@ int record_here(const DriveToRecord& drive) {
   const fs::path recording = drive.dataset();
   std::error_code ignored;
   if (fs::exists(recording, ignored) && !fs::is_empty(recording, ignored)) {
-    check_whole(recording, mission);
-    return 0;
+    if (is_whole(recording, mission)) {
+      return 0;
+    }
+    std::fprintf(stderr, "%s: was cut short, and is recorded anew\n", recording.c_str());
+    fs::remove_all(recording);
   }
   { const OutDir free(drive.out, {recording.filename().string()}); }  // refused before it drives
   const int status = record_mission(mission, recording, drive.quiet);

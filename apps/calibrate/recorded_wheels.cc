@@ -52,11 +52,15 @@ void RecordedWheels::check_reach(const std::vector<RecordedPicture>& pictures,
       return fmt::format("{:.3f} to {:.3f} s", to_seconds(from.time_since_epoch()),
                          to_seconds(to.time_since_epoch()));
     };
+    const bool is_apart =
+        rows_.back().stamp < pictures.front().stamp || pictures.back().stamp < rows_.front().stamp;
     throw ConfigError(
-        fmt::format("{}: is of {}, the camera's pictures of {}: it misses {} of {}; are both by "
-                    "one clock?",
-                    file_, span(rows_.front().stamp, rows_.back().stamp),
-                    span(pictures.front().stamp, pictures.back().stamp), outside, pictures.size()));
+        fmt::format("{}: is of {}, the camera's pictures of {}: it misses {} of {}; {}", file_,
+                    span(rows_.front().stamp, rows_.back().stamp),
+                    span(pictures.front().stamp, pictures.back().stamp), outside, pictures.size(),
+                    is_apart ? "stamp both by one clock"
+                             : "record it for as long as the pictures, or remove the file to "
+                               "calibrate without a metre"));
   }
 }
 

@@ -172,6 +172,7 @@ int calibrate_rig_of(const RigStage& args) {
   }
   for (const auto& [camera, believed] : lenses) {
     check_recording(args.dataset, camera, believed, args.slam);
+    check_pictures(args.dataset, camera, believed.intrinsics);
     if (wheels) {
       wheels->check_reach(recorded_pictures(args.dataset, camera), believed);
     }
@@ -182,11 +183,9 @@ int calibrate_rig_of(const RigStage& args) {
   }
   OutDir out(args.out, may_hold);
   out.keep();
-  Json figures{{"schema", "panoptes.metrics/1"},
-               {"command", "calibrate"},
-               {"stage", "rig"},
-               {"version", PANOPTES_VERSION},
-               {"outcome", "completed"}};
+  Json figures{
+      {"schema", "panoptes.metrics/1"}, {"command", "calibrate"}, {"stage", "rig"},
+      {"version", PANOPTES_VERSION},    {"seed", args.seed},      {"outcome", "completed"}};
   Judged judged;
   Faults faults;
   const StopCondition stop_condition{StopOptions()};
@@ -244,8 +243,7 @@ int calibrate_rig_of(const RigStage& args) {
   } catch (const HandEyeError& error) {
     judged.verdict = Verdict::kFailed;
     judged.reasons.push_back(fmt::format(
-        "stage rig: {}; see what --stage maps says of it, or leave it out with --cameras",
-        error.what()));
+        "stage rig: {}; --stage maps says and shows more of each camera", error.what()));
   }
   if (told) {
     const Json of_rig = rig_figures(*told, true_rig(args.dataset));
@@ -254,7 +252,8 @@ int calibrate_rig_of(const RigStage& args) {
     faults.attempt([&] {
       Rig found = calibrated(believed, *told);
       found.covariance = joint_covariance(*told);
-      write_rig(out.path(), found, told->cameras, judged.verdict);
+      found.doubts.clear();
+      write_rig(out.path(), believed_after(found, believed, judged), told->cameras, judged.verdict);
     });
     write_rig_pictures(out.path(), *told, believed, view_picture(cameras, picture), faults);
     say(*told, judged, of_rig);

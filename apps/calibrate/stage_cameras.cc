@@ -26,6 +26,9 @@ std::string in_words(const std::vector<std::string>& names) {
 }  // namespace
 
 Rig whole_rig(const std::string& dataset, const std::string& rig_file) {
+  if (std::error_code ignored; !fs::is_directory(dataset, ignored)) {
+    throw ConfigError(dataset + ": is no folder; give a dataset, as panoptes record leaves it");
+  }
   const std::optional<Rig> rig =
       rig_file.empty() ? rig_beside(dataset) : read_settings<Rig>(rig_file);
   if (!rig) {
@@ -42,7 +45,11 @@ std::vector<std::pair<std::string, RigCamera>> rig_cameras(const Rig& rig,
   for (const std::string& name : names) {
     const auto found = rig.cameras.find(name);
     if (found == rig.cameras.end()) {
-      throw ConfigError("the rig has no camera " + name);
+      std::vector<std::string> there;
+      for (const auto& [camera, believed] : rig.cameras) {
+        there.push_back(camera);
+      }
+      throw ConfigError(fmt::format("the rig has no camera {}; it has {}", name, in_words(there)));
     }
     if (taken.insert(name).second) {
       cameras.emplace_back(*found);

@@ -51,12 +51,18 @@ void check_study(const std::string& file) {
   }
 }
 
+void check_rig(const std::string& file) {
+  for (const std::string& doubt : read_settings<Rig>(file).doubts) {
+    std::printf("%s: its calibration is not to be trusted: %s\n", file.c_str(), doubt.c_str());
+  }
+}
+
 CheckFile check_of(const FileKind& kind) {
   static const std::map<std::string, CheckFile> kChecks{
       {"mission",
        [](const std::string& file) { check_platform(load_mission<ExploreMission>(file)); }},
       {"world", [](const std::string& file) { sim::load_world(file); }},
-      {"rig", [](const std::string& file) { read_settings<Rig>(file); }},
+      {"rig", check_rig},
       {"robot", [](const std::string& file) { read_settings<Body>(file); }},
       {"route", [](const std::string& file) { read_settings<sim::Route>(file); }},
       {"map", [](const std::string& file) { read_turned_map_server(file); }},

@@ -165,8 +165,12 @@ Rng platform_rng(const ExploreMission& mission) { return Rng(mission.seed).fork(
 
 OpenRobot open_robot(const ExploreMission& mission, const Rng& rng,
                      const sim::RendererOptions& renderer) {
-  return std::visit([&](const auto& options) { return open(options, mission, rng, renderer); },
-                    mission.platform);
+  OpenRobot out = std::visit(
+      [&](const auto& options) { return open(options, mission, rng, renderer); }, mission.platform);
+  for (const std::string& doubt : mission.rig.doubts) {
+    out.warnings.push_back("the rig's calibration is not to be trusted: " + doubt);
+  }
+  return out;
 }
 
 std::unique_ptr<hw::Robot> open_robot_without_cameras(const ExploreMission& mission,

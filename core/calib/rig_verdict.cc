@@ -52,6 +52,28 @@ double turn_between(const Pose3& a, const Pose3& b) {
   return a.rotation.angularDistance(b.rotation);
 }
 
+/// Cameras whose pictures end before the others'.
+void doubt_short_recordings(const std::vector<MappedCamera>& cameras, Judged& judged) {
+  std::optional<Time> last;
+  for (const MappedCamera& camera : cameras) {
+    if (!camera.map.frames.empty()) {
+      last = std::max(last.value_or(Time::min()), camera.map.frames.back().stamp);
+    }
+  }
+  for (const MappedCamera& camera : cameras) {
+    const std::vector<MonoMap::Frame>& frames = camera.map.frames;
+    constexpr double kHardlyAny = 0.02;
+    const double early_s = frames.empty() ? 0 : to_seconds(*last - frames.back().stamp);
+    if (!frames.empty() && early_s > kHardlyAny * to_seconds(*last - frames.front().stamp)) {
+      judged.doubt(
+          Verdict::kGood,
+          fmt::format("{}: its pictures end {:.1f} s before those of others: its recording "
+                      "is cut short",
+                      camera.name, early_s));
+    }
+  }
+}
+
 }  // namespace
 
 Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration& calibration) {
@@ -81,6 +103,7 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                        (is_settled ? "; judged below, by all cameras together" : ""));
     }
   }
+  doubt_short_recordings(cameras, judged);
   if (!bundle.converged) {
     judged.doubt(Verdict::kPoor, "the adjustment of all cameras together did not converge");
   }
@@ -221,6 +244,18 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                              bundle.without_wheels, calibration.tracks.instants.size()));
   }
   return judged;
+}
+
+Rig believed_after(Rig found, const Rig& before, const Judged& judged) {
+  if (judged.verdict == Verdict::kGood) {
+    return found;
+  }
+  for (auto& [name, camera] : found.cameras) {
+    camera.sigma = before.cameras.at(name).sigma;
+  }
+  found.covariance.reset();
+  found.doubts = judged.reasons;
+  return found;
 }
 
 }  // namespace panoptes

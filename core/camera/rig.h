@@ -136,6 +136,9 @@ struct Rig {
   /// known, its camera's sigma says.
   std::optional<JointCovariance> covariance;
 
+  /// Why how they were calibrated is not to be trusted, a sentence each.
+  std::vector<std::string> doubts;
+
   /// The name of the first camera (in order of name) with this role; empty when there is none.
   std::string with_role(std::string_view role) const;
 };
@@ -149,7 +152,7 @@ void bind(Fields& f, FloorView& o);
 /// {rotation_deg, position_m (one number or three), focal_percent, centre_px, clock_s}
 void bind(Fields& f, CameraSigmas& o);
 void bind(Fields& f, RigCamera& o);
-/// {cameras, covariance: [{parameter, row}]}
+/// {cameras, covariance: [{parameter, row}], doubts: [text]}
 void bind(Fields& f, Rig& o);
 
 }  // namespace panoptes

@@ -376,6 +376,9 @@ void bind(Fields& f, Rig& o) {
                         [](const auto& camera) { return is_name(camera.first); }),
             "cameras", "must be named by letters, digits, _ and - (their names become file names)");
   bind_covariance(f, o);
+  if (!f.writing() || !o.doubts.empty()) {
+    f("doubts", o.doubts);
+  }
 }
 
 }  // namespace panoptes

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <opencv2/core.hpp>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -422,22 +423,21 @@ struct PictureEnds {
   std::string tail;
 };
 
-PictureEnds ends_of(const Dataset& dataset, const RecordedPicture& picture) {
+PictureEnds ends_of(const std::string& folder, const RecordedPicture& picture) {
   constexpr off_t kHead = 64;
   constexpr off_t kTail = 4096;  // some cameras pad their files
-  const OpenFile file(in_folder(dataset.folder, picture.file));
+  const OpenFile file(in_folder(folder, picture.file));
   if (file.fd() < 0) {
-    throw picture_fault(dataset.folder, picture,
-                        errno == ENOENT ? "is not there" : "cannot be read");
+    throw picture_fault(folder, picture, errno == ENOENT ? "is not there" : "cannot be read");
   }
   struct stat status {};
   if (::fstat(file.fd(), &status) != 0 || !S_ISREG(status.st_mode)) {
-    throw picture_fault(dataset.folder, picture, "is not a file");
+    throw picture_fault(folder, picture, "is not a file");
   }
   const auto read = [&](off_t from, off_t bytes) {
     std::string part(static_cast<std::size_t>(bytes), '\0');
     if (::pread(file.fd(), part.data(), part.size(), from) != bytes) {
-      throw picture_fault(dataset.folder, picture, "cannot be read");
+      throw picture_fault(folder, picture, "cannot be read");
     }
     return part;
   };
@@ -469,6 +469,21 @@ std::string fault_of(const PictureEnds& ends) {
                    : "has " + std::to_string(bits) +
                          " bits a sample; save the camera's pictures with 8 (mogrify -depth "
                          "8 of ImageMagick does it)";
+}
+
+/// Throws for a picture that is no whole one as far as its ends tell, or not of its lens's size.
+void check_picture(const std::string& folder, const RecordedPicture& picture,
+                   const std::string& camera, const Intrinsics* lens) {
+  const PictureEnds ends = ends_of(folder, picture);
+  if (const std::string fault = fault_of(ends); !fault.empty()) {
+    throw picture_fault(folder, picture, fault);
+  }
+  const PictureSize size = picture_size(ends.head).value();
+  if (lens != nullptr && (size.width_px != lens->width_px || size.height_px != lens->height_px)) {
+    throw picture_fault(folder, picture,
+                        fmt::format("has {} x {} pixels, the rig's {} has {} x {}", size.width_px,
+                                    size.height_px, camera, lens->width_px, lens->height_px));
+  }
 }
 
 }  // namespace
@@ -564,21 +579,16 @@ RecordedBeliefs read_beliefs(const fs::path& folder) {
 void check_pictures(const Dataset& dataset, const Rig& rig) {
   for (const RecordedObservation& seen : dataset.observations) {
     for (const auto& [name, picture] : seen.pictures) {
-      const PictureEnds ends = ends_of(dataset, picture);
-      if (const std::string fault = fault_of(ends); !fault.empty()) {
-        throw picture_fault(dataset.folder, picture, fault);
-      }
       const auto camera = rig.cameras.find(name);
-      const PictureSize size = picture_size(ends.head).value();
-      if (camera != rig.cameras.end() && (size.width_px != camera->second.intrinsics.width_px ||
-                                          size.height_px != camera->second.intrinsics.height_px)) {
-        throw picture_fault(dataset.folder, picture,
-                            "has " + std::to_string(size.width_px) + " x " +
-                                std::to_string(size.height_px) + " pixels, the rig's " + name +
-                                " has " + std::to_string(camera->second.intrinsics.width_px) +
-                                " x " + std::to_string(camera->second.intrinsics.height_px));
-      }
+      check_picture(dataset.folder, picture, name,
+                    camera != rig.cameras.end() ? &camera->second.intrinsics : nullptr);
     }
+  }
+}
+
+void check_pictures(const fs::path& folder, const std::string& camera, const Intrinsics& lens) {
+  for (const RecordedPicture& picture : recorded_pictures(folder, camera)) {
+    check_picture(folder.string(), picture, camera, &lens);
   }
 }
 

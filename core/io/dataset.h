@@ -130,6 +130,10 @@ std::optional<std::string> read_part(const std::filesystem::path& file);
 /// that is missing, torn, of more than 8 bits, or of another size than the camera's in `rig`.
 void check_pictures(const Dataset& dataset, const Rig& rig);
 
+/// The same of one camera's, of a dataset that is not read as a whole.
+void check_pictures(const std::filesystem::path& folder, const std::string& camera,
+                    const Intrinsics& lens);
+
 /// One picture, 8-bit BGR. Throws ConfigError with the place for one that cannot be read.
 cv::Mat read_picture(const Dataset& dataset, const RecordedPicture& picture);
 

@@ -31,7 +31,8 @@ std::vector<RecordedPicture> picture_rows(const DatasetTable& rows, const std::s
     const Time stamp = rows.stamp(row, 0);
     const std::string& file = rows.text(row, 1);
     if (!pictures.empty() && stamp <= pictures.back().stamp) {
-      throw rows.fault(row, "is not after the row before");
+      throw rows.fault(
+          row, "is not after the row before: put rows in the order of their stamps, each once");
     }
     if (file.empty() || file.find('/') != std::string::npos || file == "." || file == "..") {
       throw rows.fault(row, "must name a file of data/");

@@ -64,6 +64,15 @@ TEST(RigVerdict, IsGoodWhereNothingIsWrong) {
   EXPECT_THAT(as_believed().judged().reasons, IsEmpty());
 }
 
+TEST(RigVerdict, ARecordingThatEndsEarlyIsSaid) {
+  JudgedRig rig = as_believed();
+  std::vector<MonoMap::Frame>& frames = rig.cameras[1].map.frames;
+  const std::size_t before = frames.size();
+  frames.resize(before * 9 / 10);
+  EXPECT_THAT(rig.judged().reasons, ElementsAre(AllOf(HasSubstr("behind: its pictures end "),
+                                                      HasSubstr(" s before those of others"))));
+}
+
 TEST(RigVerdict, SwappedPicturesAreNamed) {
   JudgedRig rig = as_believed();
   std::vector<Pose3>& found = rig.calibration.bundle.state.T_body_camera;

@@ -14,6 +14,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 using testing::Not;
 
 struct CovarianceText {
@@ -349,6 +350,14 @@ TEST(RigFields, CamerasAreKnownTogether) {
   EXPECT_EQ(back.covariance->covariance, rig.covariance->covariance) << "to the bit";
   EXPECT_EQ(write_settings(back), text);
   EXPECT_FALSE(read_settings_text<Rig>(text, "rig.yaml", {"covariance=null"}).covariance);
+  EXPECT_THAT(rig.doubts, IsEmpty());
+  EXPECT_THAT(write_settings(rig), Not(HasSubstr("doubts")));
+}
+
+TEST(RigFields, SaysWhyItsCalibrationIsNotToBeTrusted) {
+  auto rig = read_settings_text<Rig>(calibrated_text([](auto&) {}), "rig.yaml");
+  rig.doubts = {"ahead: its lens is another one", "too few points: 7"};
+  EXPECT_EQ(read_settings_text<Rig>(write_settings(rig), "rig.yaml").doubts, rig.doubts);
   EXPECT_FALSE(read_settings_text<Rig>(kRig, "rig.yaml").covariance);
   EXPECT_THAT(write_settings(read_settings_text<Rig>(kRig, "rig.yaml")),
               Not(HasSubstr("covariance")));

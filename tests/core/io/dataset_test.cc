@@ -225,7 +225,11 @@ TEST_F(DatasetTest, FaultsAreToldWithTheirPlace) {
   replace("mav0/a/data.csv", "\n300000001,", "\n300000000,../");
   EXPECT_EQ(fault(), mav + "/a/data.csv:5: must name a file of data/");
   replace("mav0/a/data.csv", "\n300000000,../", "\n100000001,");
-  EXPECT_EQ(fault(), mav + "/a/data.csv:5: is not after the row before");
+  EXPECT_EQ(
+      fault(),
+      mav +
+          "/a/data.csv:5: is not after the row before: put rows in the order of their stamps, each "
+          "once");
   replace("mav0/a/data.csv", "\n100000001,300", "\n300000000,300");
   replace("mav0/events.csv", "bumper", "bumpr");
   EXPECT_EQ(fault(), mav +
