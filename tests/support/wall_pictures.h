@@ -8,7 +8,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/base/rng.h"
-#include "tests/support/picture_noise.h"
 
 namespace panoptes {
 
@@ -37,11 +36,10 @@ inline cv::Mat wall_picture(int at_px, Rng rng) {
   cv::Mat picture;
   cv::resize(wide(seen), picture, cv::Size(320, 240), 0, 0, cv::INTER_LINEAR);
   const double light = rng.uniform(0.7, 1.1);
-  PictureNoise noise(rng);
   for (int row = 0; row < picture.rows; ++row) {
     for (int column = 0; column < picture.cols; ++column) {
       auto& pixel = picture.at<std::uint8_t>(row, column);
-      pixel = cv::saturate_cast<std::uint8_t>(light * pixel + 4 * noise.normal());
+      pixel = cv::saturate_cast<std::uint8_t>(light * pixel + rng.normal(0, 4));
     }
   }
   return picture;
