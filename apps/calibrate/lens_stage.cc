@@ -222,15 +222,8 @@ fs::path write_lenses(const fs::path& folder, std::optional<Rig> rig,
       rig->covariance.reset();  // it was of other lenses
       RigCamera& camera = rig->cameras.at(told.camera);
       camera.intrinsics = lens.intrinsics;
-      if (told.fit.verdict == Verdict::kGood) {
-        camera.sigma.focal_ratio = lens.focal_ratio;
-        camera.sigma.centre_px = lens.centre_px;
-      }
-      for (const std::string& reason : told.fit.reasons) {
-        if (told.fit.verdict != Verdict::kGood) {
-          rig->doubts.push_back(told.camera + ": its lens: " + reason);
-        }
-      }
+      camera.sigma.focal_ratio = lens.focal_ratio;
+      camera.sigma.centre_px = lens.centre_px;
     }
   }
   if (lenses.cameras.empty()) {

@@ -23,6 +23,7 @@ constexpr double kTitle = 46;
 constexpr double kLine = 22;
 constexpr double kLegend = 4 * kLine;
 constexpr double kSide = 620;
+constexpr double kWidestWedge_rad = deg_to_rad(60);
 const double kOf95 = std::sqrt(5.991);  // chi-squared of two numbers
 
 /// A square of the canvas that shows a square of a plane, x right and y up.
@@ -111,18 +112,31 @@ void draw_map(const RigCalibration& calibration, Canvas& canvas, Square square) 
   canvas.line(mark + Vec2(0, -5), mark + Vec2(22, -5), kInk, 2);
 }
 
+/// Of where a camera is, as the first one sees it; of the first one in the body, where wheels tell.
+/// In body.
+Mat2 place_covariance(const RigCalibration& calibration, std::size_t c) {
+  const RigBundleState& state = calibration.bundle.state;
+  const RigCovariance& known = calibration.bundle.known;
+  if (c == 0 && !calibration.bundle.has_wheels) {
+    return Mat2::Zero();
+  }
+  if (c == 0) {
+    return known.covariance.block<2, 2>(known.camera[0] + 3, known.camera[0] + 3);
+  }
+  const Mat3 R = state.T_body_camera.front().rotation.toRotationMatrix();
+  return (R * known.relative(state, 0, c).block<3, 3>(3, 3) * R.transpose()).topLeftCorner<2, 2>();
+}
+
 void draw_mounting(const RigCalibration& calibration, const Rig& believed, Canvas& canvas,
                    Square square) {
   const RigBundleState& state = calibration.bundle.state;
-  const RigCovariance& known = calibration.bundle.known;
   double far_m = 0.05;
   double sigma_m = 0;
+  std::vector<Mat2> covariance_m2;
   for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
     far_m = std::max(far_m, state.T_body_camera[c].translation.head<2>().norm());
-    if (c > 0) {
-      const auto P = known.relative(state, 0, c);
-      sigma_m = std::max(sigma_m, std::sqrt(P.block<3, 3>(3, 3).trace()));
-    }
+    covariance_m2.push_back(place_covariance(calibration, c));
+    sigma_m = std::max(sigma_m, std::sqrt(covariance_m2.back().trace()));
   }
   square.half = 1.6 * far_m;
   const double step = draw_grid(square, canvas);
@@ -139,16 +153,18 @@ void draw_mounting(const RigCalibration& calibration, const Rig& believed, Canva
     canvas.ring(square.at(before.translation.head<2>()), 6, kFaint, 1.5);
     const Vec2 eye = T.translation.head<2>();
     const Vec2 ahead = (T.rotation * Vec3::UnitZ()).head<2>();
-    canvas.line(square.at(eye), square.at(eye + 0.35 * far_m * ahead), colour, 2.5);
-    canvas.disc(square.at(eye), 4, colour);
-    if (c > 0) {
-      const Mat3 R = state.T_body_camera.front().rotation.toRotationMatrix();
-      const Mat3 P = R * known.relative(state, 0, c).block<3, 3>(3, 3) * R.transpose();
-      std::vector<Vec2> line = drawn_ellipse(eye, P.topLeftCorner<2, 2>(), kOf95 * enlarged);
-      std::transform(line.begin(), line.end(), line.begin(),
-                     [&square](const Vec2& p) { return square.at(p); });
-      canvas.polyline(line, colour, 1.5);
+    // what it sees of, no wider than tells where it looks
+    const double half_rad = std::min(
+        kWidestWedge_rad, std::atan(state.lenses[c].width_px / (2 * state.lenses[c].fx_px)));
+    for (const double side_rad : {-half_rad, half_rad}) {
+      const Vec2 edge = Eigen::Rotation2Dd(side_rad) * ahead;
+      canvas.line(square.at(eye), square.at(eye + 0.35 * far_m * edge), colour, 1.5);
     }
+    canvas.disc(square.at(eye), 4, colour);
+    std::vector<Vec2> line = drawn_ellipse(eye, covariance_m2[c], kOf95 * enlarged);
+    std::transform(line.begin(), line.end(), line.begin(),
+                   [&square](const Vec2& p) { return square.at(p); });
+    canvas.polyline(line, colour, 1.5);
     canvas.label(calibration.cameras[c], square.at(eye + 0.42 * far_m * ahead), colour, 15, 0.5);
   }
   canvas.frame(square.low_px, square.low_px + Vec2::Constant(kSide), kFaint, 1);
@@ -159,23 +175,23 @@ void draw_mounting(const RigCalibration& calibration, const Rig& believed, Canva
   canvas.text("as the rig file has it", below + Vec2(22, kLine), kInk);
   canvas.cross(below + Vec2(228, kLine - 5), 5, kFaint, 1.5);
   canvas.text("origin of the body, between its wheels", below + Vec2(242, kLine), kInk);
-  canvas.text(
-      fmt::format(
-          "95 % ellipses of places as {} sees them, {}", calibration.cameras.front(),
-          enlarged > 1 ? fmt::format("{:g} times as large", enlarged) : std::string("to scale")),
-      below + Vec2(0, 2 * kLine), kInk);
+  canvas.text(fmt::format("95 % ellipses: of {0} in the body, of others as {0} sees them, {1}",
+                          calibration.cameras.front(),
+                          enlarged > 1 ? fmt::format("{:g} times as large", enlarged)
+                                       : std::string("to scale")),
+              below + Vec2(0, 2 * kLine), kInk);
 }
 
 }  // namespace
 
-cv::Mat draw_rig(const RigCalibration& calibration, const Rig& believed) {
+cv::Mat draw_rig(const RigCalibration& calibration, const Rig& believed, Verdict verdict) {
   Canvas canvas(static_cast<int>(2 * kSide + 3 * kMargin),
                 static_cast<int>(kTitle + kSide + kLegend), kPaper);
-  canvas.text(fmt::format("{} cameras, {} keyframes, {} observations, {} of other cameras' points; "
+  canvas.text(fmt::format("{}: {}, {} keyframes, {} observations, {} of other cameras' points; "
                           "reprojection {:.2f} px",
-                          calibration.cameras.size(), calibration.tracks.instants.size(),
-                          calibration.bundle.observations, calibration.bundle.observations_other,
-                          calibration.bundle.rms_after_px),
+                          name(verdict), counted(calibration.cameras.size(), "camera"),
+                          calibration.tracks.instants.size(), calibration.bundle.observations,
+                          calibration.bundle.observations_other, calibration.bundle.rms_after_px),
               {kMargin, 30}, kInk, 18);
   draw_map(calibration, canvas, {Vec2(kMargin, kTitle)});
   draw_mounting(calibration, believed, canvas, {Vec2(2 * kMargin + kSide, kTitle)});

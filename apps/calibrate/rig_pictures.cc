@@ -58,8 +58,10 @@ void write_seen_pictures(const std::filesystem::path& folder, const RigCalibrati
 }
 
 void write_rig_pictures(const std::filesystem::path& folder, const RigCalibration& calibration,
-                        const Rig& believed, const ViewPicture& grey, Faults& faults) {
-  faults.attempt([&] { write_file(folder / "rig.png", png(draw_rig(calibration, believed))); });
+                        const Rig& believed, Verdict verdict, const ViewPicture& grey,
+                        Faults& faults) {
+  faults.attempt(
+      [&] { write_file(folder / "rig.png", png(draw_rig(calibration, believed, verdict))); });
   write_seen_pictures(folder, calibration, grey, faults);
 }
 

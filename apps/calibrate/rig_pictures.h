@@ -11,6 +11,7 @@
 
 #include "apps/process/fault.h"
 #include "core/calib/rig_calibration.h"
+#include "core/calib/verdict.h"
 
 namespace panoptes {
 
@@ -27,6 +28,7 @@ void write_seen_pictures(const std::filesystem::path& folder, const RigCalibrati
 
 /// Draws that, and the rig itself beside what was believed of it: rig.png.
 void write_rig_pictures(const std::filesystem::path& folder, const RigCalibration& calibration,
-                        const Rig& believed, const ViewPicture& grey, Faults& faults);
+                        const Rig& believed, Verdict verdict, const ViewPicture& grey,
+                        Faults& faults);
 
 }  // namespace panoptes

@@ -255,7 +255,8 @@ int calibrate_rig_of(const RigStage& args) {
       found.doubts.clear();
       write_rig(out.path(), believed_after(found, believed, judged), told->cameras, judged.verdict);
     });
-    write_rig_pictures(out.path(), *told, believed, view_picture(cameras, picture), faults);
+    write_rig_pictures(out.path(), *told, believed, judged.verdict, view_picture(cameras, picture),
+                       faults);
     say(*told, judged, of_rig);
   } else {
     std::printf("failed: no rig is told\n");

@@ -157,6 +157,13 @@ std::optional<BodyMoved> body_moved(const WheelReadings& wheels, Time instant, T
 /// Without a way: what wheels wander in a turn on the spot would tell a metre.
 Pose2 turn_of(const Pose2& moved) { return {0, 0, moved.theta_rad}; }
 
+/// What is told of some numbers, and how what tells it scatters: the same where all noise is
+/// independent, more where what is seen of one point is off together.
+struct Scattered {
+  Eigen::MatrixXd information;
+  Eigen::MatrixXd scatter;
+};
+
 class Adjustment {
  public:
   Adjustment(const RigBundleOptions& options, const std::vector<RigCamera>& believed,
@@ -586,7 +593,7 @@ class Adjustment {
   }
 
   RigCovariance rows() const;
-  Eigen::MatrixXd information();
+  Scattered information();
   Eigen::VectorXd sigmas() const;
   Eigen::VectorXd mounting_precision() const;
   Eigen::VectorXd systematic() const;
@@ -610,10 +617,17 @@ class Adjustment {
 };
 
 /// What the rows of a Jacobian tell of all but the points: each point is eliminated by its own
-/// rows' QR, which keeps the digits that the normal equations of what is hardly seen lose.
-Eigen::MatrixXd information_without_points(const Eigen::SparseMatrix<double, Eigen::RowMajor>& J,
-                                           Eigen::Index all_but_points) {
+/// rows' QR, which keeps the digits that the normal equations of what is hardly seen lose. The
+/// scatter is that of the points' gradients (Liang and Zeger 1986, a cluster for each point), of
+/// the size that the residuals have on the whole.
+Scattered information_without_points(const Eigen::SparseMatrix<double, Eigen::RowMajor>& J,
+                                     const std::vector<double>& residuals,
+                                     Eigen::Index all_but_points) {
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(all_but_points, all_but_points);
+  Eigen::MatrixXd by_points = information;  // of these what they tell,
+  Eigen::MatrixXd scatter = information;    // and how their gradients scatter
+  double squares = 0;
+  double freedom = 0;
   std::map<Eigen::Index, std::vector<Eigen::Index>> rows_of_point;
   for (Eigen::Index row = 0; row < J.outerSize(); ++row) {
     Eigen::Index last = -1;
@@ -639,7 +653,9 @@ Eigen::MatrixXd information_without_points(const Eigen::SparseMatrix<double, Eig
     const auto count = static_cast<Eigen::Index>(rows.size());
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(columns.size()));
     Eigen::MatrixXd B = Eigen::MatrixXd::Zero(count, 3);
+    Eigen::VectorXd r(count);
     for (Eigen::Index i = 0; i < count; ++i) {
+      r[i] = residuals[static_cast<std::size_t>(rows[static_cast<std::size_t>(i)])];
       for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(
                J, rows[static_cast<std::size_t>(i)]);
            it; ++it) {
@@ -653,16 +669,27 @@ Eigen::MatrixXd information_without_points(const Eigen::SparseMatrix<double, Eig
     if (point >= 0) {  // of one that is seen from one place alone, no distance is to be eliminated
       const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(B);
       A = (qr.householderQ().adjoint() * A).bottomRows(count - qr.rank()).eval();
+      r = (qr.householderQ().adjoint() * r).bottomRows(count - qr.rank()).eval();
+      squares += r.squaredNorm();
+      freedom += static_cast<double>(r.size());
     }
     const Eigen::MatrixXd told = A.transpose() * A;
+    const Eigen::VectorXd gradient = A.transpose() * r;
     for (std::size_t i = 0; i < columns.size(); ++i) {
       for (std::size_t j = 0; j < columns.size(); ++j) {
-        information(columns[i], columns[j]) +=
-            told(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+        const auto a = static_cast<Eigen::Index>(i);
+        const auto b = static_cast<Eigen::Index>(j);
+        information(columns[i], columns[j]) += told(a, b);
+        if (point >= 0) {
+          by_points(columns[i], columns[j]) += told(a, b);
+          scatter(columns[i], columns[j]) += gradient[a] * gradient[b];
+        }
       }
     }
   }
-  return information;
+  const Eigen::MatrixXd of_points =
+      squares > 0 ? Eigen::MatrixXd(freedom / squares * scatter) : by_points;
+  return {information, information - by_points + of_points};
 }
 
 RigCovariance Adjustment::rows() const {
@@ -712,11 +739,10 @@ void Adjustment::make_directions() {
 }
 
 // The points are eliminated first, then the poses (Schur): what is left tells of the rig alone.
-Eigen::MatrixXd Adjustment::information() {
+Scattered Adjustment::information() {
   const RigCovariance at = rows();
   const Eigen::Index rig = at.wheels + kWheelErrors;
   const auto points = blocks_.p_start;
-  make_directions();
   ceres::Problem problem;
   build(problem, Loss::kSquare);
   ceres::Problem::EvaluateOptions how;
@@ -736,6 +762,9 @@ Eigen::MatrixXd Adjustment::information() {
       how.parameter_blocks.push_back(p.data());
     }
   }
+  std::vector<double> residuals;
+  problem.Evaluate(how, nullptr, &residuals, nullptr, nullptr);
+  make_directions();
   ceres::CRSMatrix crs;
   problem.Evaluate(how, nullptr, nullptr, nullptr, &crs);
   blocks_.p_start = points;
@@ -750,13 +779,16 @@ Eigen::MatrixXd Adjustment::information() {
     G.block<6, 6>(at.camera[c], at.camera[c]) =
         mounting_by_moves(from_block(blocks_.T_camera_body[c].data()).inverse());
   }
-  const Long S = information_without_points(J, rig + poses).cast<long double>();
+  const Scattered all = information_without_points(J, residuals, rig + poses);
+  const Long S = all.information.cast<long double>();
   const Long B = S.topRightCorner(rig, poses);
-  const Long left =
-      S.topLeftCorner(rig, rig) - B * S.bottomRightCorner(poses, poses).ldlt().solve(B.transpose());
+  const Long by_poses = S.bottomRightCorner(poses, poses).ldlt().solve(B.transpose());
+  const Long left = S.topLeftCorner(rig, rig) - B * by_poses;
   const Long G_inverse = G.inverse().cast<long double>();
   const Eigen::MatrixXd told = (G_inverse.transpose() * left * G_inverse).cast<double>();
-  return 0.5 * (told + told.transpose());
+  Eigen::MatrixXd onto(rig + poses, rig);  // the rig alone, whatever the poses
+  onto << G_inverse.cast<double>(), -(by_poses * G_inverse).cast<double>();
+  return {0.5 * (told + told.transpose()), onto.transpose() * all.scatter * onto};
 }
 
 /// As all is believed to be before anything is seen.
@@ -821,7 +853,20 @@ Adjustment::Told Adjustment::what_is_told() {
   Told told;
   told.unit = kWide * sigmas();
   const Eigen::Index rig = told.unit.size();
-  const Eigen::MatrixXd seen = told.unit.asDiagonal() * information() * told.unit.asDiagonal();
+  const Scattered all = information();
+  // Along what is told, by as much more as it scatters.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> along(
+      Eigen::MatrixXd(told.unit.asDiagonal() * all.information * told.unit.asDiagonal()));
+  Eigen::VectorXd precision = along.eigenvalues().cwiseMax(0);
+  for (Eigen::Index i = 0; i < rig; ++i) {
+    const Eigen::VectorXd v = told.unit.cwiseProduct(along.eigenvectors().col(i));
+    const double scatter = v.dot(all.scatter * v);
+    if (scatter > precision[i]) {
+      precision[i] *= precision[i] / scatter;
+    }
+  }
+  const Eigen::MatrixXd seen =
+      along.eigenvectors() * precision.asDiagonal() * along.eigenvectors().transpose();
   // With what no run makes surer: (seen^-1 + systematic^2)^-1, also where seen has no inverse.
   const Eigen::VectorXd root = systematic().cwiseQuotient(told.unit);
   const Eigen::MatrixXd by_root = root.asDiagonal() * seen;

@@ -21,6 +21,7 @@ struct DrivenScene {
   bool shares = true;  ///< each camera sees the others' points
   double false_share = 0;
   double noise_px = 0.1;
+  double wander_px = 0;  ///< noise of a point that one view hands on to the next of its camera
   int points_per_camera = 50;
   double near_m = 1.5;
   double far_m = 3;  ///< heights grow with it
@@ -114,7 +115,15 @@ inline DrivenRig driven_rig(const std::vector<RigCamera>& truth, const DrivenSce
       std::erase_if(seen, [](const RigSeen& each) { return !each.own; });
     }
     int own = 0;
+    std::vector<Vec2> wander(truth.size(), Vec2::Zero());
     for (RigSeen& each : seen) {
+      if (scene.wander_px > 0) {
+        constexpr double kHandedOn = 0.9;
+        Vec2& off = wander[out.tracks.views[each.view].camera];
+        off = kHandedOn * off + std::sqrt(1 - kHandedOn * kHandedOn) * scene.wander_px *
+                                    Vec2(rng.normal(), rng.normal());
+        each.px += off;
+      }
       each.px += scene.noise_px * Vec2(rng.normal(), rng.normal());
       if (rng.uniform() < scene.false_share) {
         each.px += Vec2(9, -7);

@@ -24,7 +24,8 @@ class RigPicturesTest : public ScratchTest {
     }
     Faults faults;
     write_rig_pictures(
-        folder_, rig.calibration, believed, [&rig](const RigView&) { return rig.blank(); }, faults);
+        folder_, rig.calibration, believed, Verdict::kGood,
+        [&rig](const RigView&) { return rig.blank(); }, faults);
     EXPECT_TRUE(faults.none()) << faults.text();
     std::set<std::string> files;
     for (const auto& entry : std::filesystem::directory_iterator(folder_)) {

@@ -156,6 +156,21 @@ TEST(RigBundle, ATurnOnTheSpotShowsNeitherYawNorPlace) {
   }
 }
 
+TEST(RigBundle, KnowsThatWhatIsSeenOfAPointMayBeOffTogether) {
+  double normalised = 0;
+  constexpr int kRuns = 6;
+  for (int seed = 0; seed < kRuns; ++seed) {
+    DrivenRig of = drive({.noise_px = 0.05, .wander_px = 0.2}, noisy(), Rng(40 + seed));
+    const RigBundle bundle = adjusted(of);
+    const auto e = relative_error(of, bundle);
+    const auto P = bundle.known.relative(bundle.state, 0, 1);
+    normalised += e.dot(P.ldlt().solve(e)) / 6 / kRuns;
+  }
+  // As if all noise were independent it would be 2.1.
+  EXPECT_LT(normalised, 1.4);
+  EXPECT_GT(normalised, 0.4);
+}
+
 TEST(RigBundle, WithoutWheelsAllIsToldUpToWhereTheBodyIsAndToScale) {
   RigBundleOptions options;
   options.systematic_px = 0;
