@@ -175,10 +175,9 @@ void draw_mounting(const RigCalibration& calibration, const Rig& believed, Canva
   canvas.text("as the rig file has it", below + Vec2(22, kLine), kInk);
   canvas.cross(below + Vec2(228, kLine - 5), 5, kFaint, 1.5);
   canvas.text("origin of the body, between its wheels", below + Vec2(242, kLine), kInk);
-  canvas.text(fmt::format("95 % ellipses: of {0} in the body, of others as {0} sees them, {1}",
-                          calibration.cameras.front(),
-                          enlarged > 1 ? fmt::format("{:g} times as large", enlarged)
-                                       : std::string("to scale")),
+  canvas.text(fmt::format("95 % ellipses{}: of {} in the body, others' as it sees them",
+                          enlarged > 1 ? fmt::format(", {:g} times", enlarged) : std::string(),
+                          calibration.cameras.front()),
               below + Vec2(0, 2 * kLine), kInk);
 }
 
