@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/command/folder_lock.h"
 #include "apps/command/out_dir.h"
 #include "apps/mission/mission.h"
 #include "apps/report/recorder.h"
@@ -64,14 +65,22 @@ int record_here(const DriveToRecord& drive) {
   const auto mission = load_mission<ExploreMission>(drive.mission, drive.overrides);
   const fs::path recording = drive.dataset();
   std::error_code ignored;
-  if (fs::exists(recording, ignored) && !fs::is_empty(recording, ignored)) {
-    if (is_whole(recording, mission)) {
-      return 0;
+  const bool is_begun = fs::exists(recording, ignored) && !fs::is_empty(recording, ignored);
+  if (is_begun && is_whole(recording, mission)) {
+    return 0;
+  }
+  // Refused before anything is removed or driven.
+  { const OutDir free(drive.out, {recording.filename().string()}); }
+  if (is_begun) {
+    const auto lock = FolderLock::take(recording);
+    if (!lock) {
+      throw ConfigError(recording.string() +
+                        ": another panoptes is recording there; wait for it, or name another "
+                        "folder with --out");
     }
     std::fprintf(stderr, "%s: was cut short, and is recorded anew\n", recording.c_str());
     fs::remove_all(recording);
   }
-  { const OutDir free(drive.out, {recording.filename().string()}); }  // refused before it drives
   const int status = record_mission(mission, recording, drive.quiet);
   if (status != 0) {
     std::fprintf(stderr,

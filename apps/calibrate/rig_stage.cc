@@ -252,7 +252,6 @@ int calibrate_rig_of(const RigStage& args) {
     faults.attempt([&] {
       Rig found = calibrated(believed, *told);
       found.covariance = joint_covariance(*told);
-      found.doubts.clear();
       write_rig(out.path(), believed_after(found, believed, judged), told->cameras, judged.verdict);
     });
     write_rig_pictures(out.path(), *told, believed, judged.verdict, view_picture(cameras, picture),

@@ -247,6 +247,7 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
 }
 
 Rig believed_after(Rig found, const Rig& before, const Judged& judged) {
+  found.doubts.clear();
   if (judged.verdict == Verdict::kGood) {
     return found;
   }

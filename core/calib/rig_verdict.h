@@ -15,7 +15,7 @@ namespace panoptes {
 Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration& calibration);
 
 /// What is to be believed of a rig that was found and judged: where that is poor, it says why, and
-/// is known no better than it was before.
+/// is known no better than it was before. Doubts of before are gone.
 Rig believed_after(Rig found, const Rig& before, const Judged& judged);
 
 }  // namespace panoptes

@@ -103,6 +103,8 @@ cv::Mat draw(const FloorScene& scene, const RigCamera& camera, const Pose2& T_sc
   for (const SceneBox& box : scene.boxes) {
     textures.emplace_back(box.surface);
   }
+  const std::vector<SceneBox> shading =
+      scene.contact_shade > 0 ? scene.boxes : std::vector<SceneBox>();
   cv::Mat picture(k.height_px, k.width_px, CV_8UC3);
   for (int v = 0; v < k.height_px; ++v) {
     auto* out = picture.ptr<std::uint8_t>(v);
@@ -143,10 +145,7 @@ cv::Mat draw(const FloorScene& scene, const RigCamera& camera, const Pose2& T_sc
         const double footprint_m = best / k.fx_px * std::sqrt(ray.norm() / -ray.z());
         Texture& texture = p.x() > scene.seam_x_m ? second_carpet : carpet;
         bgr = texture.shade(p.x(), p.y(), footprint_m);
-        for (const SceneBox& box : scene.boxes) {
-          if (scene.contact_shade == 0) {
-            break;
-          }
+        for (const SceneBox& box : shading) {
           const Vec2 on_floor = p.head<2>();
           const Vec2 out_of = (box.low - on_floor).cwiseMax(on_floor - box.high).cwiseMax(0);
           bgr *= 1 - scene.contact_shade * std::max(0.0, 1 - out_of.norm() / 0.06);

@@ -5,8 +5,11 @@
 #include <filesystem>
 #include <string>
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <opencv2/imgcodecs.hpp>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include "core/config/fields.h"
 #include "core/io/csv.h"
@@ -331,6 +334,20 @@ TEST_F(CalibrateMaps, AMissionIsRecordedAndCalibratedBy) {
   EXPECT_THAT(cut.err, HasSubstr("cut/recording: the drive was cut short, and no rig is calibrated "
                                  "by it; what was recorded is kept"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "work/cut/metrics.json"));
+  // It is not removed while somebody writes there, nor where something else lies beside it.
+  const std::filesystem::path kept = folder_ / "work/cut/recording";
+  {
+    const int folder = ::open(kept.c_str(), O_RDONLY | O_DIRECTORY);
+    ASSERT_EQ(::flock(folder, LOCK_EX), 0);
+    const Said beside = calibrate("cut", "2");
+    EXPECT_EQ(beside.status, 2);
+    EXPECT_THAT(beside.err, HasSubstr("cut/recording: another panoptes is recording there"));
+    ::close(folder);
+  }
+  write("cut/notes.txt", "");
+  EXPECT_THAT(calibrate("cut", "2").err, HasSubstr("cut: is not empty"));
+  EXPECT_TRUE(std::filesystem::exists(kept / "mission.yaml"));
+  std::filesystem::remove(folder_ / "work/cut/notes.txt");
   const Said after = calibrate("cut", "2");
   EXPECT_EQ(after.status, 1) << "it is recorded anew; it hardly turns";
   EXPECT_THAT(after.err, HasSubstr("cut/recording: was cut short, and is recorded anew"));

@@ -145,7 +145,7 @@ void RigCalibrationTest::expect_swapped_pictures_are_named() const {
             file.cameras.at("ahead").sigma.rotation_rad);
   EXPECT_EQ(rig.cameras.at("ahead").T_body_camera.translation,
             found.cameras.at("ahead").T_body_camera.translation);
-  EXPECT_THAT(believed_after(found, file, Judged()).doubts, IsEmpty());
+  EXPECT_THAT(believed_after(rig, file, Judged()).doubts, IsEmpty());
 }
 
 void RigCalibrationTest::expect_a_camera_without_a_map_is_found() const {
