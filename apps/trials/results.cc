@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/base/error.h"
+#include "core/base/text.h"
 #include "core/config/inputs.h"
 #include "core/config/sha256.h"
 #include "core/io/csv.h"
@@ -213,11 +214,10 @@ void check_what_is_there(const TrialsOptions& options, std::vector<Trial>& trial
     const std::vector<std::string> words(row.begin(),
                                          row.begin() + static_cast<std::ptrdiff_t>(head.size()));
     if (!planned.contains(words)) {
-      std::string all;
-      for (std::size_t i = 0; i < words.size(); ++i) {
-        all += (i == 0 ? "" : " ") + (i + 1 == words.size() ? "seed " : std::string()) + words[i];
-      }
-      refuse(table, "holds " + all + ", which is not among these runs; ask for it as well, or");
+      std::vector<std::string> all = words;
+      all.back().insert(0, "seed ");
+      refuse(table, "holds " + joined(all, " ") +
+                        ", which is not among these runs; ask for it as well, or");
     }
   }
 }

@@ -131,7 +131,8 @@ Time CsvTable::stamp(std::size_t row, std::size_t column) const {
 std::string csv_row(const std::vector<std::string>& fields) {
   std::string row;
   for (std::size_t i = 0; i < fields.size(); ++i) {
-    row += (i > 0 ? "," : "") + escaped(fields[i]);
+    row += i > 0 ? "," : "";
+    row += escaped(fields[i]);
   }
   return row + "\n";
 }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/base/check.h"
@@ -39,7 +40,7 @@ std::string listed(const std::vector<double>& numbers) {
   for (const double number : numbers) {
     texts.push_back(yaml_number(number));
   }
-  return "[" + joined(texts) + "]";
+  return fmt::format("[{}]", joined(texts));
 }
 
 /// The lens in the words of EuRoC and Kalibr.

@@ -36,7 +36,8 @@ std::string seconds(Time stamp) {
   const std::int64_t ns = stamp.time_since_epoch().count();
   const std::uint64_t size =
       ns < 0 ? -static_cast<std::uint64_t>(ns) : static_cast<std::uint64_t>(ns);
-  std::string text = (ns < 0 ? "-" : "") + std::to_string(size / 1'000'000'000U);
+  std::string text = ns < 0 ? "-" : "";
+  text += std::to_string(size / 1'000'000'000U);
   std::string fraction = std::to_string(size % 1'000'000'000U);
   fraction.insert(0, 9 - fraction.size(), '0');
   fraction.erase(fraction.find_last_not_of('0') + 1);

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include <fmt/format.h>
+
 #include "core/base/check.h"
 #include "core/io/digits.h"
 #include "core/io/file.h"
@@ -33,10 +35,10 @@ void write_g2o(const std::filesystem::path& path, const PoseGraph& graph,
   }
   for (const GraphEdge& edge : graph.edges) {
     const Mat3 I = turned_information(edge.information, edge.T_from_to.theta_rad);
-    std::string line = "EDGE_SE2 " + name(edge.from) + " " + name(edge.to);
+    std::string line = fmt::format("EDGE_SE2 {} {}", name(edge.from), name(edge.to));
     for (const double value : {edge.T_from_to.x_m, edge.T_from_to.y_m, edge.T_from_to.theta_rad,
                                I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2)}) {
-      line += " " + shortest(value);
+      line += fmt::format(" {}", shortest(value));
     }
     file.append(line + "\n");
   }

@@ -28,7 +28,7 @@ std::string yaml_list(const std::vector<double>& numbers) {
   for (const double number : numbers) {
     words.push_back(yaml_float(number));
   }
-  return "[" + joined(words, ", ") + "]";
+  return fmt::format("[{}]", joined(words, ", "));
 }
 
 /// As both have them: those of a lens that bends nothing are zero.

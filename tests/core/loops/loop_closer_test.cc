@@ -209,7 +209,7 @@ void expect_closed(const Drive& drive, Heading heading) {
 class SecondRound : public ::testing::TestWithParam<bool> {};
 
 TEST_P(SecondRound, ClosesWhereTheRobotComesBack) {
-  const SyntheticRoom room(1200, 4, Rng(1));
+  const SyntheticRoom room(600, 4, Rng(1));
   expect_closed(twice_round({}, GetParam(), room, room, Rng(2)),
                 GetParam() ? Heading::kOpposite : Heading::kSame);
 }
@@ -217,7 +217,7 @@ TEST_P(SecondRound, ClosesWhereTheRobotComesBack) {
 TEST_P(SecondRound, ClosesByWords) {
   LoopOptions options;
   options.shortlist = Shortlist::kWords;
-  const SyntheticRoom room(1200, 4, Rng(1));
+  const SyntheticRoom room(600, 4, Rng(1));
   expect_closed(twice_round(options, GetParam(), room, room, Rng(2)),
                 GetParam() ? Heading::kOpposite : Heading::kSame);
 }
@@ -225,7 +225,7 @@ TEST_P(SecondRound, ClosesByWords) {
 INSTANTIATE_TEST_SUITE_P(SameAndOpposite, SecondRound, ::testing::Values(false, true));
 
 TEST(LoopCloser, ClosesBothHeadingsWhereBothWereDriven) {
-  const SyntheticRoom room(1200, 4, Rng(1));
+  const SyntheticRoom room(600, 4, Rng(1));
   const LoopOptions options;
   const Drive drive = around(3, options, true, room, room, Rng(2));
   const int third_round = static_cast<int>(drive.truth.size()) * 2 / 3;
@@ -242,14 +242,14 @@ TEST(LoopCloser, ClosesBothHeadingsWhereBothWereDriven) {
 
 TEST(LoopCloser, RefusesAPlaceThatOnlyLooksAlikeAtAGlance) {
   // the second round meets the same greys in another room
-  const Drive drive = twice_round({}, false, SyntheticRoom(1200, 4, Rng(1)),
-                                  SyntheticRoom(1200, 4, Rng(3)), Rng(2));
+  const Drive drive =
+      twice_round({}, false, SyntheticRoom(600, 4, Rng(1)), SyntheticRoom(600, 4, Rng(3)), Rng(2));
   EXPECT_FALSE(drive.reports.empty());
   EXPECT_EQ(count_accepted(drive), 0);
 }
 
 TEST(LoopCloser, RefusesWhereFrontAndBackContradictEachOther) {
-  const SyntheticRoom room(1200, 4, Rng(1));
+  const SyntheticRoom room(600, 4, Rng(1));
   const Drive drive = around(2, {}, false, room, room, Rng(2), {.T_true_back = {0.2, -0.2, 0.06}});
   EXPECT_EQ(count_accepted(drive), 0);
   EXPECT_TRUE(std::any_of(drive.reports.begin(), drive.reports.end(), [](const ClosureReport& r) {
@@ -265,7 +265,7 @@ int refused(const Drive& drive, const std::string& by) {
 
 // Carried to where the graph is sure that it is not.
 TEST(LoopCloser, RefusesAPlaceWhereTheGraphDoesNotExpectIt) {
-  const SyntheticRoom room(1200, 4, Rng(1));
+  const SyntheticRoom room(600, 4, Rng(1));
   const Drive drive = around(2, {}, false, room, room, Rng(2), {.T_carried = {-0.3, 0.45, 0}});
   EXPECT_EQ(count_accepted(drive), 0);
   EXPECT_GT(refused(drive, "gate: "), 5);
@@ -283,7 +283,7 @@ TEST(LoopCloser, RefusesAPoseThatIsKnownTooVaguely) {
   LoopOptions options;
   options.method = strict;
   for (const double half_side_m : {3.0, 60.0}) {
-    const SyntheticRoom room(1200, half_side_m, Rng(1));
+    const SyntheticRoom room(600, half_side_m, Rng(1));
     const Drive drive = around(2, options, false, room, room, Rng(2));
     EXPECT_EQ(count_accepted(drive) > 0, half_side_m < 10) << half_side_m;
     EXPECT_EQ(refused(drive, "features: pose known to ") > 5, half_side_m > 10) << half_side_m;
@@ -294,7 +294,7 @@ TEST(LoopCloser, RefusesAPoseThatIsKnownTooVaguely) {
 TEST(LoopCloser, RefusesWhatMayBeFartherApartThanOnePlace) {
   VerifiedMethod narrow;
   narrow.tolerance_m = 0.1;
-  const SyntheticRoom room(1200, 4, Rng(1));
+  const SyntheticRoom room(600, 4, Rng(1));
   for (const double sigma_m : {0.01, 0.04}) {
     narrow.min_sigma_m = sigma_m;
     LoopOptions options;
@@ -326,7 +326,7 @@ TEST(LoopCloser, RefusesWhatMakesTheGraphWorseThanItMay) {
 // An L of free floor, which is half a metre farther on at the second visit, though the pictures say
 // that it is the same place.
 TEST(LoopCloser, RefusesWhereTheFreeSpaceContradicts) {
-  const SyntheticRoom room(1200, 4, Rng(1));
+  const SyntheticRoom room(600, 4, Rng(1));
   const std::vector<Vec2> corners{{-2.2, -2.1}, {2.3, -2.1}, {2.3, 0.4},
                                   {0.9, 0.4},   {0.9, 2.2},  {-2.2, 2.2}};
   const auto outline = [&corners](const Pose2& T_map_body, const Vec2& off) {
@@ -352,7 +352,7 @@ TEST(LoopCloser, RefusesWhereTheFreeSpaceContradicts) {
 }
 
 TEST(LoopCloser, ClosesNothingByAGraphThatKnowsNoNumbers) {
-  const SyntheticRoom room(1200, 4, Rng(1));
+  const SyntheticRoom room(600, 4, Rng(1));
   for (const double broken :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     // the pictures agree, but how far off the graph may be there nobody can tell
@@ -365,13 +365,13 @@ TEST(LoopCloser, ClosesNothingByAGraphThatKnowsNoNumbers) {
 TEST(LoopCloser, TheThesisRuleIsFooledByGreys) {
   LoopOptions options;
   options.method = HistogramMethod{};
-  const Drive drive = twice_round(options, false, SyntheticRoom(1200, 4, Rng(1)),
-                                  SyntheticRoom(1200, 4, Rng(3)), Rng(2));
+  const Drive drive = twice_round(options, false, SyntheticRoom(600, 4, Rng(1)),
+                                  SyntheticRoom(600, 4, Rng(3)), Rng(2));
   EXPECT_GE(count_accepted(drive), 1);
 }
 
 TEST(LoopCloser, GivesTheSameBitsAgain) {
-  const SyntheticRoom room(1000, 4, Rng(1));
+  const SyntheticRoom room(600, 4, Rng(1));
   const Drive a = twice_round({}, true, room, room, Rng(5));
   const Drive b = twice_round({}, true, room, room, Rng(5));
   EXPECT_EQ(a.graph.T_map_node, b.graph.T_map_node);
@@ -382,7 +382,7 @@ TEST(LoopCloser, GivesTheSameBitsAgain) {
 }
 
 TEST(LoopCloser, LooksAndClosesAsItDoesAtOnce) {
-  const SyntheticRoom room(2500, 3, Rng(1));
+  const SyntheticRoom room(900, 3, Rng(1));
   Otherwise first;
   first.looks_first = true;
   const Drive at_once = around(2, {}, false, room, room, Rng(2));
