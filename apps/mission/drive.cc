@@ -28,7 +28,7 @@ void bind(Fields& f, Drive<"route">& o) {
 template <>
 void bind(Fields& f, Drive<"program">& o) {
   f.require(f.writing() || f.present("program"), "program",
-            "missing; it must be one of legs_and_turns, sawtooth, rose");
+            "missing; it must be one of legs_and_turns, sawtooth, rose, circle");
   f.choice("program", o.motion);
 }
 

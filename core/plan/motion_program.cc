@@ -29,11 +29,15 @@ constexpr double kStands_radps = 0.02;
 constexpr double kHeadingGain_per_m = 4;
 constexpr double kOffsetGain_per_m2 = 4;
 constexpr double kMostSteering_radps = 0.3;
+// Along an arc it is led back to it within a round.
+constexpr double kArcGain = 1;
+constexpr double kMostWidening = 0.2;
 constexpr double kSettling_s = 0.1;  // at the end of a segment
 
 const Rule kLength = between(0.05, 10);
 const Rule kStep = between(deg_to_rad(1), std::numbers::pi);
 const Rule kOver = between(0, kWholeTurn_rad);
+const Rule kManyTurns = between(0, 20 * kWholeTurn_rad);
 
 void bind_pace(Fields& f, MotionPace& o) {
   f("speed_mps", o.speed_mps, between(0.02, 10));
@@ -58,6 +62,29 @@ MotionPace pace_of(const MotionProgramOptions& program, const Body& body) {
   return pace;
 }
 
+Vec2 ahead_of(double heading_rad) { return {std::cos(heading_rad), std::sin(heading_rad)}; }
+
+/// Where a turn has the body after `left_rad` of it.
+Pose2 turned(const MotionSegment& turn, double left_rad) {
+  const double from_rad = turn.heading_rad - turn.amount;
+  const auto to_the_left = [](double heading_rad) {
+    return ahead_of(heading_rad + std::numbers::pi / 2);
+  };
+  const Vec2 middle = turn.from_m + turn.radius_m * to_the_left(from_rad);
+  const Vec2 at = middle - turn.radius_m * to_the_left(from_rad + left_rad);
+  return {at.x(), at.y(), wrap_angle(from_rad + left_rad)};
+}
+
+/// Along an arc the body goes no faster than along a leg, also where it is led back to it.
+MotionPace turn_pace(MotionPace pace, const MotionSegment& turn) {
+  if (turn.radius_m > 0) {
+    const double widest_m = (1 + kMostWidening) * turn.radius_m;
+    pace.turn_radps = std::min(pace.turn_radps, pace.speed_mps / widest_m);
+    pace.turn_accel_radps2 = std::min(pace.turn_accel_radps2, pace.accel_mps2 / widest_m);
+  }
+  return pace;
+}
+
 // Adds one segment after another, each from where the last one ended.
 class Segments {
  public:
@@ -74,6 +101,11 @@ class Segments {
   void turn_to(double heading_rad) {
     all_.push_back({MotionSegment::Kind::kTurn, heading_rad - heading_rad_, at_, heading_rad});
     heading_rad_ = heading_rad;
+  }
+  void arc(double left_rad, double radius_m) {
+    all_.push_back({MotionSegment::Kind::kTurn, left_rad, at_, heading_rad_ + left_rad, radius_m});
+    at_ = turned(all_.back(), left_rad).position();
+    heading_rad_ += left_rad;
   }
   double heading_rad() const { return heading_rad_; }
   std::vector<MotionSegment> take() { return std::move(all_); }
@@ -116,7 +148,9 @@ void add(const Rose& program, Segments& to) {
   }
 }
 
-Vec2 ahead_of(double heading_rad) { return {std::cos(heading_rad), std::sin(heading_rad)}; }
+void add(const Circle& program, Segments& to) {
+  to.arc(kWholeTurn_rad + program.over_rad, program.radius_m);
+}
 
 /// A segment in pieces of the same length.
 void add_pieces(const MotionSegment& whole, const MotionPace& pace,
@@ -131,6 +165,7 @@ void add_pieces(const MotionSegment& whole, const MotionPace& pace,
       piece.from_m = whole.from_m + i * piece.amount * ahead_of(whole.heading_rad);
     } else {
       piece.heading_rad = whole.heading_rad - (pieces - 1 - i) * piece.amount;
+      piece.from_m = turned(whole, i * piece.amount).position();
     }
     to.push_back(piece);
   }
@@ -164,6 +199,12 @@ void bind(Fields& f, Rose& o) {
   bind_pace(f, o.pace);
 }
 
+void bind(Fields& f, Circle& o) {
+  f("radius_m", o.radius_m, kLength);
+  f.angle("over", o.over_rad, kManyTurns);
+  bind_pace(f, o.pace);
+}
+
 std::vector<MotionSegment> segments_of(const MotionProgramOptions& program) {
   Segments segments;
   std::visit([&segments](const auto& chosen) { add(chosen, segments); }, program);
@@ -181,22 +222,25 @@ std::vector<MotionSegment> segments_of(const MotionProgramOptions& program) {
 
 std::string told(const MotionSegment& segment) {
   const bool forth = segment.amount > 0;
+  const std::string along =
+      segment.radius_m > 0 ? fmt::format(" round {:.2f} m", segment.radius_m) : "";
   return segment.kind == MotionSegment::Kind::kLeg
              ? fmt::format("{} {:.2f} m", forth ? "ahead" : "back", std::abs(segment.amount))
-             : fmt::format("{} {:.0f} degrees", forth ? "left" : "right",
-                           rad_to_deg(std::abs(segment.amount)));
+             : fmt::format("{} {:.0f} degrees{}", forth ? "left" : "right",
+                           rad_to_deg(std::abs(segment.amount)), along);
 }
 
 std::vector<Pose2> poses_of(const MotionProgramOptions& program) {
   std::vector<Pose2> poses{Pose2{}};
   for (const MotionSegment& segment : segments_of(program)) {
     const bool is_leg = segment.kind == MotionSegment::Kind::kLeg;
-    const int parts =
-        is_leg ? static_cast<int>(std::ceil(std::abs(segment.amount) / kApart_m - 1e-9)) : 1;
+    const double way_m = std::abs(segment.amount) * (is_leg ? 1 : segment.radius_m);
+    const int parts = std::max(1, static_cast<int>(std::ceil(way_m / kApart_m - 1e-9)));
     for (int i = 1; i <= parts; ++i) {
-      const double gone_m = is_leg ? segment.amount * i / parts : 0;
-      const Vec2 at = segment.from_m + gone_m * ahead_of(segment.heading_rad);
-      poses.push_back({at.x(), at.y(), wrap_angle(segment.heading_rad)});
+      const double gone = segment.amount * i / parts;
+      const Vec2 at = segment.from_m + gone * ahead_of(segment.heading_rad);
+      poses.push_back(is_leg ? Pose2{at.x(), at.y(), wrap_angle(segment.heading_rad)}
+                             : turned(segment, gone));
     }
   }
   return poses;
@@ -225,10 +269,11 @@ double expected_s(const MotionProgramOptions& program, const Body& body) {
   double all_s = 0;
   for (const MotionSegment& segment : segments_of(program)) {
     const double way = std::abs(segment.amount);
+    const MotionPace turning = turn_pace(pace, segment);
     all_s += kSettling_s + pace.stand_s +
              (segment.kind == MotionSegment::Kind::kLeg
                   ? trapezoid_s(way, pace.speed_mps, pace.accel_mps2)
-                  : trapezoid_s(way, pace.turn_radps, pace.turn_accel_radps2));
+                  : trapezoid_s(way, turning.turn_radps, turning.turn_accel_radps2));
   }
   return all_s;
 }
@@ -282,9 +327,17 @@ MotionProgram::Reached MotionProgram::drive(const MotionSegment& leg) const {
 
 MotionProgram::Reached MotionProgram::turn(const MotionSegment& turn) const {
   Reached out;
+  const MotionPace pace = turn_pace(pace_, turn);
   out.rest = turn.heading_rad - heading_rad_;
   out.command_body.w_radps =
-      speed_for(out.rest, last_.w_radps, pace_.turn_radps, pace_.turn_accel_radps2, kCreep_radps);
+      speed_for(out.rest, last_.w_radps, pace.turn_radps, pace.turn_accel_radps2, kCreep_radps);
+  if (turn.radius_m > 0) {
+    const Vec2 lacks = turned(turn, turn.amount - out.rest).position() - T_start_body_.position();
+    const double wider_m = kArcGain * lacks.dot(ahead_of(heading_rad_));
+    const double most_m = kMostWidening * turn.radius_m;
+    out.command_body.v_mps =
+        (turn.radius_m + std::clamp(wider_m, -most_m, most_m)) * out.command_body.w_radps;
+  }
   return out;
 }
 

@@ -61,16 +61,27 @@ struct Rose {
 };
 void bind(Fields& f, Rose& o);
 
-using MotionProgramOptions = std::variant<LegsAndTurns, Sawtooth, Rose>;
+/// Round and round to the left. Tells neither how cameras are turned about the vertical nor where
+/// they sit: to see what becomes of a motion that leaves something open.
+struct Circle {
+  static constexpr std::string_view kName = "circle";
+  double radius_m = 0.4;
+  double over_rad = deg_to_rad(1800);  ///< more than one round
+  MotionPace pace;
+};
+void bind(Fields& f, Circle& o);
 
-/// A straight leg or a turn on the spot of a program, in the frame of its start. Headings go on
-/// beyond a whole turn.
+using MotionProgramOptions = std::variant<LegsAndTurns, Sawtooth, Rose, Circle>;
+
+/// A straight leg, or a turn on the spot or along an arc, of a program, in the frame of its start.
+/// Headings go on beyond a whole turn.
 struct MotionSegment {
   enum class Kind { kLeg, kTurn };
   Kind kind = Kind::kLeg;
   double amount = 0;       ///< metres ahead, or radians to the left
   Vec2 from_m{0, 0};       ///< where it begins,
   double heading_rad = 0;  ///< and the heading it is to end with
+  double radius_m = 0;     ///< of a turn: how far to the left its middle is
 };
 std::vector<MotionSegment> segments_of(const MotionProgramOptions& program);
 

@@ -279,10 +279,10 @@ TEST(Mission, NamesAProgramToDrive) {
 TEST(Mission, RefusesProgramsThatCannotBeDriven) {
   EXPECT_THAT(faults({"drive=program"}),
               testing::ElementsAre("--set drive: drive.program: missing; it must be one of "
-                                   "legs_and_turns, sawtooth, rose"));
+                                   "legs_and_turns, sawtooth, rose, circle"));
   EXPECT_THAT(faults({"drive={program: ros}"}),
               testing::ElementsAre("--set drive: drive.program: must be one of legs_and_turns, "
-                                   "sawtooth, rose, got ros; did you mean rose?"));
+                                   "sawtooth, rose, circle, got ros; did you mean rose?"));
   EXPECT_THAT(
       faults({"drive={program: {kind: rose, petal_m: 0, step_deg: 200, over_deg: -1}}"}),
       testing::ElementsAre("--set drive: drive.program.petal_m: must be from 0.05 to 10, got 0",

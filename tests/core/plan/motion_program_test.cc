@@ -17,7 +17,7 @@ constexpr double kLag_s = 0.04;
 constexpr int kParts = 15;         // of a period, in which the body moves
 constexpr double kTick_m = 0.003;  // where a segment may end, and what the creeping adds
 constexpr double kTick_rad = deg_to_rad(0.5);
-const std::vector<MotionProgramOptions> kPrograms{LegsAndTurns(), Sawtooth(), Rose()};
+const std::vector<MotionProgramOptions> kPrograms{LegsAndTurns(), Sawtooth(), Rose(), Circle()};
 
 /// A body that follows commands within its limits, a lag after they are told, and wheels that turn
 /// `slip` times as far as it.
@@ -79,6 +79,9 @@ std::vector<Simulation::Seen> ends(const std::vector<Simulation::Seen>& seen) {
 }
 
 Vec2 end_of(const MotionSegment& segment) {
+  if (segment.radius_m > 0) {  // whole rounds
+    return segment.from_m;
+  }
   const double gone_m = segment.kind == MotionSegment::Kind::kLeg ? segment.amount : 0;
   return segment.from_m +
          gone_m * Vec2(std::cos(segment.heading_rad), std::sin(segment.heading_rad));
@@ -117,6 +120,19 @@ TEST(MotionProgram, RoseHasPetalsAllRoundAndOneMore) {
   EXPECT_EQ(headings_deg(Rose()).back(), 400);
   for (const MotionSegment& segment : all) {
     EXPECT_LE(end_of(segment).norm(), 0.5 + 1e-12);
+  }
+}
+
+TEST(MotionProgram, CircleKeepsToItsRadius) {
+  EXPECT_EQ(told(segments_of(Circle()).at(0)), "left 2160 degrees round 0.40 m");
+  const Vec2 middle(0, Circle().radius_m);
+  for (const Pose2& pose : poses_of(Circle())) {
+    EXPECT_NEAR((pose.position() - middle).norm(), 0.4, 1e-9);
+  }
+  // Also by wheels that say less of legs than of turns, as the wheels see it.
+  const Simulation slipping{.body = {}, .leg_slip = 0.97, .turn_slip = 1.02};
+  for (const auto& seen : slipping.driven(Circle())) {
+    EXPECT_NEAR((seen.T_odom_body.position() - middle).norm(), 0.4, 0.03);
   }
 }
 
