@@ -175,9 +175,12 @@ void draw_mounting(const RigCalibration& calibration, const Rig& believed, Canva
   canvas.text("as the rig file has it", below + Vec2(22, kLine), kInk);
   canvas.cross(below + Vec2(228, kLine - 5), 5, kFaint, 1.5);
   canvas.text("origin of the body, between its wheels", below + Vec2(242, kLine), kInk);
-  canvas.text(fmt::format("95 % ellipses{}: of {} in the body, others' as it sees them",
+  const std::string& first = calibration.cameras.front();
+  canvas.text(fmt::format("95 % ellipses{}: {}",
                           enlarged > 1 ? fmt::format(", {:g} times", enlarged) : std::string(),
-                          calibration.cameras.front()),
+                          calibration.bundle.has_wheels
+                              ? fmt::format("of {} in the body, others' as it sees them", first)
+                              : fmt::format("of places as {} sees them", first)),
               below + Vec2(0, 2 * kLine), kInk);
 }
 
