@@ -286,7 +286,7 @@ PlanarHandEye planar_hand_eye(const std::vector<StampedCamera>& path, const Whee
   }
   constexpr double kMostUnexplained = 0.1;
   if (!(fit->unexplained < kMostUnexplained)) {
-    throw HandEyeError(fmt::format(
+    throw PathsDisagree(fmt::format(
         "the camera's path and the wheels' do not fit one another: {:.0f} % of what moves is left "
         "between them (at most {:.0f}, squared)",
         100 * fit->unexplained, 100 * kMostUnexplained));

@@ -18,6 +18,12 @@ class HandEyeError : public ConfigError {
   using ConfigError::ConfigError;
 };
 
+/// The camera's path and the wheels' are not those of one body.
+class PathsDisagree : public HandEyeError {
+ public:
+  using HandEyeError::HandEyeError;
+};
+
 /// How a camera is mounted, by its own path beside the odometry's.
 struct PlanarHandEye {
   Pose3 T_body_camera;        ///< its height as it was believed: no motion over a floor shows it
@@ -35,7 +41,8 @@ struct PlanarHandEye {
 /// turns, yaw, place and metre by what the body moves between the camera's instants. Nothing is
 /// assumed of the mounting but its height, unless the motion leaves yaw, place and metre open (a
 /// turn on the spot, a circle): then they are nearest to what is believed, and their sigmas large.
-/// Throws HandEyeError for a motion without turns, and for paths that do not fit one another.
+/// Throws HandEyeError for a motion without turns, and PathsDisagree for paths that do not fit one
+/// another.
 PlanarHandEye planar_hand_eye(const std::vector<StampedCamera>& path, const WheelReadings& wheels,
                               const RigCamera& believed);
 

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "core/base/median.h"
 #include "core/calib/patch.h"
 #include "core/calib/patch_warp.h"
 #include "core/calib/path_as_wheels.h"
@@ -91,6 +92,24 @@ double farthest(const std::vector<StampedCamera>& path) {
         std::max(far, (at.T_map_camera.translation - path.front().T_map_camera.translation).norm());
   }
   return far;
+}
+
+/// Whether what a camera sees is too far for its way to show, and in what words; empty where not.
+std::string too_distant(const MappedCamera& camera) {
+  constexpr double kTooFar = 20;
+  std::vector<double> distances;
+  for (const MonoMap::Point& point : camera.map.points) {
+    distances.push_back(point.p_map.norm());
+  }
+  const double way = farthest(path_of(camera, kEvery));
+  if (distances.empty() || median(distances) < kTooFar * way) {
+    return "";
+  }
+  return fmt::format(
+      ", and what it sees looks {:.0f} times as far as the camera gets (at most {:.0f}): all is "
+      "too "
+      "distant for anything but turns; drive the motion nearer to what there is to see, or farther",
+      median(distances) / way, kTooFar);
 }
 
 /// A camera's path stands for wheels where none were read. A metre is such that cameras are as far
@@ -193,8 +212,9 @@ class Calibration {
         out_.hand_eye.back() = planar_hand_eye(path_of(camera, kEvery), wheels_, camera.believed);
         clock_offset_s_.back() = out_.hand_eye.back()->clock_offset_s;
       } catch (const HandEyeError& error) {
-        out_.by_others.back() = error.what();
-        first = first.value_or(HandEyeError(camera.name + ": " + error.what()));
+        const bool disagree = dynamic_cast<const PathsDisagree*>(&error) != nullptr;
+        out_.by_others.back() = error.what() + (disagree ? too_distant(camera) : "");
+        first = first.value_or(HandEyeError(camera.name + ": " + out_.by_others.back()));
       }
     }
     if (std::none_of(out_.hand_eye.begin(), out_.hand_eye.end(),

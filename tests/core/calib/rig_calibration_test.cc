@@ -79,6 +79,7 @@ class RigCalibrationTest : public testing::Test {
   void expect_what_is_true() const;
   void expect_a_rig_file_with_it() const;
   void expect_swapped_pictures_are_named() const;
+  void expect_a_scene_that_shows_turns_alone_is_named() const;
 
   std::optional<DrivenRose> drive_;
   std::optional<RigCalibration> calibration_;
@@ -164,11 +165,29 @@ void RigCalibrationTest::expect_a_camera_without_a_map_is_found() const {
   EXPECT_THROW(calibration_of(cameras), HandEyeError);
 }
 
+void RigCalibrationTest::expect_a_scene_that_shows_turns_alone_is_named() const {
+  std::vector<MappedCamera> cameras = cameras_;
+  Rng rng(5);
+  for (MappedCamera& camera : cameras) {
+    for (MonoMap::Frame& frame : camera.map.frames) {
+      frame.T_map_camera.translation.setZero();
+    }
+    for (Pose3& T_map_camera : camera.adjusted.T_map_camera) {
+      T_map_camera.translation = 0.001 * Vec3(rng.normal(), rng.normal(), rng.normal());
+    }
+  }
+  EXPECT_THAT([&] { calibration_of(cameras); },
+              testing::ThrowsMessage<HandEyeError>(
+                  testing::AllOf(HasSubstr("ahead: the camera's path and the wheels' do not fit"),
+                                 HasSubstr("too distant for anything but turns"))));
+}
+
 TEST_F(RigCalibrationTest, FindsHowCamerasThatLookAwayFromEachOtherAreMounted) {
   expect_what_is_true();
   expect_a_rig_file_with_it();
   expect_swapped_pictures_are_named();
   expect_a_camera_without_a_map_is_found();
+  expect_a_scene_that_shows_turns_alone_is_named();
 }
 
 }  // namespace
