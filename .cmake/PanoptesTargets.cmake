@@ -26,12 +26,13 @@ if(PANOPTES_FUZZ_COVERAGE)
 endif()
 
 # What most sources include is parsed once. A source includes what it uses all the same.
+set(PANOPTES_HEADERS
+  <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <map> <memory> <optional> <string> <variant> <vector>
+  <Eigen/Dense> <opencv2/core.hpp>)
 file(CONFIGURE OUTPUT headers.cc CONTENT "// Made by CMake.\n")
 add_library(panoptes_headers OBJECT ${CMAKE_CURRENT_BINARY_DIR}/headers.cc)
 target_link_libraries(panoptes_headers PRIVATE panoptes_flags Eigen3::Eigen opencv_core)
-target_precompile_headers(panoptes_headers PRIVATE
-  <algorithm> <array> <cmath> <cstdint> <filesystem> <functional> <map> <memory> <optional> <string> <variant> <vector>
-  <Eigen/Dense> <opencv2/core.hpp>)
+target_precompile_headers(panoptes_headers PRIVATE ${PANOPTES_HEADERS})
 
 # panoptes_library(name SOURCES ... PUBLIC ... PRIVATE ...) makes panoptes::name from this folder.
 function(panoptes_library name)

@@ -94,22 +94,23 @@ double farthest(const std::vector<StampedCamera>& path) {
   return far;
 }
 
-/// Whether what a camera sees is too far for its way to show, and in what words; empty where not.
+/// That what a camera sees is too far for its way to show, in words; empty where it is not.
 std::string too_distant(const MappedCamera& camera) {
+  // A rose of half a metre in a hall whose walls are 10 m away; in rooms it is 2 to 6 times.
   constexpr double kTooFar = 20;
   std::vector<double> distances;
   for (const MonoMap::Point& point : camera.map.points) {
     distances.push_back(point.p_map.norm());
   }
-  const double way = farthest(path_of(camera, kEvery));
-  if (distances.empty() || median(distances) < kTooFar * way) {
-    return "";
-  }
-  return fmt::format(
-      ", and what it sees looks {:.0f} times as far as the camera gets (at most {:.0f}): all is "
-      "too "
-      "distant for anything but turns; drive the motion nearer to what there is to see, or farther",
-      median(distances) / way, kTooFar);
+  const double times =
+      distances.empty() ? 0 : median(distances) / farthest(path_of(camera, kEvery));
+  return times < kTooFar
+             ? ""
+             : fmt::format(
+                   ", and what it sees looks {:.0f} times as far as the camera gets (at most "
+                   "{:.0f}): all is too distant for anything but turns; drive the motion nearer to "
+                   "what there is to see, or farther",
+                   times, kTooFar);
 }
 
 /// A camera's path stands for wheels where none were read. A metre is such that cameras are as far
@@ -211,9 +212,12 @@ class Calibration {
       try {
         out_.hand_eye.back() = planar_hand_eye(path_of(camera, kEvery), wheels_, camera.believed);
         clock_offset_s_.back() = out_.hand_eye.back()->clock_offset_s;
+      } catch (const PathsDisagree& error) {
+        out_.by_others.back() = error.what() + too_distant(camera);
       } catch (const HandEyeError& error) {
-        const bool disagree = dynamic_cast<const PathsDisagree*>(&error) != nullptr;
-        out_.by_others.back() = error.what() + (disagree ? too_distant(camera) : "");
+        out_.by_others.back() = error.what();
+      }
+      if (is_by_others(out_.hand_eye.size() - 1)) {
         first = first.value_or(HandEyeError(camera.name + ": " + out_.by_others.back()));
       }
     }

@@ -29,7 +29,7 @@ constexpr double kStands_radps = 0.02;
 constexpr double kHeadingGain_per_m = 4;
 constexpr double kOffsetGain_per_m2 = 4;
 constexpr double kMostSteering_radps = 0.3;
-// Along an arc it is led back to it within a round.
+// Along an arc it is led back to it within a round: metres wider for each metre that it is behind.
 constexpr double kArcGain = 1;
 constexpr double kMostWidening = 0.2;
 constexpr double kSettling_s = 0.1;  // at the end of a segment
@@ -156,7 +156,9 @@ void add(const Circle& program, Segments& to) {
 void add_pieces(const MotionSegment& whole, const MotionPace& pace,
                 std::vector<MotionSegment>& to) {
   const bool is_leg = whole.kind == MotionSegment::Kind::kLeg;
-  const double most = is_leg ? pace.piece_m : pace.piece_rad;
+  const double most = is_leg               ? pace.piece_m
+                      : whole.radius_m > 0 ? std::min(pace.piece_rad, pace.piece_m / whole.radius_m)
+                                           : pace.piece_rad;
   const int pieces = static_cast<int>(std::ceil(std::abs(whole.amount) / most - kRoundoff_rad));
   MotionSegment piece = whole;
   piece.amount = whole.amount / std::max(1, pieces);

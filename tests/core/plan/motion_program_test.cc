@@ -265,6 +265,22 @@ TEST(MotionProgram, PassesPlacesNoFartherApartThanFiveCentimetres) {
   }
 }
 
+TEST(MotionProgram, StopStartRoundACircleIsInPiecesOfIt) {
+  Circle circle;
+  circle.radius_m = 2;
+  circle.pace.stand_s = 0.4;
+  Vec2 at = Vec2::Zero();
+  double turned_rad = 0;
+  for (const MotionSegment& piece : segments_of(circle)) {
+    EXPECT_LE(piece.amount * piece.radius_m, circle.pace.piece_m + 1e-9);
+    EXPECT_NEAR((piece.from_m - at).norm(), 0, 1e-9);
+    turned_rad += piece.amount;
+    EXPECT_NEAR(piece.heading_rad, turned_rad, 1e-9);
+    at = Vec2(0, 2) + 2 * Vec2(std::sin(turned_rad), -std::cos(turned_rad));
+  }
+  EXPECT_NEAR(turned_rad, 6 * 2 * std::numbers::pi, 1e-9);
+}
+
 TEST(MotionProgram, StopStartEndsWhereTheWholeProgramDoes) {
   Rose rose;
   const std::vector<MotionSegment> whole = segments_of(rose);
