@@ -36,7 +36,6 @@ constexpr double kHeld_rad = 0.2;
 constexpr double kFixed_m = 1e-4;
 constexpr double kFree = 1e3;        // of what a prior says nothing of
 constexpr double kFarthest_m = 1e5;  // beyond it a point is a direction
-constexpr double kNearest_m = 0.05;  // no camera sees nearer
 // So that what nothing shows stays where it is, and the normal equations keep a solution.
 constexpr double kLargestRadius = 1e12;
 // A direction of which a drive tells less than this many of the sigmas that it is believed to is
@@ -44,6 +43,7 @@ constexpr double kLargestRadius = 1e12;
 constexpr double kWide = 3;
 
 constexpr MotionNoise kLeastNoise{0.0005, 0.0005, 0.001, 0.00002, deg_to_rad(0.002)};
+constexpr double kLeastSlide_rad = 1e-5;
 constexpr double kStep_m = 0.0003;  // a tick of the wheels
 constexpr double kStep_rad = 0.0005;
 constexpr double kLeastRolled_m = 0.01;     // less is steps
@@ -86,6 +86,12 @@ WheelSigma sigma_of(const MotionNoise& noise, const Driven& moved) {
           std::hypot(kStep_rad, noise.turn_rad * root_m)};
 }
 
+/// A point in start, homogeneous (seen_from) and of length 1, and its slides.
+using PointBlock = std::array<double, 4 + kSlides>;
+constexpr int kPointMoves = 3 + kSlides;
+using PointManifold =
+    ceres::ProductManifold<ceres::SphereManifold<4>, ceres::EuclideanManifold<kSlides>>;
+
 /// All that is adjusted, as the solver holds it.
 struct Blocks {
   std::vector<PoseBlock> T_body_start;
@@ -93,11 +99,15 @@ struct Blocks {
   std::vector<Eigen::VectorXd> lens;
   std::vector<double> clock_offset_s;
   std::array<double, kWheelErrors> wheel_errors{};
-  std::vector<std::array<double, 4>> p_start;  // homogeneous (seen_from), of length 1
+  std::vector<PointBlock> p_start;
 };
 
-Eigen::Vector4d point(const std::array<double, 4>& block) {
+Eigen::Vector4d point(const PointBlock& block) {
   return Eigen::Map<const Eigen::Vector4d>(block.data());
+}
+
+Eigen::Matrix<double, kSlides, 1> slides(const PointBlock& block) {
+  return Eigen::Map<const Eigen::Matrix<double, kSlides, 1>>(block.data() + 4);
 }
 
 Blocks to_blocks(const RigBundleState& state) {
@@ -117,7 +127,7 @@ Blocks to_blocks(const RigBundleState& state) {
   }
   for (const Vec3& p : state.points_start) {
     const Eigen::Vector4d h = p.homogeneous().normalized();
-    blocks.p_start.push_back({h[0], h[1], h[2], h[3]});
+    blocks.p_start.push_back({h[0], h[1], h[2], h[3], 0, 0, 0, 0});
   }
   return blocks;
 }
@@ -173,7 +183,8 @@ class Adjustment {
         tracks_(tracks),
         state_(start),
         blocks_(to_blocks(start)),
-        sigma_px_(2 * believed.size(), 1) {
+        sigma_px_(2 * believed.size(), 1),
+        by_slides_(tracks.seen.size(), BySlides::Zero(3, kSlides)) {
     PANOPTES_CHECK(start.T_body_camera.size() == believed.size() &&
                        start.T_start_body.size() == tracks.instants.size(),
                    "a state of the cameras and instants of the tracks");
@@ -208,6 +219,7 @@ class Adjustment {
       }
     }
     leave_out_what_is_seen_once();
+    compare_views();
   }
 
   RigBundle run() {
@@ -230,8 +242,9 @@ class Adjustment {
       out.converged = solve(Loss::kSquare, &*kept);  // before, it may have slid along them
       told = what_is_told();
     }
-    out.rms_after_px = rms_px();
     const Blocks adjusted = blocks_;
+    blocks_ = to_blocks(to_state(adjusted, state_));  // without slides
+    out.rms_after_px = rms_px();
     blocks_ = to_blocks(state_);
     out.rms_before_px = rms_px();
     blocks_ = adjusted;
@@ -245,6 +258,7 @@ class Adjustment {
       sigma_px_[2 * c + 1] = noise.other_px;
     }
     noise_ = noise.motion;
+    slide_rad_ = std::max(noise.slide_rad, kLeastSlide_rad);
     RigBundle out;
     out.converged = true;
     report(what_is_told(), out);
@@ -257,24 +271,82 @@ class Adjustment {
   }
 
   std::optional<Vec2> off_px(const RigSeen& seen) const {
-    const RigView& view = tracks_.views[seen.view];
-    const std::optional<BodyMoved>& moved = moved_[seen.view];
-    if (!moved) {
+    Vec2 off;
+    if (!moved_[seen.view] ||
+        !reprojection(seen)->Evaluate(blocks_of(seen).data(), off.data(), nullptr)) {
       return std::nullopt;
     }
-    const Intrinsics lens = with_parameters(state_.lenses[view.camera], blocks_.lens[view.camera]);
-    const Pose3 T_taken_instant =
-        on_floor(truly_moved(moved->with_offset(blocks_.clock_offset_s[view.camera]),
-                             Vec3(blocks_.wheel_errors.data())))
-            .inverse();
-    const Pose3 T_body_start = from_block(blocks_.T_body_start[view.instant].data());
-    const Eigen::Vector4d p_camera = seen_from(
-        from_block(blocks_.T_camera_body[view.camera].data()) * T_taken_instant * T_body_start,
-        point(blocks_.p_start[seen.point]));
-    const Vec3 p = p_camera.head<3>();
-    return can_draw(lens, p) && p.norm() > kNearest_m * std::abs(p_camera[3])
-               ? std::optional<Vec2>(lens.project(p) - seen.px)
-               : std::nullopt;
+    return sigma_px_[group(seen)] * off;
+  }
+
+  std::unique_ptr<ceres::CostFunction> reprojection(const RigSeen& seen) const {
+    return std::unique_ptr<ceres::CostFunction>(
+        rig_reprojection_cost(state_.lenses[tracks_.views[seen.view].camera], seen.px,
+                              sigma_px_[group(seen)], *moved_[seen.view], by_slides(seen)));
+  }
+
+  std::array<const double*, 6> blocks_of(const RigSeen& seen) const {
+    const RigView& view = tracks_.views[seen.view];
+    return {blocks_.lens[view.camera].data(),
+            blocks_.T_camera_body[view.camera].data(),
+            blocks_.T_body_start[view.instant].data(),
+            &blocks_.clock_offset_s[view.camera],
+            blocks_.wheel_errors.data(),
+            blocks_.p_start[seen.point].data()};
+  }
+
+  const BySlides& by_slides(const RigSeen& seen) const {
+    return by_slides_[static_cast<std::size_t>(&seen - tracks_.seen.data())];
+  }
+
+  /// From how near and from where aside each view sees each of its points, beside the others.
+  void compare_views() {
+    std::vector<Vec3> p_camera_start;  // by view
+    for (const RigView& view : tracks_.views) {
+      p_camera_start.push_back((from_block(blocks_.T_camera_body[view.camera].data()) *
+                                from_block(blocks_.T_body_start[view.instant].data()))
+                                   .inverse()
+                                   .translation);
+    }
+    const auto ray = [&](const RigSeen& seen) -> Vec3 {
+      const Eigen::Vector4d p = point(blocks_.p_start[seen.point]);
+      return p.head<3>() - p[3] * p_camera_start[seen.view];
+    };
+    struct Mean {
+      Vec3 direction = Vec3::Zero();  // of length `count`, about
+      double log_far = 0;
+      double aside = 0;
+      int count = 0;
+    };
+    std::vector<Mean> means(blocks_.p_start.size());
+    for (const RigSeen& seen : tracks_.seen) {
+      if (seen.believed) {
+        Mean& mean = means[seen.point];
+        mean.direction += ray(seen).normalized();
+        mean.log_far += std::log(ray(seen).norm());
+        ++mean.count;
+      }
+    }
+    const auto aside = [&](const RigSeen& seen) -> Vec3 {  // horizontally
+      return Vec3::UnitZ().cross(means[seen.point].direction).normalized();
+    };
+    for (const RigSeen& seen : tracks_.seen) {
+      if (seen.believed) {
+        means[seen.point].aside += aside(seen).dot(ray(seen).normalized());
+      }
+    }
+    for (std::size_t i = 0; i < tracks_.seen.size(); ++i) {
+      const RigSeen& seen = tracks_.seen[i];
+      const Mean& mean = means[seen.point];
+      by_slides_[i].setZero();
+      if (mean.count > 0) {
+        const Vec3 x = aside(seen);
+        const Vec3 y = mean.direction.normalized().cross(x);
+        const double nearer = mean.log_far / mean.count - std::log(ray(seen).norm());
+        const double by = x.dot(ray(seen).normalized()) - mean.aside / mean.count;
+        by_slides_[i] << nearer * x, nearer * y, by * x, by * y;
+      }
+    }
   }
 
   /// What one picture alone shows tells nothing.
@@ -313,6 +385,7 @@ class Adjustment {
         sigma_px_[g] = std::max(kLeastNoise_px, sigma_by_median(squares[g]));
       }
     }
+    learn_slides();
     // What a motion is off by, as shares of what noise of one would make of it: only what is more
     // than a step of the wheels tells of it.
     std::vector<double> along;
@@ -354,6 +427,70 @@ class Adjustment {
     }
   }
 
+  /// What the pictures tell of each point and its slides alone: the rows are its block's.
+  struct PointTold {
+    using Square = Eigen::Matrix<double, 4 + kSlides, 4 + kSlides>;
+    Square information = Square::Zero();
+    Eigen::Matrix<double, 4 + kSlides, 1> gradient = Eigen::Matrix<double, 4 + kSlides, 1>::Zero();
+    int count = 0;
+  };
+
+  std::vector<PointTold> points_told() const {
+    std::vector<PointTold> told(blocks_.p_start.size());
+    for (const RigSeen& seen : tracks_.seen) {
+      if (seen.believed) {
+        Vec2 r;
+        Eigen::Matrix<double, 2, 4 + kSlides, Eigen::RowMajor> J;
+        double* by[] = {nullptr, nullptr, nullptr, nullptr, nullptr, J.data()};
+        if (reprojection(seen)->Evaluate(blocks_of(seen).data(), r.data(), by)) {
+          told[seen.point].information += J.transpose() * J;
+          told[seen.point].gradient += J.transpose() * r;
+          ++told[seen.point].count;
+        }
+      }
+    }
+    for (std::size_t i = 0; i < told.size(); ++i) {
+      // Along p nothing is told, and it stays of length 1.
+      const Eigen::Vector4d p = point(blocks_.p_start[i]);
+      told[i].information.topLeftCorner<4, 4>() +=
+          told[i].information.topLeftCorner<4, 4>().trace() * p * p.transpose();
+    }
+    return told;
+  }
+
+  // By the points that tell it best: what they would slide by without what is known of it before.
+  void learn_slides() {
+    std::vector<std::array<double, 2>> variance_and_square;
+    const std::vector<PointTold> told = points_told();
+    for (std::size_t i = 0; i < told.size(); ++i) {
+      const Eigen::LDLT<PointTold::Square> solved(told[i].information);
+      if (2 * told[i].count > 4 + kSlides && solved.info() == Eigen::Success &&
+          solved.rcond() > 1e-12) {
+        const PointTold::Square covariance = solved.solve(PointTold::Square::Identity());
+        const Eigen::Matrix<double, kSlides, 1> slid =
+            slides(blocks_.p_start[i]) - (covariance * told[i].gradient).tail<kSlides>();
+        for (const int k : {0, 1}) {  // as it is nearer: aside, its distance explains as well
+          variance_and_square.push_back({covariance(4 + k, 4 + k), slid[k] * slid[k]});
+        }
+      }
+    }
+    if (variance_and_square.size() < 2 * kFewestToLearn) {
+      return;
+    }
+    std::sort(variance_and_square.begin(), variance_and_square.end());
+    variance_and_square.resize(variance_and_square.size() / 2);
+    std::vector<double> squares;
+    std::vector<double> variances;
+    for (const auto& [variance, square] : variance_and_square) {
+      variances.push_back(variance);
+      squares.push_back(square);
+    }
+    constexpr double kMedianSquareOfNormal = 0.4549;
+    slide_rad_ = std::sqrt(std::max(
+        kLeastSlide_rad * kLeastSlide_rad,
+        median(std::move(squares)) / kMedianSquareOfNormal - median(std::move(variances))));
+  }
+
   /// For each camera the first of those that it shares points with, over others too: by a
   /// camera's height alone they are all higher.
   std::vector<std::size_t> sharing() const {
@@ -392,11 +529,15 @@ class Adjustment {
     for (std::size_t c = 0; c < first.size(); ++c) {
       state.T_body_camera[c].translation.z() += off_m[first[c]] / count[first[c]];
     }
+    const std::vector<PointBlock> before = blocks_.p_start;
     for (std::size_t p = 0; p < state.points_start.size(); ++p) {
       const std::size_t of = first[camera_of_point_[p]];
       state.points_start[p].z() += off_m[of] / count[of];
     }
     blocks_ = to_blocks(state);
+    for (std::size_t p = 0; p < before.size(); ++p) {
+      std::copy(before[p].begin() + 4, before[p].end(), blocks_.p_start[p].begin() + 4);
+    }
   }
 
   void judge() {
@@ -449,12 +590,13 @@ class Adjustment {
         const std::size_t c = view.camera;
         double* p_start = blocks_.p_start[seen.point].data();
         if (!problem.HasParameterBlock(p_start)) {
-          of_points = of_points != nullptr ? of_points : new ceres::SphereManifold<4>;
-          problem.AddParameterBlock(p_start, 4, of_points);
+          of_points = of_points != nullptr ? of_points : new PointManifold;
+          problem.AddParameterBlock(p_start, 4 + kSlides, of_points);
+          for (int first = 0; first < kSlides; first += 2) {
+            problem.AddResidualBlock(slides_cost(first, slide_rad_), nullptr, p_start);
+          }
         }
-        problem.AddResidualBlock(rig_reprojection_cost(state_.lenses[c], seen.px,
-                                                       sigma_px_[group(seen)], *moved_[seen.view]),
-                                 made(loss), blocks_.lens[c].data(),
+        problem.AddResidualBlock(reprojection(seen).release(), made(loss), blocks_.lens[c].data(),
                                  blocks_.T_camera_body[c].data(),
                                  blocks_.T_body_start[view.instant].data(),
                                  &blocks_.clock_offset_s[c], blocks_.wheel_errors.data(), p_start);
@@ -525,6 +667,7 @@ class Adjustment {
   };
 
   bool solve(Loss loss, const Kept* kept = nullptr) {
+    compare_views();
     ceres::Problem problem;
     build(problem, loss);
     const std::vector<std::size_t> first = sharing();
@@ -587,6 +730,7 @@ class Adjustment {
       out.sigma_own_px.push_back(sigma_px_[2 * c]);
       out.sigma_other_px.push_back(sigma_px_[2 * c + 1]);
     }
+    out.slide_rad = slide_rad_;
     out.state = to_state(blocks_, state_);
     out.state.wheel_errors[kWayError] *= no_metre_ ? 0 : 1;
     out.known = covariance(told);
@@ -598,6 +742,7 @@ class Adjustment {
   Eigen::VectorXd mounting_precision() const;
   Eigen::VectorXd systematic() const;
   void make_directions();
+  std::vector<std::size_t> neighbours() const;
   Told what_is_told();
   std::optional<Kept> as_believed(const Told& told) const;
   std::vector<std::vector<std::string>> named(const Eigen::MatrixXd& open) const;
@@ -613,19 +758,23 @@ class Adjustment {
   std::vector<std::size_t> camera_of_point_;
   std::vector<double> sigma_px_;  // by group
   MotionNoise noise_;
-  bool no_metre_ = false;  // a turn on the spot, or no wheels
+  double slide_rad_ = kLeastSlide_rad;
+  std::vector<BySlides> by_slides_;  // by what is seen
+  bool no_metre_ = false;            // a turn on the spot, or no wheels
 };
 
 /// What the rows of a Jacobian tell of all but the points: each point is eliminated by its own
 /// rows' QR, which keeps the digits that the normal equations of what is hardly seen lose. The
-/// scatter is that of the points' gradients (Liang and Zeger 1986, a cluster for each point), of
-/// the size that the residuals have on the whole.
+/// scatter is that of the points' gradients (Liang and Zeger 1986), summed over each cluster of
+/// points, of the size that the residuals have on the whole.
 Scattered information_without_points(const Eigen::SparseMatrix<double, Eigen::RowMajor>& J,
                                      const std::vector<double>& residuals,
-                                     Eigen::Index all_but_points) {
+                                     Eigen::Index all_but_points,
+                                     const std::vector<std::size_t>& cluster_of_point) {
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(all_but_points, all_but_points);
-  Eigen::MatrixXd by_points = information;  // of these what they tell,
-  Eigen::MatrixXd scatter = information;    // and how their gradients scatter
+  Eigen::MatrixXd by_points = information;           // of these what they tell,
+  Eigen::MatrixXd scatter = information;             // and how their gradients scatter
+  std::map<std::size_t, Eigen::VectorXd> gradients;  // by cluster
   double squares = 0;
   double freedom = 0;
   std::map<Eigen::Index, std::vector<Eigen::Index>> rows_of_point;
@@ -634,7 +783,8 @@ Scattered information_without_points(const Eigen::SparseMatrix<double, Eigen::Ro
     for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(J, row); it; ++it) {
       last = std::max<Eigen::Index>(last, it.col());
     }
-    rows_of_point[last < all_but_points ? -1 : (last - all_but_points) / 3].push_back(row);
+    rows_of_point[last < all_but_points ? -1 : (last - all_but_points) / kPointMoves].push_back(
+        row);
   }
   for (const auto& [point, rows] : rows_of_point) {
     std::map<Eigen::Index, Eigen::Index> at;  // where a column is among those of this point
@@ -652,7 +802,7 @@ Scattered information_without_points(const Eigen::SparseMatrix<double, Eigen::Ro
     }
     const auto count = static_cast<Eigen::Index>(rows.size());
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(columns.size()));
-    Eigen::MatrixXd B = Eigen::MatrixXd::Zero(count, 3);
+    Eigen::MatrixXd B = Eigen::MatrixXd::Zero(count, kPointMoves);
     Eigen::VectorXd r(count);
     for (Eigen::Index i = 0; i < count; ++i) {
       r[i] = residuals[static_cast<std::size_t>(rows[static_cast<std::size_t>(i)])];
@@ -662,7 +812,7 @@ Scattered information_without_points(const Eigen::SparseMatrix<double, Eigen::Ro
         if (it.col() < all_but_points) {
           A(i, at.at(it.col())) = it.value();
         } else {
-          B(i, it.col() - all_but_points - 3 * point) = it.value();
+          B(i, it.col() - all_but_points - kPointMoves * point) = it.value();
         }
       }
     }
@@ -674,7 +824,14 @@ Scattered information_without_points(const Eigen::SparseMatrix<double, Eigen::Ro
       freedom += static_cast<double>(r.size());
     }
     const Eigen::MatrixXd told = A.transpose() * A;
-    const Eigen::VectorXd gradient = A.transpose() * r;
+    if (point >= 0) {
+      Eigen::VectorXd& sum = gradients[cluster_of_point[static_cast<std::size_t>(point)]];
+      sum = sum.size() > 0 ? sum : Eigen::VectorXd::Zero(all_but_points);
+      const Eigen::VectorXd gradient = A.transpose() * r;
+      for (std::size_t i = 0; i < columns.size(); ++i) {
+        sum[columns[i]] += gradient[static_cast<Eigen::Index>(i)];
+      }
+    }
     for (std::size_t i = 0; i < columns.size(); ++i) {
       for (std::size_t j = 0; j < columns.size(); ++j) {
         const auto a = static_cast<Eigen::Index>(i);
@@ -682,11 +839,14 @@ Scattered information_without_points(const Eigen::SparseMatrix<double, Eigen::Ro
         information(columns[i], columns[j]) += told(a, b);
         if (point >= 0) {
           by_points(columns[i], columns[j]) += told(a, b);
-          scatter(columns[i], columns[j]) += gradient[a] * gradient[b];
         }
       }
     }
   }
+  for (const auto& [cluster, gradient] : gradients) {
+    scatter.selfadjointView<Eigen::Lower>().rankUpdate(gradient);
+  }
+  scatter = Eigen::MatrixXd(scatter.selfadjointView<Eigen::Lower>());
   const Eigen::MatrixXd of_points =
       squares > 0 ? Eigen::MatrixXd(freedom / squares * scatter) : by_points;
   return {information, information - by_points + of_points};
@@ -704,38 +864,36 @@ RigCovariance Adjustment::rows() const {
 /// A point that may as well be infinitely far is a direction: noise of many distances would tell of
 /// places what no picture shows.
 void Adjustment::make_directions() {
-  std::vector<Eigen::Matrix4d> told(blocks_.p_start.size(), Eigen::Matrix4d::Zero());
-  for (const RigSeen& seen : tracks_.seen) {
-    if (seen.believed) {
-      const RigView& view = tracks_.views[seen.view];
-      const std::size_t c = view.camera;
-      const std::unique_ptr<ceres::CostFunction> cost(rig_reprojection_cost(
-          state_.lenses[c], seen.px, sigma_px_[group(seen)], *moved_[seen.view]));
-      const double* all[] = {blocks_.lens[c].data(),
-                             blocks_.T_camera_body[c].data(),
-                             blocks_.T_body_start[view.instant].data(),
-                             &blocks_.clock_offset_s[c],
-                             blocks_.wheel_errors.data(),
-                             blocks_.p_start[seen.point].data()};
-      Vec2 r;
-      Eigen::Matrix<double, 2, 4, Eigen::RowMajor> J;
-      double* by[] = {nullptr, nullptr, nullptr, nullptr, nullptr, J.data()};
-      if (cost->Evaluate(all, r.data(), by)) {
-        told[seen.point] += J.transpose() * J;
-      }
-    }
-  }
+  const std::vector<PointTold> told = points_told();
   for (std::size_t i = 0; i < told.size(); ++i) {
     Eigen::Map<Eigen::Vector4d> p(blocks_.p_start[i].data());
-    // Along p nothing is told, and it stays of length 1.
-    const Eigen::Matrix4d known = told[i] + told[i].trace() * p * p.transpose();
-    const double by_w = known.ldlt().solve(Eigen::Vector4d::UnitW())[3];
+    const double by_w =
+        told[i].information.topLeftCorner<4, 4>().ldlt().solve(Eigen::Vector4d::UnitW())[3];
     constexpr double kSigmas = 3;
     if (!(p[3] * p[3] > kSigmas * kSigmas * by_w)) {
       p[3] = 0;
       p.normalize();
     }
   }
+}
+
+/// Points that are about at one place, of one map or of several, by the number of it: what is seen
+/// of the same thing is off together.
+std::vector<std::size_t> Adjustment::neighbours() const {
+  constexpr double kPlace = 0.05;  // of the way to most points
+  const std::vector<Vec3> points = to_state(blocks_, state_).points_start;
+  std::vector<double> away_m;
+  for (const Vec3& p : points) {
+    away_m.push_back(p.norm());
+  }
+  const double place_m = points.empty() ? 1 : kPlace * median(std::move(away_m));
+  std::map<std::array<double, 3>, std::size_t> places;
+  std::vector<std::size_t> out;
+  for (const Vec3& p : points) {
+    const Vec3 at = (p / place_m).array().floor();
+    out.push_back(places.try_emplace({at.x(), at.y(), at.z()}, places.size()).first->second);
+  }
+  return out;
 }
 
 // The points are eliminated first, then the poses (Schur): what is left tells of the rig alone.
@@ -757,9 +915,12 @@ Scattered Adjustment::information() {
     how.parameter_blocks.push_back(block.data());
   }
   const Eigen::Index poses = 6 * static_cast<Eigen::Index>(blocks_.T_body_start.size());
-  for (auto& p : blocks_.p_start) {
-    if (problem.HasParameterBlock(p.data())) {
-      how.parameter_blocks.push_back(p.data());
+  const std::vector<std::size_t> clusters = neighbours();
+  std::vector<std::size_t> cluster_of_point;
+  for (std::size_t i = 0; i < blocks_.p_start.size(); ++i) {
+    if (problem.HasParameterBlock(blocks_.p_start[i].data())) {
+      how.parameter_blocks.push_back(blocks_.p_start[i].data());
+      cluster_of_point.push_back(clusters[i]);
     }
   }
   std::vector<double> residuals;
@@ -779,7 +940,7 @@ Scattered Adjustment::information() {
     G.block<6, 6>(at.camera[c], at.camera[c]) =
         mounting_by_moves(from_block(blocks_.T_camera_body[c].data()).inverse());
   }
-  const Scattered all = information_without_points(J, residuals, rig + poses);
+  const Scattered all = information_without_points(J, residuals, rig + poses, cluster_of_point);
   const Long S = all.information.cast<long double>();
   const Long B = S.topRightCorner(rig, poses);
   const Long by_poses = S.bottomRightCorner(poses, poses).ldlt().solve(B.transpose());

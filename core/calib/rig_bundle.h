@@ -85,6 +85,9 @@ struct RigNoise {
   double own_px = 0.1;    ///< of points of the camera's own map
   double other_px = 0.1;  ///< of points of other cameras' maps
   MotionNoise motion;
+  /// By which a point slides (rig_reprojection_cost) when it is seen from e times nearer, or from a
+  /// radian aside.
+  double slide_rad = 0;
 };
 
 /// How well a rig is known by what was seen. The rows: for each camera its turn (rad) and its shift
@@ -107,6 +110,7 @@ struct RigBundle {
   RigCovariance known;
   std::vector<double> sigma_own_px;    ///< of observations, each way, by camera
   std::vector<double> sigma_other_px;  ///< of points of other cameras' maps
+  double slide_rad = 0;                ///< RigNoise
   int observations = 0;                ///< that are believed
   int observations_other = 0;          ///< of these, of points of other cameras' maps
   int left_out = 0;

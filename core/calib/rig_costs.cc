@@ -43,11 +43,12 @@ Eigen::Matrix<double, 3, 6> moved_by_pose(const Pose3& T, const Vec3& p, double 
 class RigReprojectionCost : public ceres::CostFunction {
  public:
   RigReprojectionCost(const Intrinsics& lens, const Vec2& seen_px, double sigma_px,
-                      const BodyMoved& moved)
-      : lens_(lens), seen_px_(seen_px), sigma_px_(sigma_px), moved_(moved) {
+                      const BodyMoved& moved, const BySlides& by_slides)
+      : lens_(lens), seen_px_(seen_px), sigma_px_(sigma_px), moved_(moved), by_slides_(by_slides) {
     set_num_residuals(2);
     *mutable_parameter_block_sizes() = {
-        static_cast<int>(lens_parameters(lens).size()), 7, 7, 1, kWheelErrors, 4};
+        static_cast<int>(lens_parameters(lens).size()), 7, 7, 1, kWheelErrors,
+        4 + static_cast<int>(by_slides.cols())};
   }
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
@@ -57,12 +58,30 @@ class RigReprojectionCost : public ceres::CostFunction {
     const Pose3 T_camera_body = from_block(blocks[1]);
     const Pose3 T_body_start = from_block(blocks[2]);
     const Vec3 errors = Eigen::Map<const Vec3>(blocks[4]);
-    const Eigen::Vector4d p_start = Eigen::Map<const Eigen::Vector4d>(blocks[5]);
+    Eigen::Vector4d p_start = Eigen::Map<const Eigen::Vector4d>(blocks[5]);
     const double w = p_start[3];
     const Pose2 by_wheels = moved_.with_offset(blocks[3][0]);
     const Pose2 T_instant_taken = truly_moved(by_wheels, errors);
     const Pose3 T_taken_instant = on_floor(T_instant_taken).inverse();
-    const Vec3 p_taken = seen_from(T_taken_instant, seen_from(T_body_start, p_start)).head<3>();
+    const auto taken = [&] {
+      return Vec3(seen_from(T_taken_instant, seen_from(T_body_start, p_start)).head<3>());
+    };
+    const Mat3 R_camera_start =
+        (T_camera_body.rotation * T_taken_instant.rotation * T_body_start.rotation)
+            .toRotationMatrix();
+    // By shares of the distance: in metres, or of a distance from elsewhere, slides would tell a
+    // metre or a height, of which nothing is seen.
+    double far = 0;
+    Mat3 by_distance = Mat3::Identity();
+    if (by_slides_.cols() > 0) {
+      const Vec3 here = T_camera_body.rotation * taken() + w * T_camera_body.translation;
+      const Vec3 slid_start =
+          by_slides_ * Eigen::Map<const Eigen::VectorXd>(blocks[5] + 4, by_slides_.cols());
+      far = here.norm();
+      p_start.head<3>() += far * slid_start;
+      by_distance += R_camera_start * slid_start * here.transpose() / far;
+    }
+    const Vec3 p_taken = taken();
     const Vec3 p = T_camera_body.rotation * p_taken + w * T_camera_body.translation;
     if (!can_draw(lens, p) || p.norm() < kNearest_m * std::abs(w)) {
       return false;
@@ -73,7 +92,8 @@ class RigReprojectionCost : public ceres::CostFunction {
     if (jacobians == nullptr) {
       return true;
     }
-    const Eigen::Matrix<double, 2, 3> by_p = drawn.px_by_point / sigma_px_;
+    const Eigen::Matrix<double, 2, 3> by_shift = drawn.px_by_point / sigma_px_;
+    const Eigen::Matrix<double, 2, 3> by_p = by_shift * by_distance;
     const Eigen::Matrix<double, 2, 3> by_taken = by_p * T_camera_body.rotation.toRotationMatrix();
     const Eigen::Matrix<double, 2, 3> by_body =
         by_taken * T_taken_instant.rotation.toRotationMatrix();
@@ -108,9 +128,12 @@ class RigReprojectionCost : public ceres::CostFunction {
       J = by_taken * taken_by_errors;
     }
     if (jacobians[5] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 2, 4, Eigen::RowMajor>> J(jacobians[5]);
-      J.leftCols<3>() = by_body * T_body_start.rotation.toRotationMatrix();
+      Eigen::Map<RowMajor> J(jacobians[5], 2, parameter_block_sizes()[5]);
+      const Eigen::Matrix<double, 2, 3> by_start =
+          by_body * T_body_start.rotation.toRotationMatrix();
+      J.leftCols<3>() = by_start;
       J.col(3) = by_p * (T_camera_body * (T_taken_instant * T_body_start.translation));
+      J.rightCols(by_slides_.cols()) = far * by_shift * R_camera_start * by_slides_;
     }
     return true;
   }
@@ -120,6 +143,7 @@ class RigReprojectionCost : public ceres::CostFunction {
   Vec2 seen_px_;
   double sigma_px_;
   BodyMoved moved_;
+  BySlides by_slides_;
 };
 
 class WheelsCost : public ceres::SizedCostFunction<3, 7, 7, kWheelErrors> {
@@ -384,8 +408,15 @@ Pose2 BodyMoved::with_offset(double offset_s) const {
 }
 
 ceres::CostFunction* rig_reprojection_cost(const Intrinsics& lens, const Vec2& seen_px,
-                                           double sigma_px, const BodyMoved& moved) {
-  return new RigReprojectionCost(lens, seen_px, sigma_px, moved);
+                                           double sigma_px, const BodyMoved& moved,
+                                           const BySlides& by_slides) {
+  return new RigReprojectionCost(lens, seen_px, sigma_px, moved, by_slides);
+}
+
+ceres::CostFunction* slides_cost(int first, double sigma_rad) {
+  RowMajor weight = RowMajor::Zero(2, 4 + kSlides);
+  weight.middleCols<2>(4 + first).diagonal().setConstant(1 / sigma_rad);
+  return new KnownCost(Eigen::VectorXd::Zero(4 + kSlides), weight);
 }
 
 ceres::CostFunction* wheels_cost(const Pose2& T_before_now, const WheelSigma& sigma) {

@@ -49,11 +49,24 @@ Eigen::Matrix<double, 6, 1> mounting_moved(const Pose3& from_T_body_camera,
 /// How that moves with the six moves of T_camera_body (pose_block.h), from small ones on.
 Eigen::Matrix<double, 6, 6> mounting_by_moves(const Pose3& T_body_camera);
 
+/// Of what a picture shows of a surface, no place stays quite where it is when it is seen from
+/// nearer, or from aside: it slides, one way and another for each of both.
+inline constexpr int kSlides = 4;
+
+/// What its slides (rad) shift a point by in a view, as shares of its distance from the camera and
+/// along start's axes: a column for each; no columns where it does not slide.
+using BySlides = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kSlides>;
+
 /// A point where a picture of a rig's camera shows it. Blocks: the lens (lens_parameters),
 /// T_camera_body, T_body_start, the clock offset in s, the wheels' errors, the point in start
-/// (homogeneous, as seen_from).
+/// (homogeneous, as seen_from) and its slides.
 ceres::CostFunction* rig_reprojection_cost(const Intrinsics& lens, const Vec2& seen_px,
-                                           double sigma_px, const BodyMoved& moved);
+                                           double sigma_px, const BodyMoved& moved,
+                                           const BySlides& by_slides = {});
+
+/// Two slides of a point, known to be none to a sigma: the solver is faster where all rows of a
+/// point come by two. Block: the point with kSlides slides.
+ceres::CostFunction* slides_cost(int first, double sigma_rad);
 
 /// How well wheels tell a motion: wheels slip along the way rather than across it.
 struct WheelSigma {

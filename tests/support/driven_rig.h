@@ -22,6 +22,7 @@ struct DrivenScene {
   double false_share = 0;
   double noise_px = 0.1;
   double wander_px = 0;  ///< noise of a point that one view hands on to the next of its camera
+  double slide_px = 0;   ///< of a point that is seen from e times nearer, or from a radian aside
   int points_per_camera = 50;
   double near_m = 1.5;
   double far_m = 3;  ///< heights grow with it
@@ -116,6 +117,10 @@ inline DrivenRig driven_rig(const std::vector<RigCamera>& truth, const DrivenSce
     }
     int own = 0;
     std::vector<Vec2> wander(truth.size(), Vec2::Zero());
+    Eigen::Matrix2d slides = Eigen::Matrix2d::Zero();
+    if (scene.slide_px > 0) {
+      slides = Eigen::Matrix2d::NullaryExpr([&] { return scene.slide_px * rng.normal(); });
+    }
     for (RigSeen& each : seen) {
       if (scene.wander_px > 0) {
         constexpr double kHandedOn = 0.9;
@@ -123,6 +128,12 @@ inline DrivenRig driven_rig(const std::vector<RigCamera>& truth, const DrivenSce
         off = kHandedOn * off + std::sqrt(1 - kHandedOn * kHandedOn) * scene.wander_px *
                                     Vec2(rng.normal(), rng.normal());
         each.px += off;
+      }
+      if (scene.slide_px > 0) {
+        const Vec3 away = at - T_start_camera[each.view].translation;
+        each.px += slides * Vec2(std::log(far_m / away.norm()),
+                                 std::atan2(at.x() * away.y() - at.y() * away.x(),
+                                            at.x() * away.x() + at.y() * away.y()));
       }
       each.px += scene.noise_px * Vec2(rng.normal(), rng.normal());
       if (rng.uniform() < scene.false_share) {

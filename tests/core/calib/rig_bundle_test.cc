@@ -171,6 +171,21 @@ TEST(RigBundle, KnowsThatWhatIsSeenOfAPointMayBeOffTogether) {
   EXPECT_GT(normalised, 0.4);
 }
 
+TEST(RigBundle, LearnsByHowMuchPointsSlideWhenTheyAreSeenFromElsewhere) {
+  double normalised = 0;
+  constexpr int kRuns = 3;
+  for (int seed = 0; seed < kRuns; ++seed) {
+    DrivenRig of = drive({.noise_px = 0.05, .slide_px = 1}, noisy(), Rng(40 + seed));
+    const RigBundle bundle = adjusted(of);
+    const auto e = relative_error(of, bundle);
+    const auto P = bundle.known.relative(bundle.state, 0, 1);
+    normalised += e.dot(P.ldlt().solve(e)) / 6 / kRuns;
+    EXPECT_NEAR(bundle.slide_rad * of.truth[0].intrinsics.fx_px, 1, 0.35) << seed;
+  }
+  EXPECT_LT(normalised, 1.4);
+  EXPECT_GT(normalised, 0.4);
+}
+
 TEST(RigBundle, WithoutWheelsAllIsToldUpToWhereTheBodyIsAndToScale) {
   RigBundleOptions options;
   options.systematic_px = 0;

@@ -84,6 +84,10 @@ TEST(RigCosts, ReprojectionHasItsDerivatives) {
   const Eigen::VectorXd numbers = lens_parameters(lens);
   const std::unique_ptr<ceres::CostFunction> cost(
       rig_reprojection_cost(lens, {300, 200}, 0.5, moved));
+  BySlides by_slides(3, kSlides);
+  by_slides << 0.1, 0.02, -0.08, 0, 0.05, -0.1, 0.03, 0.1, -0.02, 0.07, 0.1, -0.04;
+  const std::unique_ptr<ceres::CostFunction> slides(
+      rig_reprojection_cost(lens, {300, 200}, 0.5, moved, by_slides));
   for (const double w : {1.0, 0.3, 0.0, -0.01}) {  // also of a direction, and of one beyond it
     const Vec3 x = w > 0 ? Vec3(w * p_start) : p_start;
     expect_derivatives(*cost,
@@ -94,7 +98,39 @@ TEST(RigCosts, ReprojectionHasItsDerivatives) {
                         {0.01, -0.02, 0.03},
                         {x.x(), x.y(), x.z(), w}},
                        1e-5);
+    expect_derivatives(*slides,
+                       {Block(numbers.data(), numbers.data() + numbers.size()),
+                        pose(T_camera_body),
+                        pose(kBodyStart),
+                        {0.013},
+                        {0.01, -0.02, 0.03},
+                        {x.x(), x.y(), x.z(), w, 0.001, -0.002, 0.003, 0.001}},
+                       1e-3);
   }
+}
+
+TEST(RigCosts, SlidesTellNoScale) {
+  const Intrinsics lens = lens_of_view(640, 480, deg_to_rad(80), BrownConrady{-0.2, 0.03, 0, 0, 0});
+  const Eigen::VectorXd numbers = lens_parameters(lens);
+  BySlides by_slides(3, kSlides);
+  by_slides << 0.1, 0.02, -0.08, 0, 0.05, -0.1, 0.03, 0.1, -0.02, 0.07, 0.1, -0.04;
+  const std::unique_ptr<ceres::CostFunction> cost(
+      rig_reprojection_cost(lens, {300, 200}, 0.5, {}, by_slides));
+  const auto seen = [&](double metre) {
+    Pose3 T_camera_body = mounted_camera({0.1, 0.05, 0.7}, 0.3, 0.1).inverse();
+    Pose3 T_body_start = kBodyStart;
+    const Vec3 p = metre * ((T_camera_body * T_body_start).inverse() * Vec3(0.4, -0.3, 2));
+    T_camera_body.translation *= metre;
+    T_body_start.translation *= metre;
+    const Eigen::Vector4d h = p.homogeneous().normalized();
+    return residuals(*cost, {Block(numbers.data(), numbers.data() + numbers.size()),
+                             pose(T_camera_body),
+                             pose(T_body_start),
+                             {0},
+                             {0, 0, 0},
+                             {h[0], h[1], h[2], h[3], 0.1, -0.2, 0.3, 0.1}});
+  };
+  EXPECT_LT((seen(1) - seen(1.7)).norm(), 1e-9 * seen(1).norm());
 }
 
 TEST(RigCosts, WheelsHaveTheirDerivativesAndAgreeWithTheArcThatWasDriven) {
