@@ -20,6 +20,7 @@
 #include "core/calib/pose_block.h"
 #include "core/calib/reprojection_cost.h"
 #include "core/calib/schur_bundle.h"
+#include "core/calib/slides_by_views.h"
 #include "core/camera/lens_parameters.h"
 #include "core/camera/mounting.h"
 #include "core/geometry/cross_matrix.h"
@@ -127,7 +128,7 @@ Blocks to_blocks(const RigBundleState& state) {
   }
   for (const Vec3& p : state.points_start) {
     const Eigen::Vector4d h = p.homogeneous().normalized();
-    blocks.p_start.push_back({h[0], h[1], h[2], h[3], 0, 0, 0, 0});
+    blocks.p_start.push_back({h[0], h[1], h[2], h[3]});
   }
   return blocks;
 }
@@ -308,45 +309,12 @@ class Adjustment {
                                    .inverse()
                                    .translation);
     }
-    const auto ray = [&](const RigSeen& seen) -> Vec3 {
+    std::vector<Vec3> ray_start;
+    for (const RigSeen& seen : tracks_.seen) {
       const Eigen::Vector4d p = point(blocks_.p_start[seen.point]);
-      return p.head<3>() - p[3] * p_camera_start[seen.view];
-    };
-    struct Mean {
-      Vec3 direction = Vec3::Zero();  // of length `count`, about
-      double log_far = 0;
-      double aside = 0;
-      int count = 0;
-    };
-    std::vector<Mean> means(blocks_.p_start.size());
-    for (const RigSeen& seen : tracks_.seen) {
-      if (seen.believed) {
-        Mean& mean = means[seen.point];
-        mean.direction += ray(seen).normalized();
-        mean.log_far += std::log(ray(seen).norm());
-        ++mean.count;
-      }
+      ray_start.emplace_back(p.head<3>() - p[3] * p_camera_start[seen.view]);
     }
-    const auto aside = [&](const RigSeen& seen) -> Vec3 {  // horizontally
-      return Vec3::UnitZ().cross(means[seen.point].direction).normalized();
-    };
-    for (const RigSeen& seen : tracks_.seen) {
-      if (seen.believed) {
-        means[seen.point].aside += aside(seen).dot(ray(seen).normalized());
-      }
-    }
-    for (std::size_t i = 0; i < tracks_.seen.size(); ++i) {
-      const RigSeen& seen = tracks_.seen[i];
-      const Mean& mean = means[seen.point];
-      by_slides_[i].setZero();
-      if (mean.count > 0) {
-        const Vec3 x = aside(seen);
-        const Vec3 y = mean.direction.normalized().cross(x);
-        const double nearer = mean.log_far / mean.count - std::log(ray(seen).norm());
-        const double by = x.dot(ray(seen).normalized()) - mean.aside / mean.count;
-        by_slides_[i] << nearer * x, nearer * y, by * x, by * y;
-      }
-    }
+    by_slides_ = slides_by_views(tracks_.seen, ray_start, blocks_.p_start.size());
   }
 
   /// What one picture alone shows tells nothing.
@@ -460,12 +428,13 @@ class Adjustment {
 
   // By the points that tell it best: what they would slide by without what is known of it before.
   void learn_slides() {
+    constexpr double kSingular = 1e-12;
     std::vector<std::array<double, 2>> variance_and_square;
     const std::vector<PointTold> told = points_told();
     for (std::size_t i = 0; i < told.size(); ++i) {
       const Eigen::LDLT<PointTold::Square> solved(told[i].information);
       if (2 * told[i].count > 4 + kSlides && solved.info() == Eigen::Success &&
-          solved.rcond() > 1e-12) {
+          solved.rcond() > kSingular) {
         const PointTold::Square covariance = solved.solve(PointTold::Square::Identity());
         const Eigen::Matrix<double, kSlides, 1> slid =
             slides(blocks_.p_start[i]) - (covariance * told[i].gradient).tail<kSlides>();
@@ -742,7 +711,6 @@ class Adjustment {
   Eigen::VectorXd mounting_precision() const;
   Eigen::VectorXd systematic() const;
   void make_directions();
-  std::vector<std::size_t> neighbours() const;
   Told what_is_told();
   std::optional<Kept> as_believed(const Told& told) const;
   std::vector<std::vector<std::string>> named(const Eigen::MatrixXd& open) const;
@@ -762,6 +730,24 @@ class Adjustment {
   std::vector<BySlides> by_slides_;  // by what is seen
   bool no_metre_ = false;            // a turn on the spot, or no wheels
 };
+
+/// Points that are about at one place, of one map or of several, by the number of it: what is seen
+/// of the same thing is off together.
+std::vector<std::size_t> places(const std::vector<Vec3>& points) {
+  constexpr double kPlace = 0.05;  // of the way to most points
+  std::vector<double> away_m;
+  for (const Vec3& p : points) {
+    away_m.push_back(p.norm());
+  }
+  const double place_m = points.empty() ? 1 : kPlace * median(std::move(away_m));
+  std::map<std::array<double, 3>, std::size_t> numbers;
+  std::vector<std::size_t> out;
+  for (const Vec3& p : points) {
+    const Vec3 at = (p / place_m).array().floor();
+    out.push_back(numbers.try_emplace({at.x(), at.y(), at.z()}, numbers.size()).first->second);
+  }
+  return out;
+}
 
 /// What the rows of a Jacobian tell of all but the points: each point is eliminated by its own
 /// rows' QR, which keeps the digits that the normal equations of what is hardly seen lose. The
@@ -877,25 +863,6 @@ void Adjustment::make_directions() {
   }
 }
 
-/// Points that are about at one place, of one map or of several, by the number of it: what is seen
-/// of the same thing is off together.
-std::vector<std::size_t> Adjustment::neighbours() const {
-  constexpr double kPlace = 0.05;  // of the way to most points
-  const std::vector<Vec3> points = to_state(blocks_, state_).points_start;
-  std::vector<double> away_m;
-  for (const Vec3& p : points) {
-    away_m.push_back(p.norm());
-  }
-  const double place_m = points.empty() ? 1 : kPlace * median(std::move(away_m));
-  std::map<std::array<double, 3>, std::size_t> places;
-  std::vector<std::size_t> out;
-  for (const Vec3& p : points) {
-    const Vec3 at = (p / place_m).array().floor();
-    out.push_back(places.try_emplace({at.x(), at.y(), at.z()}, places.size()).first->second);
-  }
-  return out;
-}
-
 // The points are eliminated first, then the poses (Schur): what is left tells of the rig alone.
 Scattered Adjustment::information() {
   const RigCovariance at = rows();
@@ -915,7 +882,7 @@ Scattered Adjustment::information() {
     how.parameter_blocks.push_back(block.data());
   }
   const Eigen::Index poses = 6 * static_cast<Eigen::Index>(blocks_.T_body_start.size());
-  const std::vector<std::size_t> clusters = neighbours();
+  const std::vector<std::size_t> clusters = places(to_state(blocks_, state_).points_start);
   std::vector<std::size_t> cluster_of_point;
   for (std::size_t i = 0; i < blocks_.p_start.size(); ++i) {
     if (problem.HasParameterBlock(blocks_.p_start[i].data())) {

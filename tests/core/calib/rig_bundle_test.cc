@@ -63,6 +63,12 @@ double metre(const DrivenRig& of, const RigBundle& bundle) {
   return far_m(bundle.state.points_start) / far_m(of.points_start);
 }
 
+/// What the second camera is off by as the first one sees it, squared, a dimension.
+double normalised_error(const DrivenRig& of, const RigBundle& bundle) {
+  const auto e = relative_error(of, bundle);
+  return e.dot(bundle.known.relative(bundle.state, 0, 1).ldlt().solve(e)) / 6;
+}
+
 TEST(RigBundle, FindsTheRigAndHowWellItIsKnown) {
   double normalised = 0;
   double metres = 0;
@@ -83,7 +89,7 @@ TEST(RigBundle, FindsTheRigAndHowWellItIsKnown) {
       EXPECT_NEAR(bundle.state.clock_offset_s[c], of.truth[c].clock_offset_s, 0.004);
     }
     metres += metre(of, bundle) / kRuns;
-    normalised += e.dot(bundle.known.relative(bundle.state, 0, 1).ldlt().solve(e)) / 6;
+    normalised += normalised_error(of, bundle);
   }
   // Wheels that roll a metre off by 5 mm, together some seven metres each run; the metre that their
   // prior has is 1.
@@ -162,9 +168,7 @@ TEST(RigBundle, KnowsThatWhatIsSeenOfAPointMayBeOffTogether) {
   for (int seed = 0; seed < kRuns; ++seed) {
     DrivenRig of = drive({.noise_px = 0.05, .wander_px = 0.2}, noisy(), Rng(40 + seed));
     const RigBundle bundle = adjusted(of);
-    const auto e = relative_error(of, bundle);
-    const auto P = bundle.known.relative(bundle.state, 0, 1);
-    normalised += e.dot(P.ldlt().solve(e)) / 6 / kRuns;
+    normalised += normalised_error(of, bundle) / kRuns;
   }
   // As if all noise were independent it would be 2.1.
   EXPECT_LT(normalised, 1.4);
@@ -177,9 +181,7 @@ TEST(RigBundle, LearnsByHowMuchPointsSlideWhenTheyAreSeenFromElsewhere) {
   for (int seed = 0; seed < kRuns; ++seed) {
     DrivenRig of = drive({.noise_px = 0.05, .slide_px = 1}, noisy(), Rng(40 + seed));
     const RigBundle bundle = adjusted(of);
-    const auto e = relative_error(of, bundle);
-    const auto P = bundle.known.relative(bundle.state, 0, 1);
-    normalised += e.dot(P.ldlt().solve(e)) / 6 / kRuns;
+    normalised += normalised_error(of, bundle) / kRuns;
     EXPECT_NEAR(bundle.slide_rad * of.truth[0].intrinsics.fx_px, 1, 0.35) << seed;
   }
   EXPECT_LT(normalised, 1.4);
@@ -215,7 +217,7 @@ TEST(RigBundle, WithoutWheelsAllIsToldUpToWhereTheBodyIsAndToScale) {
     EXPECT_NEAR(metre(of, bundle), found.norm() / truth.norm(), 0.005);
     const auto e = relative_error(of, bundle);
     EXPECT_LT(e.head<3>().norm(), deg_to_rad(0.05));
-    normalised += e.dot(bundle.known.relative(bundle.state, 0, 1).ldlt().solve(e)) / 6;
+    normalised += normalised_error(of, bundle);
   }
   EXPECT_GT(normalised / kRuns, 1 - 3 * std::sqrt(2.0 / (6 * kRuns)));
   EXPECT_LT(normalised / kRuns, 1 + 3 * std::sqrt(2.0 / (6 * kRuns)));
