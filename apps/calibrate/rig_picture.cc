@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,7 +23,6 @@ namespace {
 constexpr double kMargin = 20;
 constexpr double kTitle = 46;
 constexpr double kLine = 22;
-constexpr double kLegend = 4 * kLine;
 constexpr double kSide = 620;
 constexpr double kWidestWedge_rad = deg_to_rad(60);
 const double kOf95 = std::sqrt(5.991);  // chi-squared of two numbers
@@ -56,6 +57,37 @@ double draw_grid(const Square& square, Canvas& canvas) {
   return step;
 }
 
+struct LegendEntry {
+  std::string words;
+  std::optional<std::size_t> camera;  ///< else it is of the path
+  double mark = 14;                   ///< room before the words
+  Vec2 at = Vec2::Zero();             ///< below what the map is called
+};
+
+/// Of the map, in as many lines as it takes.
+std::vector<LegendEntry> map_legend(const RigCalibration& calibration) {
+  std::vector<std::size_t> points(calibration.cameras.size(), 0);
+  for (const int map : calibration.map_of_point) {
+    ++points[static_cast<std::size_t>(map)];
+  }
+  std::vector<LegendEntry> entries;
+  for (std::size_t c = 0; c < points.size(); ++c) {
+    entries.push_back(
+        {fmt::format("{}: {}", calibration.cameras[c], counted(points[c], "point")), c});
+  }
+  entries.push_back({"path of the robot", std::nullopt, 30});
+  Vec2 at(0, kLine);
+  for (LegendEntry& entry : entries) {
+    const double needs = entry.mark + Canvas::text_width(entry.words, 15) + 20;
+    if (at.x() + needs > kSide) {
+      at = Vec2(0, at.y() + kLine);
+    }
+    entry.at = at;
+    at.x() += needs;
+  }
+  return entries;
+}
+
 void draw_map(const RigCalibration& calibration, Canvas& canvas, Square square) {
   const RigBundleState& state = calibration.bundle.state;
   std::vector<double> xs;
@@ -87,29 +119,15 @@ void draw_map(const RigCalibration& calibration, Canvas& canvas, Square square) 
   const Vec2 below = square.low_px + Vec2(0, kSide + 22);
   canvas.text("The joint map from above", below, kInk);
   square.draw_scale_bar(canvas, step);
-  std::vector<int> points(calibration.cameras.size(), 0);
-  for (const int map : calibration.map_of_point) {
-    ++points[static_cast<std::size_t>(map)];
-  }
-  Vec2 at = below + Vec2(0, kLine);
-  const auto next = [&at, &square, &canvas](const std::string& words, double mark) {
-    const double needs = mark + Canvas::text_width(words, 15) + 20;
-    if (at.x() + needs > square.low_px.x() + kSide) {
-      at = Vec2(square.low_px.x(), at.y() + kLine);
+  for (const LegendEntry& entry : map_legend(calibration)) {
+    const Vec2 at = below + entry.at;
+    canvas.text(entry.words, at + Vec2(entry.mark, 0), kInk);
+    if (entry.camera) {
+      canvas.disc(at + Vec2(5, -5), 4, nth_colour(*entry.camera));
+    } else {
+      canvas.line(at + Vec2(0, -5), at + Vec2(22, -5), kInk, 2);
     }
-    canvas.text(words, at + Vec2(mark, 0), kInk);
-    const Vec2 mark_at = at;
-    at.x() += needs;
-    return mark_at;
-  };
-  for (std::size_t c = 0; c < points.size(); ++c) {
-    const Vec2 mark = next(fmt::format("{}: {}", calibration.cameras[c],
-                                       counted(static_cast<std::size_t>(points[c]), "point")),
-                           14);
-    canvas.disc(mark + Vec2(5, -5), 4, nth_colour(c));
   }
-  const Vec2 mark = next("path of the robot", 30);
-  canvas.line(mark + Vec2(0, -5), mark + Vec2(22, -5), kInk, 2);
 }
 
 /// Of where a camera is, as the first one sees it; of the first one in the body, where wheels tell.
@@ -187,8 +205,9 @@ void draw_mounting(const RigCalibration& calibration, const Rig& believed, Canva
 }  // namespace
 
 cv::Mat draw_rig(const RigCalibration& calibration, const Rig& believed, Verdict verdict) {
+  const double legend = std::max(2 * kLine, map_legend(calibration).back().at.y());
   Canvas canvas(static_cast<int>(2 * kSide + 3 * kMargin),
-                static_cast<int>(kTitle + kSide + kLegend), kPaper);
+                static_cast<int>(kTitle + kSide + legend + 2 * kLine), kPaper);
   canvas.text(fmt::format("{}: {}, {} keyframes, {} observations, {} of other cameras' points; "
                           "reprojection {:.2f} px",
                           name(verdict), counted(calibration.cameras.size(), "camera"),
