@@ -384,10 +384,12 @@ ExploreChoice Explorer::choose(Time now, const DrivableGrid& grid, const Pose2& 
                                                T_map_body, T_map_keyframes, standing_map, target)
                              : choose_random(std::get<RandomOptions>(options_.method), now, grid,
                                              T_map_body, T_map_keyframes);
-  const bool kept = goal_ && choice.goal && goal_->pose_map == choice.goal->pose_map;
-  goal_ = choice.goal;
-  if (goal_ && !kept) {
-    goal_place_.emplace(goal_->pose_map, T_map_keyframes);
+  if (choice.goal) {  // else the present one stays, for a grid that has a way to it
+    const bool kept = goal_ && goal_->pose_map == choice.goal->pose_map;
+    goal_ = choice.goal;
+    if (!kept) {
+      goal_place_.emplace(goal_->pose_map, T_map_keyframes);
+    }
   }
   return choice;
 }

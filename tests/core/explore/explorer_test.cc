@@ -216,6 +216,23 @@ TEST(Explorer, KeepsItsGoalWhileNothingIsClearlyBetter) {
   EXPECT_EQ(first.goal->pose_map, second.goal->pose_map);
 }
 
+// What is near may block every way for a moment; the map alone is asked then.
+TEST(Explorer, KeepsItsGoalWhileOneOfItsGridsHasNoWayToAny) {
+  Explorer explorer = make_explorer();
+  const OccupancyMap map = half_known();
+  OccupancyMap walled_in = map;
+  test::fill(walled_in, 1.5, 0, 1.6, 4, Cell::kOccupied);
+  const ExploreChoice first = explorer.choose(Time(), grid_of(map), {1, 2, 0});
+  const ExploreChoice none = explorer.choose(time_at(1), grid_of(walled_in), {1, 2.1, -1.5});
+  const ExploreChoice second = explorer.choose(time_at(1), grid_of(map), {1, 2.1, -1.5});
+  ASSERT_TRUE(first.goal && second.goal);
+  EXPECT_FALSE(none.goal);
+  EXPECT_EQ(first.goal->pose_map, second.goal->pose_map);
+  const ExploreChoice anew = make_explorer().choose(time_at(1), grid_of(map), {1, 2.1, -1.5});
+  ASSERT_TRUE(anew.goal);
+  EXPECT_NE(first.goal->pose_map, anew.goal->pose_map) << "the pose tells the two apart";
+}
+
 // What a view counts through a gap between two cells is seen from there, or looking would never
 // end.
 TEST(Explorer, EndsWhereNoLookShowsAnything) {
