@@ -128,6 +128,7 @@ Json rig_figures(const RigCalibration& calibration, const std::optional<Rig>& tr
   const RigBundle& bundle = calibration.bundle;
   figures["reprojection_rms_px"] = {{"before", bundle.rms_before_px},
                                     {"after", bundle.rms_after_px}};
+  figures["slide_rad"] = bundle.slide_rad;
   figures["observations"] = bundle.observations;
   figures["inter_map_matches"] = bundle.observations_other;
   figures["left_out"] = bundle.left_out;

@@ -709,7 +709,7 @@ class Adjustment {
   Scattered information();
   Eigen::VectorXd sigmas() const;
   Eigen::VectorXd mounting_precision() const;
-  Eigen::VectorXd systematic() const;
+  Eigen::MatrixXd systematic() const;
   void make_directions();
   Told what_is_told();
   std::optional<Kept> as_believed(const Told& told) const;
@@ -949,8 +949,9 @@ Eigen::VectorXd Adjustment::mounting_precision() const {
   return precision;
 }
 
-/// What no run makes surer: standard deviations.
-Eigen::VectorXd Adjustment::systematic() const {
+/// What no run makes surer, as the root of a covariance: of each number by itself, then of all
+/// cameras together about the body's axes.
+Eigen::MatrixXd Adjustment::systematic() const {
   const RigCovariance at = rows();
   std::vector<std::vector<double>> away_m(believed_.size());
   for (const RigSeen& seen : tracks_.seen) {
@@ -963,18 +964,26 @@ Eigen::VectorXd Adjustment::systematic() const {
       away_m[view.camera].push_back(far_m / std::max(p_body[3], far_m / kFarthest_m));
     }
   }
-  Eigen::VectorXd sigma = Eigen::VectorXd::Zero(at.wheels + kWheelErrors);
+  const Eigen::Index rig = at.wheels + kWheelErrors;
+  Eigen::VectorXd sigma = Eigen::VectorXd::Zero(rig);
+  Eigen::MatrixXd together = Eigen::MatrixXd::Zero(rig, 3);
+  const double together_rad = options_.systematic_lens_px / state_.lenses.front().fx_px;
   for (std::size_t c = 0; c < believed_.size(); ++c) {
     const Intrinsics& lens = state_.lenses[c];
-    const double turn_rad = options_.systematic_px / lens.fx_px;
+    const double turn_rad = options_.systematic_mounting_px / lens.fx_px;
     auto of = sigma.segment<10>(at.camera[c]);
     of.head<3>().setConstant(turn_rad);
     of.segment<3>(3).setConstant(away_m[c].empty() ? 0 : turn_rad * median(away_m[c]));
-    of.segment<2>(6).setConstant(turn_rad * lens.fx_px * lens.fx_px /
+    of.segment<2>(6).setConstant(options_.systematic_lens_px * lens.fx_px /
                                  (0.5 * lens.width_px));  // at the picture's edge
-    of.segment<2>(8).setConstant(options_.systematic_px);
+    of.segment<2>(8).setConstant(options_.systematic_lens_px);
+    const Vec3 t = from_block(blocks_.T_camera_body[c].data()).inverse().translation;
+    together.block<3, 3>(at.camera[c], 0) = together_rad * Mat3::Identity();
+    together.block<3, 3>(at.camera[c] + 3, 0) = -together_rad * cross_matrix(t);
   }
-  return sigma;
+  Eigen::MatrixXd root(rig, rig + 3);
+  root << Eigen::MatrixXd(sigma.asDiagonal()), together;
+  return root;
 }
 
 Adjustment::Told Adjustment::what_is_told() {
@@ -995,10 +1004,11 @@ Adjustment::Told Adjustment::what_is_told() {
   }
   const Eigen::MatrixXd seen =
       along.eigenvectors() * precision.asDiagonal() * along.eigenvectors().transpose();
-  // With what no run makes surer: (seen^-1 + systematic^2)^-1, also where seen has no inverse.
-  const Eigen::VectorXd root = systematic().cwiseQuotient(told.unit);
-  const Eigen::MatrixXd by_root = root.asDiagonal() * seen;
-  const Eigen::MatrixXd inner = Eigen::MatrixXd::Identity(rig, rig) + by_root * root.asDiagonal();
+  // With what no run makes surer: (seen^-1 + root root^T)^-1, also where seen has no inverse.
+  const Eigen::MatrixXd root = told.unit.cwiseInverse().asDiagonal() * systematic();
+  const Eigen::MatrixXd by_root = root.transpose() * seen;
+  const Eigen::MatrixXd inner =
+      Eigen::MatrixXd::Identity(root.cols(), root.cols()) + by_root * root;
   const Eigen::MatrixXd known = seen - by_root.transpose() * inner.ldlt().solve(by_root);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(0.5 * (known + known.transpose()));
   told.covariance = Eigen::MatrixXd::Zero(rig, rig);

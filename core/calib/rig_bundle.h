@@ -64,10 +64,12 @@ struct RigBundleOptions {
   bool has_wheels = true;
   double inlier_sigma = 3;  ///< by which an observation may be off
   int iterations = 50;
-  /// What no run makes surer: a lens is not what its model says, and places of what a picture shows
-  /// lie off the same way whenever it is seen. So much were cameras off in rendered rooms, beyond
-  /// their noise.
-  double systematic_px = 0.025;
+  /// What no run makes surer: a lens is not what its model says, a floor is not plane, and places
+  /// of what a picture shows lie off the same way whenever it is seen. So much were cameras off in
+  /// rendered rooms, beyond their noise: lenses, and all cameras together against the floor, and
+  /// cameras against one another.
+  double systematic_lens_px = 0.025;
+  double systematic_mounting_px = 0.005;
 };
 
 /// How far wheels and floor are off. What wheels are off by grows with the root of the way that

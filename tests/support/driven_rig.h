@@ -160,7 +160,8 @@ inline DrivenRig driven_rig(const std::vector<RigCamera>& truth, const DrivenSce
 /// Without what no picture makes surer: there are none.
 inline RigBundle adjusted(DrivenRig& of) {
   RigBundleOptions options;
-  options.systematic_px = 0;
+  options.systematic_lens_px = 0;
+  options.systematic_mounting_px = 0;
   return adjust_rig(
       options, of.believed, [&of](Time at) { return of.rose.wheels(at); }, of.tracks, of.start);
 }

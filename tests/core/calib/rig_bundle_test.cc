@@ -190,7 +190,8 @@ TEST(RigBundle, LearnsByHowMuchPointsSlideWhenTheyAreSeenFromElsewhere) {
 
 TEST(RigBundle, WithoutWheelsAllIsToldUpToWhereTheBodyIsAndToScale) {
   RigBundleOptions options;
-  options.systematic_px = 0;
+  options.systematic_lens_px = 0;
+  options.systematic_mounting_px = 0;
   options.has_wheels = false;
   double normalised = 0;
   constexpr int kRuns = 6;
