@@ -178,9 +178,8 @@ void say(const CameraMap& told, const Judged& judged, const Json& figures) {
 Judged judged(const CameraMap& told, const RigCamera& believed) {
   Judged judged = judge_map(told.map, told.adjusted, believed);
   if (told.cut_short_s) {
-    judged.verdict = std::max(judged.verdict, Verdict::kPoor);
-    judged.reasons.push_back(
-        fmt::format("it is of the first {:.1f} s of the recording alone", *told.cut_short_s));
+    judged.doubt(Verdict::kPoor, fmt::format("it is of the first {:.1f} s of the recording alone",
+                                             *told.cut_short_s));
   }
   return judged;
 }

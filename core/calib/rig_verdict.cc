@@ -255,7 +255,7 @@ Rig believed_after(Rig found, const Rig& before, const Judged& judged) {
     camera.sigma = before.cameras.at(name).sigma;
   }
   found.covariance.reset();
-  found.doubts = judged.reasons;
+  found.doubts = judged.doubts;
   return found;
 }
 

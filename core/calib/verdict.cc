@@ -20,6 +20,9 @@ std::string_view name(Verdict verdict) {
 
 void Judged::doubt(Verdict at_best, std::string why) {
   verdict = std::max(verdict, at_best);
+  if (at_best != Verdict::kGood) {
+    doubts.push_back(why);
+  }
   reasons.push_back(std::move(why));
 }
 

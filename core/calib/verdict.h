@@ -13,7 +13,8 @@ std::string_view name(Verdict verdict);
 
 struct Judged {
   Verdict verdict = Verdict::kGood;
-  std::vector<std::string> reasons;  ///< in words, with what to do
+  std::vector<std::string> reasons;  ///< in words, with what to do,
+  std::vector<std::string> doubts;   ///< and those that the verdict is no better for
 
   /// No better than `at_best`, and why.
   void doubt(Verdict at_best, std::string why);

@@ -119,6 +119,7 @@ TEST(RigVerdict, ACameraWithoutAMapIsJudgedByThePointsOfOthers) {
   rig.calibration.by_others[1] = "it is covered";
   rig.calibration.shared[1] = 60;
   EXPECT_EQ(rig.judged().verdict, Verdict::kGood);
+  EXPECT_THAT(rig.judged().doubts, IsEmpty()) << "it is said, and nothing is held against it";
   rig.calibration.shared[1] = 59;
   const Judged judged = rig.judged();
   EXPECT_EQ(judged.verdict, Verdict::kPoor);
