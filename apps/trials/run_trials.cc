@@ -202,7 +202,7 @@ int run_planned(const TrialsOptions& options, std::vector<Trial>& trials, double
   if (options.study) {
     print_study(options, trials);
   } else if (!groups.empty()) {
-    print_table(groups);
+    print_tables(groups);
   }
   report_recognition(options, trials);
   for (const Trial& trial : trials) {

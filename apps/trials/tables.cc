@@ -85,6 +85,9 @@ std::string table_legend() {
     head.resize(16, ' ');
     text += "  " + head + column.what + " (" + column.figure + ")\n";
   }
+  text +=
+      "Settings that are varied are compared with the first of their mission, by runs of the same "
+      "seed.\n";
   return text;
 }
 
@@ -178,7 +181,7 @@ std::vector<TrialGroup> groups_of(const std::vector<Trial>& trials) {
     }
     if (groups.empty() || groups.back().mission != trial.mission ||
         groups.back().values != trial.values) {
-      groups.push_back({trial.mission, trial.values, trial.setting, 0, 0, {}, {}});
+      groups.push_back({trial.mission, trial.values, trial.setting, 0, 0, {}, {}, {}});
     }
     TrialGroup& group = groups.back();
     ++group.runs;
@@ -189,10 +192,57 @@ std::vector<TrialGroup> groups_of(const std::vector<Trial>& trials) {
         group.order.push_back(name);
       }
       values.push_back(value);
+      group.seeds[name].push_back(trial.seed);
     }
   }
   return groups;
 }
+
+namespace {
+
+/// The first of the group's mission, which the others are compared with.
+const TrialGroup& baseline(const std::vector<TrialGroup>& groups, const TrialGroup& group) {
+  return *std::find_if(groups.begin(), groups.end(),
+                       [&](const TrialGroup& g) { return g.mission == group.mission; });
+}
+
+/// By how much a score is larger than the other group's, by the seeds that both have.
+std::optional<PairedDifference> difference(const TrialGroup& group, const TrialGroup& other,
+                                           const std::string& score) {
+  if (!group.scores.contains(score) || !other.scores.contains(score)) {
+    return std::nullopt;
+  }
+  std::vector<double> values;
+  std::vector<double> others;
+  const std::vector<std::uint64_t>& seeds = other.seeds.at(score);
+  for (std::size_t i = 0; i < group.seeds.at(score).size(); ++i) {
+    const auto same = std::find(seeds.begin(), seeds.end(), group.seeds.at(score)[i]);
+    if (same != seeds.end()) {
+      values.push_back(group.scores.at(score)[i]);
+      others.push_back(other.scores.at(score)[static_cast<std::size_t>(same - seeds.begin())]);
+    }
+  }
+  if (values.empty()) {
+    return std::nullopt;
+  }
+  return paired_difference(values, others);
+}
+
+/// Of each score, where a difference can be told at all: of two runs or more.
+Json differences_json(const TrialGroup& group, const TrialGroup& other) {
+  Json out = Json::object();
+  for (const std::string& score : group.order) {
+    const std::optional<PairedDifference> found = difference(group, other, score);
+    if (found && found->mean.count > 1) {
+      out[score] = {{"mean", found->mean.mean},        {"low", found->mean.low},
+                    {"high", found->mean.high},        {"pairs", found->mean.count},
+                    {"detectable", found->detectable}, {"shows", found->shows()}};
+    }
+  }
+  return out;
+}
+
+}  // namespace
 
 void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trials,
                    const std::vector<TrialGroup>& groups, const std::string& outcome,
@@ -241,6 +291,9 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
       scores[name] = {{"mean", m.mean}, {"low", m.low}, {"high", m.high}, {"count", m.count}};
     }
     setting["scores"] = scores;
+    if (const TrialGroup& first = baseline(groups, group); &first != &group) {
+      setting["differences"] = differences_json(group, first);
+    }
     settings.push_back(setting);
   }
   metrics["runs"] = runs;
@@ -260,35 +313,12 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
              metrics.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
-void print_table(const std::vector<TrialGroup>& groups) {
-  bool averaged = false;
-  std::vector<std::vector<std::string>> lines{{"mission", "passed"}};
-  std::vector<const Column*> shown;
-  for (const Column& column : kColumns) {
-    if (std::any_of(groups.begin(), groups.end(),
-                    [&](const TrialGroup& g) { return g.scores.contains(column.figure); })) {
-      shown.push_back(&column);
-      lines[0].emplace_back(column.head);
-    }
-  }
-  for (const TrialGroup& group : groups) {
-    lines.push_back({group.mission + (group.setting.empty() ? "" : " " + group.setting),
-                     std::to_string(group.passed) + "/" + std::to_string(group.runs)});
-    for (const Column* column : shown) {
-      const auto values = group.scores.find(column->figure);
-      if (values == group.scores.end()) {
-        lines.back().emplace_back("-");
-        continue;
-      }
-      const MeanInterval m = mean_interval(values->second);
-      std::string cell = fixed(column->scale * m.mean, column->digits);
-      if (m.count > 1) {
-        averaged = true;
-        cell += " +- " + fixed(column->scale * (m.high - m.mean), column->digits);
-      }
-      lines.back().push_back(cell);
-    }
-  }
+namespace {
+
+using Lines = std::vector<std::vector<std::string>>;
+
+/// The first cell of a line to the left, the others to the right.
+void print_aligned(const Lines& lines) {
   std::vector<std::size_t> widths(lines[0].size(), 0);
   for (const auto& line : lines) {
     for (std::size_t i = 0; i < line.size(); ++i) {
@@ -303,8 +333,97 @@ void print_table(const std::vector<TrialGroup>& groups) {
     }
     std::printf("%s\n", text.c_str());
   }
+}
+
+std::string plus_minus(const Column& column, const MeanInterval& m) {
+  return m.count > 1 ? " +- " + fixed(column.scale * (m.high - m.mean), column.digits) : "";
+}
+
+void print_means(const std::vector<TrialGroup>& groups, const std::vector<const Column*>& shown) {
+  bool averaged = false;
+  Lines lines{{"mission", "passed"}};
+  for (const Column* column : shown) {
+    lines[0].emplace_back(column->head);
+  }
+  for (const TrialGroup& group : groups) {
+    lines.push_back({group.mission + (group.setting.empty() ? "" : " " + group.setting),
+                     std::to_string(group.passed) + "/" + std::to_string(group.runs)});
+    for (const Column* column : shown) {
+      const auto values = group.scores.find(column->figure);
+      if (values == group.scores.end()) {
+        lines.back().emplace_back("-");
+        continue;
+      }
+      const MeanInterval m = mean_interval(values->second);
+      averaged = averaged || m.count > 1;
+      lines.back().push_back(fixed(column->scale * m.mean, column->digits) +
+                             plus_minus(*column, m));
+    }
+  }
+  print_aligned(lines);
   std::printf("%spanoptes trials --help says what the columns are\n",
               averaged ? "means over the seeds +- half of their 95 % intervals; " : "");
+}
+
+std::string difference_cell(const Column& column, const std::optional<PairedDifference>& found) {
+  if (!found || found->mean.count < 2) {
+    return "-";
+  }
+  if (found->shows()) {
+    return fmt::format("{:+.{}f}{}", column.scale * found->mean.mean, column.digits,
+                       plus_minus(column, found->mean));
+  }
+  if (found->detectable == 0) {
+    return "same";
+  }
+  return "none from " + fixed(column.scale * found->detectable, column.digits);
+}
+
+// A drive's chances are the seed's: settings are compared seed by seed.
+void print_differences(const std::vector<TrialGroup>& groups,
+                       const std::vector<const Column*>& shown) {
+  Lines lines{{"against the first", "pairs"}};
+  for (const Column* column : shown) {
+    lines[0].emplace_back(column->head);
+  }
+  for (const TrialGroup& group : groups) {
+    const TrialGroup& first = baseline(groups, group);
+    int pairs = 0;
+    std::vector<std::string> cells;
+    for (const Column* column : shown) {
+      const std::optional<PairedDifference> found = difference(group, first, column->figure);
+      pairs = std::max(pairs, found ? found->mean.count : 0);
+      cells.push_back(difference_cell(*column, found));
+    }
+    if (&first != &group && pairs > 1) {
+      lines.push_back({group.mission + " " + group.setting, std::to_string(pairs)});
+      lines.back().insert(lines.back().end(), cells.begin(), cells.end());
+    }
+  }
+  if (lines.size() > 1) {
+    std::printf("\n");
+    print_aligned(lines);
+    std::printf(
+        "means of the differences of runs with the same seed +- half of their 95 %% intervals; "
+        "none from X: none shows, and one of X would have four times out of five\n");
+  }
+}
+
+}  // namespace
+
+void print_tables(const std::vector<TrialGroup>& groups) {
+  std::vector<const Column*> shown;
+  for (const Column& column : kColumns) {
+    if (std::any_of(groups.begin(), groups.end(),
+                    [&](const TrialGroup& g) { return g.scores.contains(column.figure); })) {
+      shown.push_back(&column);
+    }
+  }
+  print_means(groups, shown);
+  std::erase_if(shown, [](const Column* column) {
+    return std::string_view(column->figure) == "real_time_factor";  // the machine's
+  });
+  print_differences(groups, shown);
 }
 
 namespace {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -34,6 +35,7 @@ struct TrialGroup {
   int passed = 0;
   std::vector<std::string> order;  ///< of the scores
   std::map<std::string, std::vector<double>> scores;
+  std::map<std::string, std::vector<std::uint64_t>> seeds;  ///< of each score's values
 };
 std::vector<TrialGroup> groups_of(const std::vector<Trial>& trials);
 
@@ -42,8 +44,9 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
                    const std::vector<TrialGroup>& groups, const std::string& outcome,
                    double wall_s);
 
-/// The means over the seeds on stdout.
-void print_table(const std::vector<TrialGroup>& groups);
+/// The means over the seeds on stdout, and where settings were varied by how much each differs from
+/// the first of its mission.
+void print_tables(const std::vector<TrialGroup>& groups);
 
 /// What the runs found that compared methods to tell places apart, if any did.
 void report_recognition(const TrialsOptions& options, const std::vector<Trial>& trials);

@@ -4,24 +4,37 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/base/check.h"
 
 namespace panoptes {
 namespace {
 
-/// 97.5 % point of Student's t.
-double student_t(int degrees_of_freedom) {
-  constexpr std::array kTable = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306,
-                                 2.262,  2.228, 2.201, 2.179, 2.160, 2.145, 2.131, 2.120,
-                                 2.110,  2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064,
-                                 2.060,  2.056, 2.052, 2.048, 2.045, 2.042};
-  if (degrees_of_freedom <= static_cast<int>(kTable.size())) {
-    return kTable[static_cast<std::size_t>(degrees_of_freedom) - 1];
+constexpr int kTabled = 30;  // degrees of freedom
+
+/// A point of Student's t, for 1, 2, .. degrees of freedom, and the normal law's.
+struct StudentPoint {
+  std::array<double, kTabled> table;
+  double normal;
+
+  double at(int degrees_of_freedom) const {
+    if (degrees_of_freedom <= kTabled) {
+      return table[static_cast<std::size_t>(degrees_of_freedom) - 1];
+    }
+    // with its first Cornish-Fisher correction
+    return normal + (normal * normal * normal + normal) / (4.0 * degrees_of_freedom);
   }
-  constexpr double kNormal = 1.959964;  // and its first Cornish-Fisher correction
-  return kNormal + (kNormal * kNormal * kNormal + kNormal) / (4.0 * degrees_of_freedom);
-}
+};
+
+constexpr StudentPoint k975{{12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
+                             2.201,  2.179, 2.160, 2.145, 2.131, 2.120, 2.110, 2.101, 2.093, 2.086,
+                             2.080,  2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045, 2.042},
+                            1.959964};
+constexpr StudentPoint k80{{1.376, 1.061, 0.978, 0.941, 0.920, 0.906, 0.896, 0.889, 0.883, 0.879,
+                            0.876, 0.873, 0.870, 0.868, 0.866, 0.865, 0.863, 0.862, 0.861, 0.860,
+                            0.859, 0.858, 0.858, 0.857, 0.856, 0.856, 0.855, 0.855, 0.854, 0.854},
+                           0.841621};
 
 }  // namespace
 
@@ -49,9 +62,27 @@ MeanInterval mean_interval(const std::vector<double>& values) {
     squares += (value - result.mean) * (value - result.mean);
   }
   const double half =
-      values.size() < 2 ? 0 : student_t(result.count - 1) * std::sqrt(squares / (n - 1) / n);
+      values.size() < 2 ? 0 : k975.at(result.count - 1) * std::sqrt(squares / (n - 1) / n);
   result.low = result.mean - half;
   result.high = result.mean + half;
+  return result;
+}
+
+PairedDifference paired_difference(const std::vector<double>& values,
+                                   const std::vector<double>& others) {
+  PANOPTES_CHECK(values.size() == others.size(), "pairs");
+  std::vector<double> differences(values.size());
+  std::transform(values.begin(), values.end(), others.begin(), differences.begin(),
+                 [](double value, double other) { return value - other; });
+  PairedDifference result;
+  result.mean = mean_interval(differences);
+  const int degrees_of_freedom = result.mean.count - 1;
+  if (degrees_of_freedom == 0) {
+    result.detectable = std::numeric_limits<double>::infinity();
+    return result;
+  }
+  const double half = 0.5 * (result.mean.high - result.mean.low);
+  result.detectable = half * (1 + k80.at(degrees_of_freedom) / k975.at(degrees_of_freedom));
   return result;
 }
 

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/rng.h"
+
 namespace panoptes {
 namespace {
 
@@ -40,6 +42,57 @@ TEST(MeanInterval, OfManyApproachesTheNormalLaw) {
   const MeanInterval many = mean_interval(values);
   const double spread = std::sqrt((61.0 - 1.0 / 61) / 60 / 61);
   EXPECT_NEAR((many.high - many.mean) / spread, 2.0003, kTable);  // t of 60 degrees of freedom
+}
+
+TEST(PairedDifference, ShowsWhatSeedsHideFromEachOther) {
+  const std::vector<double> values{10.1, 20.2, 30.1,
+                                   40.2};  // they differ more than by what is sought
+  const std::vector<double> others{10, 20, 30, 40};
+  const PairedDifference more = paired_difference(values, others);
+  EXPECT_NEAR(more.mean.mean, 0.15, 1e-12);
+  EXPECT_TRUE(more.shows());
+  const PairedDifference less = paired_difference(others, values);
+  EXPECT_NEAR(less.mean.high, -more.mean.low, 1e-12);
+  EXPECT_TRUE(less.shows());
+}
+
+TEST(PairedDifference, TellsWhatItCouldHaveSeen) {
+  Rng rng(1);
+  constexpr int kRuns = 8;
+  const PairedDifference of_one = paired_difference({3}, {1});
+  EXPECT_EQ(of_one.mean.mean, 2);
+  EXPECT_FALSE(of_one.shows());
+  EXPECT_TRUE(std::isinf(of_one.detectable));
+  // Of many studies of noise 1: how many show nothing where there is nothing, and how many a
+  // difference of the size that they call detectable on the mean.
+  constexpr int kStudies = 4000;
+  int false_alarms = 0;
+  double detectable = 0;
+  const auto study = [&](double truth) {
+    std::vector<double> values;
+    for (int i = 0; i < kRuns; ++i) {
+      values.push_back(truth + rng.normal());
+    }
+    return paired_difference(values, std::vector<double>(kRuns, 0));
+  };
+  for (int i = 0; i < kStudies; ++i) {
+    const PairedDifference nothing = study(0);
+    false_alarms += nothing.shows() ? 1 : 0;
+    detectable += nothing.detectable / kStudies;
+  }
+  int found = 0;
+  for (int i = 0; i < kStudies; ++i) {
+    found += study(detectable).shows() ? 1 : 0;
+  }
+  EXPECT_NEAR(static_cast<double>(false_alarms) / kStudies, 0.05, 0.012);
+  EXPECT_NEAR(static_cast<double>(found) / kStudies, 0.8, 0.03);
+}
+
+TEST(PairedDifference, OfPairsThatAllDifferByTheSame) {
+  const PairedDifference same = paired_difference({1, 2}, {1, 2});
+  EXPECT_FALSE(same.shows());
+  EXPECT_EQ(same.detectable, 0);
+  EXPECT_TRUE(paired_difference({2, 3}, {1, 2}).shows());
 }
 
 }  // namespace
