@@ -25,7 +25,7 @@ struct PlanOptions {
   double own_found = 0.55;   ///< so many are found in a picture,
   double other_found = 0.7;  ///< and so many of other cameras' points.
   /// Wheels of a Pioneer, a floor as level as it shows.
-  RigNoise noise{0.034, 0.045, {0.0055, 0.0005, 0.03, 0.0002, deg_to_rad(0.01)}};
+  RigNoise noise{0.042, 0.050, {0.0055, 0.0005, 0.03, 0.0002, deg_to_rad(0.01)}, 0.0004};
 };
 
 /// What a calibration would tell of a rig that is as believed, and what it would leave open, after

@@ -87,9 +87,10 @@ struct ExploreChoice {
 };
 
 /// Chooses the next place to look from. Remembers the present goal (to keep it while it is about as
-/// good as any; also where one grid has no way to any, for the next), goals given up and what it looked for in vain, all held by the keyframes nearest
-/// to them. Ask every second or two and after every relaxation: the map may have moved, and the
-/// goal is judged anew each time. About 10 ms for 12 x 12 m.
+/// good as any; also where one grid has no way to any, for the next), goals given up and what it
+/// looked for in vain, all held by the keyframes nearest to them. Ask every second or two and after
+/// every relaxation: the map may have moved, and the goal is judged anew each time. About 10 ms for
+/// 12 x 12 m.
 class Explorer {
  public:
   Explorer(const ExploreOptions& options, const Body& body, const FloorWedge& wedge, Rng rng);
