@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <string>
 #include <utility>
@@ -44,9 +45,24 @@ using Json = nlohmann::ordered_json;
 
 std::string map_file(const std::string& camera) { return "map_" + camera + ".json"; }
 
+/// What tells a picture's file from another's of the same name: its size, and its end, which goes
+/// by its pixels.
+std::string mark_of(const fs::path& file) {
+  constexpr std::uintmax_t kEnd_bytes = 64;
+  const std::uintmax_t size = fs::file_size(file);
+  std::string end(std::min(size, kEnd_bytes), ' ');
+  std::ifstream in(file, std::ios::binary);
+  in.seekg(static_cast<std::streamoff>(size - end.size()));
+  in.read(end.data(), static_cast<std::streamsize>(end.size()));
+  return fmt::format(" {} {}", size, end);
+}
+
 /// What a camera's map is made of, and how.
 std::string made_of(const RigStage& args, const std::string& camera, const RigCamera& believed) {
   std::string text = read_part(fs::path(args.dataset) / data_csv(camera)).value_or("");
+  for (const RecordedPicture& picture : recorded_pictures(args.dataset, camera)) {
+    text += mark_of(fs::path(args.dataset) / picture.file);
+  }
   for (const double number : lens_parameters(believed.intrinsics)) {
     text += fmt::format(" {}", number);
   }
@@ -244,6 +260,14 @@ int calibrate_rig_of(const RigStage& args) {
     judged.verdict = Verdict::kFailed;
     judged.reasons.push_back(fmt::format(
         "stage rig: {}; --stage maps says and shows more of each camera", error.what()));
+  }
+  for (const auto& [camera, believed] : lenses) {
+    if (const std::string torn = torn_row(args.dataset, data_csv(camera)); !torn.empty()) {
+      judged.doubt(Verdict::kGood, torn);
+    }
+  }
+  if (const std::string torn = torn_row(args.dataset, std::string(kOdometryFile)); !torn.empty()) {
+    judged.doubt(Verdict::kGood, torn);
   }
   if (told) {
     const Json of_rig = rig_figures(*told, true_rig(args.dataset));

@@ -674,7 +674,7 @@ class Adjustment {
       order->AddElementToGroup(&blocks_.clock_offset_s[c], next++);
     }
     order->AddElementToGroup(blocks_.wheel_errors.data(), next);
-    return solve_by_schur(problem, order, options_.iterations, kLargestRadius);
+    return solve_by_schur(problem, order, options_.iterations, kLargestRadius, options_.each_step);
   }
 
   /// What is told of the rig, with what is not: the rows are RigCovariance's.

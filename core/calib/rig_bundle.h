@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -64,6 +65,7 @@ struct RigBundleOptions {
   bool has_wheels = true;
   double inlier_sigma = 3;  ///< by which an observation may be off
   int iterations = 50;
+  std::function<void()> each_step;  ///< is called at every step of the solver; may throw
   /// What no run makes surer: a lens is not what its model says, a floor is not plane, and places
   /// of what a picture shows lie off the same way whenever it is seen. So much were cameras off in
   /// rendered rooms, beyond their noise: lenses, and all cameras together against the floor, and

@@ -168,12 +168,12 @@ class Calibration {
     // Clocks first: pictures of one instant are known by them.
     choose_views(kRoughly);
     begin();
-    adjust();
+    adjust([&] { progress(0); });
     progress(0.05);
     choose_views(kSameInstant);
     begin();
     out_.before = state_;
-    adjust();
+    adjust([&] { progress(0.05); });
     progress(0.15);
     cut_sources([&](double done) { progress(0.15 + 0.2 * done); });
     search(Search::kFirst, [&](double done) { progress(0.35 + 0.2 * done); });
@@ -182,10 +182,10 @@ class Calibration {
         is_lost_[c] = !turn_by_others(c);
       }
     }
-    adjust();
+    adjust([&] { progress(0.55); });
     progress(0.65);
     search(Search::kAdjusted, [&](double done) { progress(0.65 + 0.25 * done); });
-    adjust();
+    adjust([&] { progress(0.9); });
     out_.shared = shared_points(out_.tracks, out_.map_of_point, cameras_.size());
     out_.wheels_known = options_.bundle.wheels;
     out_.wheels = wheels_;
@@ -229,8 +229,10 @@ class Calibration {
 
   bool is_by_others(std::size_t c) const { return !out_.hand_eye[c]; }
 
-  void adjust() {
-    out_.bundle = adjust_rig(options_.bundle, believed_, wheels_, out_.tracks, state_);
+  void adjust(const std::function<void()>& each_step) {
+    RigBundleOptions how = options_.bundle;
+    how.each_step = each_step;
+    out_.bundle = adjust_rig(how, believed_, wheels_, out_.tracks, state_);
     state_ = out_.bundle.state;
     clock_offset_s_ = state_.clock_offset_s;
   }

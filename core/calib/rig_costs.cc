@@ -438,12 +438,11 @@ ceres::CostFunction* known_cost(const Eigen::VectorXd& value, const Eigen::Vecto
 }
 
 ceres::CostFunction* lens_known_cost(const Intrinsics& lens, const CameraSigmas& known) {
-  constexpr double kTogether = 0.1;  // of what both focal lengths may be off, one may be alone
   const Eigen::VectorXd before = lens_parameters(lens);
   RowMajor weight = RowMajor::Zero(before.size(), before.size());
   weight.diagonal().setConstant(1 / known.focal_ratio);
   weight.diagonal().head<2>() << 1 / (known.focal_ratio * lens.fx_px),
-      -1 / (kTogether * known.focal_ratio * lens.fx_px);
+      -1 / (kFocalApart * known.focal_ratio * lens.fx_px);
   weight(1, 0) = -weight(1, 1);
   weight.diagonal().segment<2>(2).setConstant(1 / known.centre_px);
   return new KnownCost(before, weight);

@@ -95,6 +95,10 @@ ceres::CostFunction* away_cost(const Vec3& p_body, double away_m, double sigma_m
 /// Numbers that are known before, each to its sigma. One block.
 ceres::CostFunction* known_cost(const Eigen::VectorXd& value, const Eigen::VectorXd& sigma);
 
+/// Of what both focal lengths of a lens may be off, one may be alone: pixels are square, or as long
+/// as the file says.
+inline constexpr double kFocalApart = 0.1;
+
 /// What is known of a lens before: both focal lengths move together, and what they are known to as
 /// a share is the sigma of each coefficient of its distortion. Block: the lens.
 ceres::CostFunction* lens_known_cost(const Intrinsics& lens, const CameraSigmas& known);

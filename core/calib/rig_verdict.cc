@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "core/calib/map_verdict.h"
+#include "core/calib/rig_costs.h"
 #include "core/camera/mounting.h"
 
 namespace panoptes {
@@ -151,6 +152,17 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                       "say in the rig how badly it is known",
                       camera.name, 100 * focal_off, centre_off_px,
                       100 * camera.believed.sigma.focal_ratio, camera.believed.sigma.centre_px));
+    }
+    // A level floor hardly shows it, and what it is told to be stays where it was believed: that it
+    // has to move at all tells.
+    const double ratio_off =
+        (state.lenses[c].fy_px / state.lenses[c].fx_px) / (lens.fy_px / lens.fx_px) - 1;
+    if (std::abs(ratio_off) > kMostSigmas * kFocalApart * camera.believed.sigma.focal_ratio) {
+      judged.doubt(
+          Verdict::kPoor,
+          fmt::format("{}: its pictures are of another lens: the ratio of its focal lengths is not "
+                      "fy / fx = {:.4f}, as the rig file has it; calibrate it by a board",
+                      camera.name, lens.fy_px / lens.fx_px));
     }
     const Pose3& found = state.T_body_camera[c];
     const double turn_rad = turn_between(found, camera.believed.T_body_camera);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/calib/schur_bundle.h"
 
+#include <exception>
+
 #include <ceres/ceres.h>
 
 namespace panoptes {
@@ -31,6 +33,33 @@ class DistanceKept : public ceres::SizedCostFunction<1, 7, 7> {
 
  private:
   double distance_m_;
+};
+
+/// Nothing is thrown through the solver.
+class EachStep : public ceres::IterationCallback {
+ public:
+  explicit EachStep(const std::function<void()>& what) : what_(what) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*step*/) override {
+    try {
+      if (what_) {
+        what_();
+      }
+    } catch (...) {
+      thrown_ = std::current_exception();
+      return ceres::SOLVER_ABORT;
+    }
+    return ceres::SOLVER_CONTINUE;
+  }
+  void rethrow() const {
+    if (thrown_) {
+      std::rethrow_exception(thrown_);
+    }
+  }
+
+ private:
+  const std::function<void()>& what_;
+  std::exception_ptr thrown_;
 };
 
 }  // namespace
@@ -65,8 +94,10 @@ bool keep_gauge(ceres::Problem& problem, const std::vector<PoseBlock*>& T_camera
 
 bool solve_by_schur(ceres::Problem& problem,
                     const std::shared_ptr<ceres::ParameterBlockOrdering>& ordering, int iterations,
-                    double largest_radius) {
+                    double largest_radius, const std::function<void()>& each_step) {
   ceres::Solver::Options how;
+  EachStep calls(each_step);
+  how.callbacks.push_back(&calls);
   how.linear_solver_type = ceres::SPARSE_SCHUR;
   how.linear_solver_ordering = ordering;
   how.max_num_iterations = iterations;
@@ -75,6 +106,7 @@ bool solve_by_schur(ceres::Problem& problem,
   how.num_threads = 1;
   ceres::Solver::Summary summary;
   ceres::Solve(how, &problem, &summary);
+  calls.rethrow();
   return summary.termination_type == ceres::CONVERGENCE;
 }
 

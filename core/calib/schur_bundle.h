@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -29,9 +30,9 @@ ceres::LossFunction* made(Loss loss);
 bool keep_gauge(ceres::Problem& problem, const std::vector<PoseBlock*>& T_camera_map);
 
 /// Solves it, the first group of the ordering eliminated first. Whether it has converged. The
-/// same bits every time.
+/// same bits every time. What `each_step` throws ends it.
 bool solve_by_schur(ceres::Problem& problem,
                     const std::shared_ptr<ceres::OrderedGroups<double*>>& ordering, int iterations,
-                    double largest_radius = 1e16);
+                    double largest_radius = 1e16, const std::function<void()>& each_step = {});
 
 }  // namespace panoptes

@@ -58,6 +58,10 @@ ConfigError no_odometry(const std::string& folder, const std::vector<std::string
   return ConfigError(message);
 }
 
+std::string torn(const std::string& file) {
+  return file + ": the last row is torn, for the recording was cut short; it is left out";
+}
+
 // What stands before the first comma of each row.
 std::unordered_set<std::string> first_fields(const std::optional<std::string>& text) {
   std::unordered_set<std::string> fields;
@@ -122,9 +126,7 @@ class Reader {
     }
     DatasetTable read(in_folder(folder_, file), *text, columns);
     if (read.torn()) {
-      dataset_.warnings.push_back(read.file() +
-                                  ": the last row is torn, for the recording was cut short; it is "
-                                  "left out");
+      dataset_.warnings.push_back(torn(read.file()));
     }
     return read;
   }
@@ -565,6 +567,13 @@ std::vector<RecordedPicture> recorded_pictures(const fs::path& folder, const std
   return picture_rows(DatasetTable(in_folder(folder.string(), data_csv(camera)), *text, 2,
                                    written_by(folder.string())),
                       camera);
+}
+
+std::string torn_row(const fs::path& folder, const std::string& file) {
+  const std::optional<std::string> text = read_part(folder / file);
+  const bool is_torn = text && !text->empty() && !text->ends_with('\n') &&
+                       written_by(folder.string()) == TableBy::kPanoptes;
+  return is_torn ? torn(in_folder(folder.string(), file)) : "";
 }
 
 RecordedBeliefs read_beliefs(const fs::path& folder) {

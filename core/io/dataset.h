@@ -119,6 +119,10 @@ std::vector<std::string> camera_folders(const std::filesystem::path& mav);
 std::vector<RecordedPicture> recorded_pictures(const std::filesystem::path& folder,
                                                const std::string& camera);
 
+/// In words: that the last row of one of its tables was torn when the recording was cut short, and
+/// is left out; empty where it is whole.
+std::string torn_row(const std::filesystem::path& folder, const std::string& file);
+
 /// Its settings alone. Throws ConfigError for what is no dataset of a robot with wheels.
 RecordedBeliefs read_beliefs(const std::filesystem::path& folder);
 

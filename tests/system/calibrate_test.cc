@@ -327,6 +327,22 @@ TEST_F(CalibrateMaps, AMissionIsRecordedAndCalibratedBy) {
   const Said again = calibrate("rig", "2");
   EXPECT_THAT(said.out, testing::EndsWith(again.out));
   EXPECT_EQ(std::filesystem::last_write_time(recorded / "metrics.json"), when);
+
+  // A map of other pictures under the same names is made anew, and a torn row is said.
+  const std::filesystem::path map = folder_ / "work/rig/map_ahead.json";
+  const std::string before = read_file(map);
+  const std::vector<std::string> behind = pictures_in(recorded / "mav0/behind/data");
+  const std::vector<std::string> ahead = pictures_in(recorded / "mav0/ahead/data");
+  for (std::size_t i = 0; i < ahead.size(); ++i) {
+    write_file(ahead[i], read_file(behind[i]));
+  }
+  std::filesystem::remove(folder_ / "work/rig/metrics.json");
+  EXPECT_EQ(calibrate("rig", "2").status, 1);
+  EXPECT_TRUE(read_file(map) != before);
+  const std::filesystem::path rows = recorded / "mav0/ahead/data.csv";
+  write_file(rows, read_file(rows) + "123456,12");
+  std::filesystem::remove(folder_ / "work/rig/metrics.json");
+  EXPECT_THAT(calibrate("rig", "2").out, HasSubstr("data.csv: the last row is torn"));
   const Said other = calibrate("rig", "3");
   EXPECT_EQ(other.status, 2);
   EXPECT_THAT(other.err, HasSubstr("rig/recording: is of another mission, other settings"));

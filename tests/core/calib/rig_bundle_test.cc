@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -222,6 +223,22 @@ TEST(RigBundle, WithoutWheelsAllIsToldUpToWhereTheBodyIsAndToScale) {
   }
   EXPECT_GT(normalised / kRuns, 1 - 3 * std::sqrt(2.0 / (6 * kRuns)));
   EXPECT_LT(normalised / kRuns, 1 + 3 * std::sqrt(2.0 / (6 * kRuns)));
+}
+
+TEST(RigBundle, EndsWithWhatAStepThrows) {
+  DrivenRig of = drive({}, noisy(), Rng(1));
+  RigBundleOptions options;
+  int steps = 0;
+  options.each_step = [&] {
+    if (++steps == 3) {
+      throw std::runtime_error("enough");
+    }
+  };
+  EXPECT_THROW(
+      adjust_rig(
+          options, of.believed, [&of](Time at) { return of.rose.wheels(at); }, of.tracks, of.start),
+      std::runtime_error);
+  EXPECT_EQ(steps, 3);
 }
 
 /// What is named of both cameras, and that it stays where the believed mountings leave it: within

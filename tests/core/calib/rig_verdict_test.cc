@@ -6,6 +6,7 @@
 
 #include <gmock/gmock.h>
 
+#include "core/calib/rig_costs.h"
 #include "core/camera/mounting.h"
 #include "tests/support/good_map.h"
 
@@ -97,6 +98,16 @@ TEST(RigVerdict, AnotherLensIsNamed) {
   EXPECT_EQ(rig.judged().verdict, Verdict::kPoor);
   EXPECT_THAT(rig.judged().reasons,
               Contains(HasSubstr("behind: its pictures are of another lens")));
+
+  JudgedRig ratio = as_believed();
+  const double one_sigma = kFocalApart * ratio.cameras[1].believed.sigma.focal_ratio;
+  double& fy_px = ratio.calibration.bundle.state.lenses[1].fy_px;
+  fy_px *= 1 + 3 * one_sigma;
+  EXPECT_EQ(ratio.judged().verdict, Verdict::kGood);
+  fy_px *= 1 + 2 * one_sigma;
+  EXPECT_EQ(ratio.judged().verdict, Verdict::kPoor);
+  EXPECT_THAT(ratio.judged().reasons,
+              Contains(HasSubstr("behind: its pictures are of another lens: the ratio")));
 }
 
 TEST(RigVerdict, WhatAMapAloneLeavesInDoubtOtherCamerasSettle) {
