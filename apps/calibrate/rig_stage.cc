@@ -261,13 +261,14 @@ int calibrate_rig_of(const RigStage& args) {
     judged.reasons.push_back(fmt::format(
         "stage rig: {}; --stage maps says and shows more of each camera", error.what()));
   }
+  std::vector<std::string> tables{std::string(kOdometryFile)};
   for (const auto& [camera, believed] : lenses) {
-    if (const std::string torn = torn_row(args.dataset, data_csv(camera)); !torn.empty()) {
+    tables.push_back(data_csv(camera));
+  }
+  for (const std::string& table : tables) {
+    if (const std::string torn = torn_row(args.dataset, table); !torn.empty()) {
       judged.doubt(Verdict::kGood, torn);
     }
-  }
-  if (const std::string torn = torn_row(args.dataset, std::string(kOdometryFile)); !torn.empty()) {
-    judged.doubt(Verdict::kGood, torn);
   }
   if (told) {
     const Json of_rig = rig_figures(*told, true_rig(args.dataset));

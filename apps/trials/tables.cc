@@ -181,7 +181,7 @@ std::vector<TrialGroup> groups_of(const std::vector<Trial>& trials) {
     }
     if (groups.empty() || groups.back().mission != trial.mission ||
         groups.back().values != trial.values) {
-      groups.push_back({trial.mission, trial.values, trial.setting, 0, 0, {}, {}, {}});
+      groups.push_back({trial.mission, trial.values, trial.setting, 0, 0, {}, {}});
     }
     TrialGroup& group = groups.back();
     ++group.runs;
@@ -191,8 +191,7 @@ std::vector<TrialGroup> groups_of(const std::vector<Trial>& trials) {
       if (values.empty()) {
         group.order.push_back(name);
       }
-      values.push_back(value);
-      group.seeds[name].push_back(trial.seed);
+      values[trial.seed] = value;
     }
   }
   return groups;
@@ -200,26 +199,28 @@ std::vector<TrialGroup> groups_of(const std::vector<Trial>& trials) {
 
 namespace {
 
-/// The first of the group's mission, which the others are compared with.
-const TrialGroup& baseline(const std::vector<TrialGroup>& groups, const TrialGroup& group) {
-  return *std::find_if(groups.begin(), groups.end(),
-                       [&](const TrialGroup& g) { return g.mission == group.mission; });
+std::vector<double> values_of(const std::map<std::uint64_t, double>& by_seed) {
+  std::vector<double> values;
+  for (const auto& [seed, value] : by_seed) {
+    values.push_back(value);
+  }
+  return values;
 }
 
 /// By how much a score is larger than the other group's, by the seeds that both have.
 std::optional<PairedDifference> difference(const TrialGroup& group, const TrialGroup& other,
                                            const std::string& score) {
-  if (!group.scores.contains(score) || !other.scores.contains(score)) {
+  const auto of = group.scores.find(score);
+  const auto against = other.scores.find(score);
+  if (of == group.scores.end() || against == other.scores.end()) {
     return std::nullopt;
   }
   std::vector<double> values;
   std::vector<double> others;
-  const std::vector<std::uint64_t>& seeds = other.seeds.at(score);
-  for (std::size_t i = 0; i < group.seeds.at(score).size(); ++i) {
-    const auto same = std::find(seeds.begin(), seeds.end(), group.seeds.at(score)[i]);
-    if (same != seeds.end()) {
-      values.push_back(group.scores.at(score)[i]);
-      others.push_back(other.scores.at(score)[static_cast<std::size_t>(same - seeds.begin())]);
+  for (const auto& [seed, value] : of->second) {
+    if (const auto same = against->second.find(seed); same != against->second.end()) {
+      values.push_back(value);
+      others.push_back(same->second);
     }
   }
   if (values.empty()) {
@@ -273,6 +274,7 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
   int passed = 0;
   const std::vector<std::string> keys = varied(options);
   Json settings = Json::array();
+  const TrialGroup* first = nullptr;  // of its mission
   for (const TrialGroup& group : groups) {
     runs += group.runs;
     passed += group.passed;
@@ -287,12 +289,14 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
     setting["passed"] = group.passed;
     Json scores = Json::object();
     for (const std::string& name : group.order) {
-      const MeanInterval m = mean_interval(group.scores.at(name));
+      const MeanInterval m = mean_interval(values_of(group.scores.at(name)));
       scores[name] = {{"mean", m.mean}, {"low", m.low}, {"high", m.high}, {"count", m.count}};
     }
     setting["scores"] = scores;
-    if (const TrialGroup& first = baseline(groups, group); &first != &group) {
-      setting["differences"] = differences_json(group, first);
+    if (first != nullptr && first->mission == group.mission) {
+      setting["differences"] = differences_json(group, *first);
+    } else {
+      first = &group;
     }
     settings.push_back(setting);
   }
@@ -354,7 +358,7 @@ void print_means(const std::vector<TrialGroup>& groups, const std::vector<const 
         lines.back().emplace_back("-");
         continue;
       }
-      const MeanInterval m = mean_interval(values->second);
+      const MeanInterval m = mean_interval(values_of(values->second));
       averaged = averaged || m.count > 1;
       lines.back().push_back(fixed(column->scale * m.mean, column->digits) +
                              plus_minus(*column, m));
@@ -386,16 +390,20 @@ void print_differences(const std::vector<TrialGroup>& groups,
   for (const Column* column : shown) {
     lines[0].emplace_back(column->head);
   }
+  const TrialGroup* first = nullptr;  // of its mission
   for (const TrialGroup& group : groups) {
-    const TrialGroup& first = baseline(groups, group);
+    if (first == nullptr || first->mission != group.mission) {
+      first = &group;
+      continue;
+    }
     int pairs = 0;
     std::vector<std::string> cells;
     for (const Column* column : shown) {
-      const std::optional<PairedDifference> found = difference(group, first, column->figure);
+      const std::optional<PairedDifference> found = difference(group, *first, column->figure);
       pairs = std::max(pairs, found ? found->mean.count : 0);
       cells.push_back(difference_cell(*column, found));
     }
-    if (&first != &group && pairs > 1) {
+    if (pairs > 1) {
       lines.push_back({group.mission + " " + group.setting, std::to_string(pairs)});
       lines.back().insert(lines.back().end(), cells.begin(), cells.end());
     }

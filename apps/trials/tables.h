@@ -34,8 +34,7 @@ struct TrialGroup {
   int runs = 0;
   int passed = 0;
   std::vector<std::string> order;  ///< of the scores
-  std::map<std::string, std::vector<double>> scores;
-  std::map<std::string, std::vector<std::uint64_t>> seeds;  ///< of each score's values
+  std::map<std::string, std::map<std::uint64_t, double>> scores;  ///< by seed
 };
 std::vector<TrialGroup> groups_of(const std::vector<Trial>& trials);
 

@@ -45,8 +45,8 @@ TEST(MeanInterval, OfManyApproachesTheNormalLaw) {
 }
 
 TEST(PairedDifference, ShowsWhatSeedsHideFromEachOther) {
-  const std::vector<double> values{10.1, 20.2, 30.1,
-                                   40.2};  // they differ more than by what is sought
+  // They differ by more than what is sought.
+  const std::vector<double> values{10.1, 20.2, 30.1, 40.2};
   const std::vector<double> others{10, 20, 30, 40};
   const PairedDifference more = paired_difference(values, others);
   EXPECT_NEAR(more.mean.mean, 0.15, 1e-12);
