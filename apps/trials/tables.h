@@ -33,7 +33,7 @@ struct TrialGroup {
   std::string setting;
   int runs = 0;
   int passed = 0;
-  std::vector<std::string> order;  ///< of the scores
+  std::vector<std::string> order;                                 ///< of the scores
   std::map<std::string, std::map<std::uint64_t, double>> scores;  ///< by seed
 };
 std::vector<TrialGroup> groups_of(const std::vector<Trial>& trials);
