@@ -128,12 +128,16 @@ void say(const RigByMaps& told, const Judged& judged, const Json& figures) {
 
 int calibrate_rig_by_maps(const RigStage& args, const fs::path& out,
                           const std::vector<MappedCamera>& cameras, const FramePicture& picture,
-                          Json figures, const std::function<void(double)>& progress) {
+                          const std::vector<std::string>& warnings, Json figures,
+                          const std::function<void(double)>& progress) {
   RigByMapsOptions options = args.by_maps;
   options.features = args.slam.features;
   const RigByMaps told = calibrate_by_maps(options, cameras, picture,
                                            Rng(args.seed).fork("inter-map matches"), progress);
-  const Judged judged = judge_rig_by_maps(cameras, told);
+  Judged judged = judge_rig_by_maps(cameras, told);
+  for (const std::string& warning : warnings) {
+    judged.doubt(Verdict::kGood, warning);
+  }
   Faults faults;
   figures["method"] = name(args.method);
   figures["alignments"] = alignment_figures(told);

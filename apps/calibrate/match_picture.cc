@@ -138,12 +138,14 @@ cv::Mat draw_matches(const RigCalibration& calibration, const MatchedViews& view
   canvas.text(fmt::format("left out, for it does not: {}",
                           views.matches.size() - static_cast<std::size_t>(inliers)),
               {kMargin + 382, y}, kInk);
-  canvas.text(
-      fmt::format("In all keyframes {} found {} of {}'s map, and {} found {} of {}'s map", second,
-                  counted(points_found(calibration, first_camera, second_camera), "point"), first,
-                  first, counted(points_found(calibration, second_camera, first_camera), "point"),
-                  second),
-      {kMargin, y + 26}, kInk);
+  const std::size_t by_second = points_found(calibration, first_camera, second_camera);
+  const std::size_t by_first = points_found(calibration, second_camera, first_camera);
+  if (by_second + by_first > 0) {  // maps that are only laid on each other find none
+    canvas.text(
+        fmt::format("In all keyframes {} found {} of {}'s map, and {} found {} of {}'s map", second,
+                    counted(by_second, "point"), first, first, counted(by_first, "point"), second),
+        {kMargin, y + 26}, kInk);
+  }
   return canvas.shrunk();
 }
 

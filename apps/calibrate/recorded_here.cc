@@ -7,8 +7,8 @@
 #include <variant>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
+#include "apps/calibrate/stage_metrics.h"
 #include "apps/command/folder_lock.h"
 #include "apps/command/out_dir.h"
 #include "apps/mission/mission.h"
@@ -22,22 +22,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// As its metrics.json says; "failed" where it has none: whoever recorded was killed.
-std::string outcome_of(const fs::path& recording) {
-  const auto metrics =
-      nlohmann::json::parse(read_part(recording / "metrics.json").value_or(""), nullptr, false);
-  const auto found = metrics.is_object() ? metrics.find("outcome") : metrics.end();
-  return metrics.is_object() && found != metrics.end() && found->is_string()
-             ? found->get<std::string>()
-             : "failed";
-}
-
 /// Whether what lies there is this mission's, whole. A simulated drive that was cut short is to be
 /// driven again: it begins the same. Throws for what else is no whole recording of it.
 bool is_whole(const fs::path& recording, const ExploreMission& mission) {
   const std::string as_it_is =
       fmt::format("calibrate it as it is with panoptes calibrate {} --out DIR", recording.string());
-  const std::string outcome = outcome_of(recording);
+  const std::string outcome = outcome_of(recording).value_or("killed");
   const bool is_cut_short = outcome != "completed";
   const bool is_same = read_part(recording / "mission.yaml") ==
                        mission_text(PANOPTES_VERSION, write_settings(mission));

@@ -21,6 +21,7 @@
 #include "apps/calibrate/rig_pictures.h"
 #include "apps/calibrate/saved_map.h"
 #include "apps/calibrate/stage_cameras.h"
+#include "apps/calibrate/stage_metrics.h"
 #include "apps/command/out_dir.h"
 #include "apps/mission/stop_condition.h"
 #include "apps/process/fault.h"
@@ -55,6 +56,36 @@ std::string mark_of(const fs::path& file) {
   in.seekg(static_cast<std::streamoff>(size - end.size()));
   in.read(end.data(), static_cast<std::streamsize>(end.size()));
   return fmt::format(" {} {}", size, end);
+}
+
+/// Warnings of tables of the recording whose last row is torn.
+std::vector<std::string> torn_rows(const RigStage& args, const std::vector<MappedCamera>& cameras) {
+  std::vector<std::string> tables{std::string(kOdometryFile)};
+  for (const MappedCamera& camera : cameras) {
+    tables.push_back(data_csv(camera.name));
+  }
+  std::vector<std::string> warnings;
+  for (const std::string& table : tables) {
+    if (std::string torn = torn_row(args.dataset, table); !torn.empty()) {
+      warnings.push_back(std::move(torn));
+    }
+  }
+  return warnings;
+}
+
+/// What of an earlier try may lie in the folder: what goes on from there, and all of one that told
+/// nothing.
+std::vector<std::string> left_before(const RigStage& args) {
+  std::vector<std::string> may_hold{"recording"};  // of a mission
+  for (const auto& [camera, believed] : whole_rig(args.dataset, args.rig).cameras) {
+    may_hold.push_back(map_file(camera));  // left out this time, perhaps
+  }
+  if (outcome_of(args.out) == "failed") {
+    for (const auto& entry : fs::directory_iterator(args.out)) {
+      may_hold.push_back(entry.path().filename().string());
+    }
+  }
+  return may_hold;
 }
 
 /// What a camera's map is made of, and how.
@@ -129,7 +160,7 @@ void say(const RigCalibration& told, const Judged& judged, const Json& figures) 
     const Pose3& T = told.bundle.state.T_body_camera[c];
     const Eigen::Index at = known.camera[c];
     std::printf(
-        "  %s: at %.4f, %.4f, %.4f m to %.1f, %.1f, %.1f mm; turned to %.3f deg; clock "
+        "  %s: at %.4f, %.4f, %.4f m +- %.1f, %.1f, %.1f mm; rotation +- %.3f deg; clock "
         "%+.1f ms",
         told.cameras[c].c_str(), T.translation.x(), T.translation.y(), T.translation.z(),
         1000 * sigma[at + 3], 1000 * sigma[at + 4], 1000 * sigma[at + 5],
@@ -193,11 +224,7 @@ int calibrate_rig_of(const RigStage& args) {
       wheels->check_reach(recorded_pictures(args.dataset, camera), believed);
     }
   }
-  std::vector<std::string> may_hold{"recording"};  // of a mission
-  for (const auto& [camera, believed] : whole_rig(args.dataset, args.rig).cameras) {
-    may_hold.push_back(map_file(camera));  // left out this time, perhaps
-  }
-  OutDir out(args.out, may_hold);
+  OutDir out(args.out, left_before(args));
   out.keep();
   Json figures{
       {"schema", "panoptes.metrics/1"}, {"command", "calibrate"}, {"stage", "rig"},
@@ -246,8 +273,8 @@ int calibrate_rig_of(const RigStage& args) {
   };
   try {
     if (args.method != RigMethod::kGuided) {
-      return calibrate_rig_by_maps(args, out.path(), cameras, picture, std::move(figures),
-                                   together);
+      return calibrate_rig_by_maps(args, out.path(), cameras, picture, torn_rows(args, cameras),
+                                   std::move(figures), together);
     }
     told = calibrate_rig(args.calibration, cameras, readings, picture, together);
     judged = judge_rig(cameras, *told);
@@ -261,14 +288,8 @@ int calibrate_rig_of(const RigStage& args) {
     judged.reasons.push_back(fmt::format(
         "stage rig: {}; --stage maps says and shows more of each camera", error.what()));
   }
-  std::vector<std::string> tables{std::string(kOdometryFile)};
-  for (const auto& [camera, believed] : lenses) {
-    tables.push_back(data_csv(camera));
-  }
-  for (const std::string& table : tables) {
-    if (const std::string torn = torn_row(args.dataset, table); !torn.empty()) {
-      judged.doubt(Verdict::kGood, torn);
-    }
+  for (const std::string& torn : torn_rows(args, cameras)) {
+    judged.doubt(Verdict::kGood, torn);
   }
   if (told) {
     const Json of_rig = rig_figures(*told, true_rig(args.dataset));

@@ -5,6 +5,7 @@
 
 #include "apps/process/stage_clock.h"
 #include "core/base/utf8.h"
+#include "core/io/dataset_rows.h"
 #include "core/io/file.h"
 
 namespace panoptes {
@@ -19,6 +20,15 @@ void write_metrics(const std::filesystem::path& folder, nlohmann::ordered_json f
   figures["cpu_s"] = use.cpu_s;
   figures["peak_memory_mb"] = use.peak_memory_mb;
   faults.attempt([&] { write_file(folder / "metrics.json", figures.dump(2) + "\n"); });
+}
+
+std::optional<std::string> outcome_of(const std::filesystem::path& folder) {
+  const auto metrics =
+      nlohmann::json::parse(read_part(folder / "metrics.json").value_or(""), nullptr, false);
+  const auto found = metrics.is_object() ? metrics.find("outcome") : metrics.end();
+  return metrics.is_object() && found != metrics.end() && found->is_string()
+             ? std::optional(found->get<std::string>())
+             : std::nullopt;
 }
 
 }  // namespace panoptes

@@ -527,7 +527,9 @@ std::vector<std::string> summary_of(const FinishedRun& run, const RunFindings& f
       s.push_back(goal_line(i + 1, f.goals[i]));
     }
   }
-  s.push_back(map_line(f));
+  if (run.info.judged || f.coverage.back().mapped_m2 > 0) {  // a recording need not map
+    s.push_back(map_line(f));
+  }
   if (metrics.contains("trajectory")) {
     s.push_back(position_line(metrics));
   }

@@ -29,13 +29,21 @@ constexpr Duration kRoughly = std::chrono::milliseconds(40);
 constexpr std::size_t kFirstSearched = 3;
 // By fewer of others' points a camera that has no map of its own is not to be found.
 constexpr std::size_t kFewestToFind = 20;
+// Of fewer pictures no map was ever made, whatever they showed.
+constexpr std::size_t kFewestPictures = 20;
 
 /// Why a camera's own map is of no use; empty where it is.
 std::string map_fault(const MappedCamera& camera) {
   const AdjustedMap& adjusted = camera.adjusted;
+  if (adjusted.T_map_camera.empty() && camera.map.frames.size() < kFewestPictures) {
+    return fmt::format(
+        "{} pictures are too few to map by: record the whole drive, with several "
+        "pictures a second",
+        camera.map.frames.size());
+  }
   const std::string why =
-      "what it sees is too plain, it is covered, or its lens is another one "
-      "than the rig file says";
+      "what it sees is too plain, it is covered, its pictures come too rarely to follow what they "
+      "show, or its lens is another one than the rig file says";
   if (adjusted.T_map_camera.empty()) {
     return fmt::format("its own map holds {} points, and no keyframes that keep together: {}",
                        camera.map.points.size(), why);

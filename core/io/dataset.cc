@@ -386,6 +386,10 @@ std::vector<std::string> camera_folders(const fs::path& mav) {
 
 namespace {
 
+// What may be done about a picture that is not whole.
+constexpr std::string_view kPictureCure =
+    ": copy it again from where it was recorded, or remove its row";
+
 ConfigError picture_fault(const std::string& folder, const RecordedPicture& picture,
                           const std::string& what) {
   return ConfigError(picture.mention + ": " + in_folder(folder, picture.file) + " " + what);
@@ -398,7 +402,8 @@ cv::Mat decoded(const std::string& folder, const RecordedPicture& picture, Pictu
   } catch (const ConfigError& error) {
     throw picture_fault(folder, picture, error.what());
   } catch (const cv::Exception&) {
-    throw picture_fault(folder, picture, "cannot be decoded: it is no whole picture");
+    throw picture_fault(folder, picture,
+                        "is no whole picture and cannot be decoded" + std::string(kPictureCure));
   }
 }
 
@@ -430,11 +435,13 @@ PictureEnds ends_of(const std::string& folder, const RecordedPicture& picture) {
   constexpr off_t kTail = 4096;  // some cameras pad their files
   const OpenFile file(in_folder(folder, picture.file));
   if (file.fd() < 0) {
-    throw picture_fault(folder, picture, errno == ENOENT ? "is not there" : "cannot be read");
+    throw picture_fault(
+        folder, picture,
+        (errno == ENOENT ? "is not there" : "cannot be read") + std::string(kPictureCure));
   }
   struct stat status {};
   if (::fstat(file.fd(), &status) != 0 || !S_ISREG(status.st_mode)) {
-    throw picture_fault(folder, picture, "is not a file");
+    throw picture_fault(folder, picture, "is not a file" + std::string(kPictureCure));
   }
   const auto read = [&](off_t from, off_t bytes) {
     std::string part(static_cast<std::size_t>(bytes), '\0');
@@ -458,13 +465,13 @@ std::string fault_of(const PictureEnds& ends) {
   const bool is_png = ends.head.starts_with("\x89PNG\r\n\x1a\n");
   const bool is_jpeg = ends.head.starts_with("\xff\xd8");
   if ((!is_png && !is_jpeg) || !picture_size(ends.head) || ends.head.size() <= kPngBits) {
-    return "is not a PNG or JPEG picture";
+    return "is not a PNG or JPEG picture" + std::string(kPictureCure);
   }
   if (is_png && !ends.tail.ends_with(kPngEnd)) {
-    return "is torn: the end of the PNG picture is missing";
+    return "is torn, the end of the PNG picture is missing" + std::string(kPictureCure);
   }
   if (is_jpeg && ends.tail.rfind("\xff\xd9") == std::string::npos) {
-    return "is torn: the end of the JPEG picture is missing";
+    return "is torn, the end of the JPEG picture is missing" + std::string(kPictureCure);
   }
   const int bits = is_png ? static_cast<unsigned char>(ends.head[kPngBits]) : 8;
   return bits <= 8 ? ""
@@ -482,9 +489,11 @@ void check_picture(const std::string& folder, const RecordedPicture& picture,
   }
   const PictureSize size = picture_size(ends.head).value();
   if (lens != nullptr && (size.width_px != lens->width_px || size.height_px != lens->height_px)) {
-    throw picture_fault(folder, picture,
-                        fmt::format("has {} x {} pixels, the rig's {} has {} x {}", size.width_px,
-                                    size.height_px, camera, lens->width_px, lens->height_px));
+    throw picture_fault(
+        folder, picture,
+        fmt::format("has {} x {} pixels, the rig's {} has {} x {}: give the rig file "
+                    "that these pictures were taken with",
+                    size.width_px, size.height_px, camera, lens->width_px, lens->height_px));
   }
 }
 

@@ -221,8 +221,8 @@ TEST_F(Replay, SpoiltDatasetsAreRefusedWithThePlace) {
   const std::string picture = read_file(mav / "floor/data/200000000.png");
   write_file(mav / "floor/data/200000000.png", picture.substr(0, picture.size() / 2));
   expect_refused(
-      "data/mav0/floor/data.csv:5: data/mav0/floor/data/200000000.png is torn: the end of the PNG "
-      "picture is missing");
+      "data/mav0/floor/data.csv:5: data/mav0/floor/data/200000000.png is torn, the end of the PNG "
+      "picture is missing: copy it again from where it was recorded, or remove its row");
   write_file(mav / "floor/data/200000000.png", picture);
   const std::string rows = read_file(mav / "odom0/data.csv");
   write_file(mav / "odom0/data.csv", rows.substr(0, rows.find("\n200000000,") + 11) + "\n");

@@ -273,11 +273,12 @@ TEST_F(DatasetTest, PicturesThatAreNoneAreTold) {
   const fs::path picture = folder_ / "mav0/a/data/300000000.png";
   const std::string whole = read_file(picture);
   cut("mav0/a/data/300000000.png", 10);
-  EXPECT_EQ(fault(), place + "is torn: the end of the PNG picture is missing");
+  const std::string cure = ": copy it again from where it was recorded, or remove its row";
+  EXPECT_EQ(fault(), place + "is torn, the end of the PNG picture is missing" + cure);
   write_file(picture, "no picture, but long enough to be one");
-  EXPECT_EQ(fault(), place + "is not a PNG or JPEG picture");
+  EXPECT_EQ(fault(), place + "is not a PNG or JPEG picture" + cure);
   fs::remove(picture);
-  EXPECT_EQ(fault(), place + "is not there");
+  EXPECT_EQ(fault(), place + "is not there" + cure);
   cv::imwrite(picture.string(), cv::Mat(6, 8, CV_16UC1, cv::Scalar(300)));
   EXPECT_EQ(fault(), place +
                          "has 16 bits a sample; save the camera's pictures with 8 (mogrify "
@@ -294,7 +295,7 @@ TEST_F(DatasetTest, PicturesThatAreNoneAreTold) {
     check_pictures(dataset, other);
     ADD_FAILURE() << "a picture of another size";
   } catch (const ConfigError& error) {
-    EXPECT_THAT(error.what(), EndsWith("has 8 x 6 pixels, the rig's b has 9 x 6"));
+    EXPECT_THAT(error.what(), HasSubstr("has 8 x 6 pixels, the rig's b has 9 x 6: give the rig"));
   }
 }
 
