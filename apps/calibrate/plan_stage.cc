@@ -120,8 +120,9 @@ int plan_calibration_of(PlanStage args) {
   }
   const ExploreMission mission = mission_of(args);
   const MotionProgramOptions program = program_of(args, mission);
-  const auto cameras =
-      rig_cameras(args.rig.empty() ? mission.rig : read_settings<Rig>(args.rig), args.cameras);
+  const Rig rig = args.rig.empty() ? mission.rig : read_settings<Rig>(args.rig);
+  const auto cameras = rig_cameras(rig, args.cameras);
+  args.plan.known_together = rig.covariance;
   std::optional<OutDir> out;
   if (!args.out.empty()) {
     out.emplace(args.out);

@@ -181,6 +181,10 @@ void say(const RigCalibration& told, const Judged& judged, const Json& figures) 
         "  no metre: the robot never leaves where it begins; lengths are as the rig file has them; "
         "drive a motion with legs, or a rose\n");
   }
+  if (told.bundle.tells_metre) {
+    std::printf("  lengths are by the wheels' metre, which is known to %g %%\n",
+                100 * told.wheels_known.sigma[kWayError]);
+  }
   for (const std::string& reason : judged.reasons) {
     std::printf("  %s\n", reason.c_str());
   }
@@ -276,7 +280,9 @@ int calibrate_rig_of(const RigStage& args) {
       return calibrate_rig_by_maps(args, out.path(), cameras, picture, torn_rows(args, cameras),
                                    std::move(figures), together);
     }
-    told = calibrate_rig(args.calibration, cameras, readings, picture, together);
+    RigCalibrationOptions options = args.calibration;
+    options.known_together = whole_rig(args.dataset, args.rig).covariance;
+    told = calibrate_rig(options, cameras, readings, picture, together);
     judged = judge_rig(cameras, *told);
   } catch (const Interrupted&) {
     std::fprintf(stderr,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "apps/calibrate/stage_cameras.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -25,9 +26,29 @@ std::string in_words(const std::vector<std::string>& names) {
 
 }  // namespace
 
+/// What a rig file calls exact is known as well as a number can be told.
+RigCamera weighable(RigCamera camera) {
+  constexpr double kRotation_rad = 1e-6;
+  constexpr double kPosition_m = 1e-6;
+  constexpr double kFocal_ratio = 1e-6;
+  constexpr double kCentre_px = 1e-3;
+  constexpr double kClock_s = 1e-6;
+  CameraSigmas& sigma = camera.sigma;
+  sigma.rotation_rad = sigma.rotation_rad.cwiseMax(kRotation_rad);
+  sigma.position_m = sigma.position_m.cwiseMax(kPosition_m);
+  sigma.focal_ratio = std::max(sigma.focal_ratio, kFocal_ratio);
+  sigma.centre_px = std::max(sigma.centre_px, kCentre_px);
+  sigma.clock_s = std::max(sigma.clock_s, kClock_s);
+  return camera;
+}
+
 Rig whole_rig(const std::string& dataset, const std::string& rig_file) {
   if (std::error_code ignored; !fs::is_directory(dataset, ignored)) {
-    throw ConfigError(dataset + ": is no folder; give a dataset, as panoptes record leaves it");
+    throw ConfigError(
+        dataset + (fs::exists(dataset, ignored)
+                       ? ": is no folder; give a dataset, as panoptes record leaves it"
+                       : ": is not there; give the file of a mission, or a dataset, as panoptes "
+                         "record leaves it"));
   }
   const std::optional<Rig> rig =
       rig_file.empty() ? rig_beside(dataset) : read_settings<Rig>(rig_file);
@@ -41,6 +62,11 @@ Rig whole_rig(const std::string& dataset, const std::string& rig_file) {
 std::vector<std::pair<std::string, RigCamera>> rig_cameras(const Rig& rig,
                                                            const std::vector<std::string>& names) {
   std::vector<std::pair<std::string, RigCamera>> cameras;
+  if (names.empty()) {
+    for (const auto& [name, camera] : rig.cameras) {
+      cameras.emplace_back(name, weighable(camera));
+    }
+  }
   std::set<std::string> taken;
   for (const std::string& name : names) {
     const auto found = rig.cameras.find(name);
@@ -52,12 +78,10 @@ std::vector<std::pair<std::string, RigCamera>> rig_cameras(const Rig& rig,
       throw ConfigError(fmt::format("the rig has no camera {}; it has {}", name, in_words(there)));
     }
     if (taken.insert(name).second) {
-      cameras.emplace_back(*found);
+      cameras.emplace_back(name, weighable(found->second));
     }
   }
-  return names.empty() ? std::vector<std::pair<std::string, RigCamera>>(rig.cameras.begin(),
-                                                                        rig.cameras.end())
-                       : cameras;
+  return cameras;
 }
 
 std::vector<std::pair<std::string, RigCamera>> stage_cameras(const std::string& dataset,

@@ -13,8 +13,9 @@ namespace panoptes {
 /// none.
 Rig whole_rig(const std::string& dataset, const std::string& rig);
 
-/// The cameras of a rig that are named, in that order; all where none is. Throws ConfigError for
-/// one that it has not.
+/// The cameras of a rig that are named, in that order; all where none is. What the rig file has
+/// known exactly (sigmas of 0) is known to next to nothing. Throws ConfigError for a camera that
+/// the rig has not.
 std::vector<std::pair<std::string, RigCamera>> rig_cameras(const Rig& rig,
                                                            const std::vector<std::string>& names);
 

@@ -1,12 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/calib/joint_of_rig.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include <Eigen/Eigenvalues>
 
 #include "core/base/check.h"
+#include "core/calib/rig_costs.h"
+#include "core/camera/lens_parameters.h"
 
 namespace panoptes {
 namespace {
+
+constexpr Eigen::Index kLensRow = 6;  // of a camera's rows
+constexpr Eigen::Index kCentre = 2;   // of a lens's
+constexpr double kLeastDistortion = 1e-6;
 
 /// The nearest one that is a covariance, each parameter counted in its sigmas: inversions leave
 /// roundoff.
@@ -24,6 +33,57 @@ Eigen::MatrixXd semi_definite(const Eigen::MatrixXd& told) {
 }
 
 }  // namespace
+
+Eigen::MatrixXd covariance_before(const std::vector<std::string>& cameras,
+                                  const std::vector<RigCamera>& believed,
+                                  const std::optional<JointCovariance>& joint) {
+  // What goes wholly together has no inverse.
+  constexpr double kApart = 1e-6;
+  std::vector<std::string> names;
+  std::vector<double> sigma;
+  std::vector<Eigen::Index> fx_row;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const CameraSigmas& known = believed[c].sigma;
+    const Intrinsics& lens = believed[c].intrinsics;
+    const std::vector<std::string> of = joint_parameters(cameras[c], lens);
+    Eigen::VectorXd each =
+        Eigen::VectorXd::Constant(static_cast<Eigen::Index>(of.size()), known.focal_ratio);
+    each.head<3>() = known.rotation_rad;
+    each.segment<3>(3) = known.position_m;
+    each.segment<2>(kLensRow) *= lens.fx_px;
+    each.segment<2>(kLensRow + kCentre).setConstant(known.centre_px);
+    each[each.size() - 1] = known.clock_s;
+    fx_row.push_back(kLensRow + static_cast<Eigen::Index>(names.size()));
+    names.insert(names.end(), of.begin(), of.end());
+    sigma.insert(sigma.end(), each.begin(), each.end());
+  }
+  const auto size = static_cast<Eigen::Index>(names.size());
+  Eigen::MatrixXd together = Eigen::MatrixXd::Identity(size, size);
+  const auto row_of = [&](Eigen::Index i) {
+    return std::find(joint->parameters.begin(), joint->parameters.end(),
+                     names[static_cast<std::size_t>(i)]) -
+           joint->parameters.begin();
+  };
+  if (joint) {
+    together = (1 - kApart) * correlations(*joint, names) + kApart * together;
+  }
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const Eigen::Index fx = fx_row[c];
+    const Eigen::Index end = fx + lens_parameters(believed[c].intrinsics).size();
+    if (joint && row_of(fx) < static_cast<Eigen::Index>(joint->parameters.size())) {
+      for (Eigen::Index i = fx + kCentre + 2; i < end; ++i) {
+        sigma[static_cast<std::size_t>(i)] =
+            std::max(std::sqrt(joint->covariance(row_of(i), row_of(i))), kLeastDistortion);
+      }
+    } else {  // lens_known_cost
+      const double apart = std::sqrt(1 + kFocalApart * kFocalApart);
+      sigma[static_cast<std::size_t>(fx + 1)] *= apart;
+      together(fx, fx + 1) = together(fx + 1, fx) = 1 / apart;
+    }
+  }
+  const Eigen::Map<const Eigen::VectorXd> by(sigma.data(), size);
+  return by.asDiagonal() * together * by.asDiagonal();
+}
 
 JointCovariance joint_covariance(const RigCalibration& calibration) {
   const RigCovariance& known = calibration.bundle.known;

@@ -13,6 +13,7 @@
 #include "core/base/check.h"
 #include "core/base/rng.h"
 #include "core/base/text.h"
+#include "core/calib/joint_of_rig.h"
 #include "core/calib/rig_views.h"
 
 namespace panoptes {
@@ -52,6 +53,9 @@ class Plan {
     for (const auto& [name, camera] : cameras) {
       out_.cameras.push_back(name);
       rig_.push_back(camera);
+    }
+    if (options.known_together) {
+      options_.bundle.before = covariance_before(out_.cameras, rig_, options.known_together);
     }
   }
 
@@ -166,7 +170,7 @@ class Plan {
     std::size_t camera = 0;
   };
 
-  const PlanOptions& options_;
+  PlanOptions options_;
   const DrivePath& path_;
   const Rng rng_{1};
   std::vector<RigCamera> rig_;

@@ -16,6 +16,7 @@ namespace panoptes {
 /// in furnished rooms of 5 to 6 m had on the mean (core/README.md).
 struct PlanOptions {
   RigBundleOptions bundle;
+  std::optional<JointCovariance> known_together;  ///< Rig::covariance
   /// Length, width and height of the room; it starts in the middle, along the length. A path that
   /// leaves it makes it larger.
   Vec3 room_m{5.5, 5.5, 2.6};

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <numbers>
 #include <numeric>
 #include <optional>
 
@@ -35,8 +36,10 @@ constexpr std::size_t kFewestToLearn = 20;
 constexpr double kHeld_m = 0.1;
 constexpr double kHeld_rad = 0.2;
 constexpr double kFixed_m = 1e-4;
-constexpr double kFree = 1e3;        // of what a prior says nothing of
-constexpr double kFarthest_m = 1e5;  // beyond it a point is a direction
+constexpr double kFixed_s = 1e-5;
+constexpr Eigen::Index kMountingRows = 6;  // of a camera
+constexpr double kFree = 1e3;              // of what a prior says nothing of
+constexpr double kFarthest_m = 1e5;        // beyond it a point is a direction
 // So that what nothing shows stays where it is, and the normal equations keep a solution.
 constexpr double kLargestRadius = 1e12;
 // A direction of which a drive tells less than this many of the sigmas that it is believed to is
@@ -546,11 +549,16 @@ class Adjustment {
     for (std::size_t c = 0; c < believed_.size(); ++c) {
       const RigCamera& camera = believed_[c];
       add_pose(problem, blocks_.T_camera_body[c]);
-      problem.AddResidualBlock(lens_known_cost(camera.intrinsics, camera.sigma), nullptr,
-                               blocks_.lens[c].data());
-      problem.AddResidualBlock(known_cost(Eigen::VectorXd::Constant(1, camera.clock_offset_s),
-                                          Eigen::VectorXd::Constant(1, camera.sigma.clock_s)),
-                               nullptr, &blocks_.clock_offset_s[c]);
+      if (options_.before.size() == 0) {
+        problem.AddResidualBlock(lens_known_cost(camera.intrinsics, camera.sigma), nullptr,
+                                 blocks_.lens[c].data());
+        problem.AddResidualBlock(known_cost(Eigen::VectorXd::Constant(1, camera.clock_offset_s),
+                                            Eigen::VectorXd::Constant(1, camera.sigma.clock_s)),
+                                 nullptr, &blocks_.clock_offset_s[c]);
+      }
+    }
+    if (options_.before.size() > 0) {
+      know_together(problem);
     }
     ceres::Manifold* of_points = nullptr;
     for (const RigSeen& seen : tracks_.seen) {
@@ -582,6 +590,45 @@ class Adjustment {
     } else {
       fix_way(problem);
     }
+  }
+
+  /// Without wheels nothing tells what all clocks are off by together: nothing on the mean, each
+  /// weighted by what is known of it.
+  void keep_clocks(ceres::Problem& problem) {
+    std::vector<Eigen::VectorXd> believed_s;
+    std::vector<double*> all;
+    Eigen::RowVectorXd weight(static_cast<Eigen::Index>(believed_.size()));
+    for (std::size_t c = 0; c < believed_.size(); ++c) {
+      believed_s.push_back(Eigen::VectorXd::Constant(1, believed_[c].clock_offset_s));
+      weight[static_cast<Eigen::Index>(c)] = std::pow(believed_[c].sigma.clock_s, -2);
+      all.push_back(&blocks_.clock_offset_s[c]);
+    }
+    problem.AddResidualBlock(known_together_cost(believed_s, weight / (weight.sum() * kFixed_s)),
+                             nullptr, all);
+  }
+
+  /// Lenses and clocks, as a calibration before has left them.
+  void know_together(ceres::Problem& problem) {
+    const RigCovariance at = rows();
+    std::vector<Eigen::VectorXd> believed;
+    std::vector<double*> all;
+    std::vector<Eigen::Index> row;
+    for (std::size_t c = 0; c < believed_.size(); ++c) {
+      believed.push_back(lens_parameters(believed_[c].intrinsics));
+      believed.push_back(Eigen::VectorXd::Constant(1, believed_[c].clock_offset_s));
+      all.insert(all.end(), {blocks_.lens[c].data(), &blocks_.clock_offset_s[c]});
+      for (Eigen::Index i = 0; i <= blocks_.lens[c].size(); ++i) {
+        row.push_back(at.camera[c] + kMountingRows + i);
+      }
+    }
+    const Eigen::MatrixXd before = options_.before(row, row);
+    const Eigen::VectorXd sigma = before.diagonal().cwiseSqrt();
+    const Eigen::MatrixXd together =
+        sigma.cwiseInverse().asDiagonal() * before * sigma.cwiseInverse().asDiagonal();
+    const Eigen::LLT<Eigen::MatrixXd> root(together);
+    const Eigen::MatrixXd weight =
+        root.matrixL().solve(Eigen::MatrixXd(sigma.cwiseInverse().asDiagonal()));
+    problem.AddResidualBlock(known_together_cost(believed, weight), nullptr, all);
   }
 
   void fix_place(ceres::Problem& problem, std::size_t c) {
@@ -657,6 +704,9 @@ class Adjustment {
     } else if (no_metre_) {
       fix_metre(problem, first);
     }
+    if (!options_.has_wheels) {
+      keep_clocks(problem);
+    }
     auto order = std::make_shared<ceres::ParameterBlockOrdering>();
     for (auto& p : blocks_.p_start) {
       if (problem.HasParameterBlock(p.data())) {
@@ -708,7 +758,7 @@ class Adjustment {
   RigCovariance rows() const;
   Scattered information();
   Eigen::VectorXd sigmas() const;
-  Eigen::VectorXd mounting_precision() const;
+  Eigen::MatrixXd mounting_precision() const;
   Eigen::MatrixXd systematic() const;
   void make_directions();
   Told what_is_told();
@@ -934,17 +984,31 @@ Eigen::VectorXd Adjustment::sigmas() const {
     of.segment<2>(8).setConstant(known.centre_px);
     of[6 + lens] = known.clock_s;
   }
+  if (options_.before.size() > 0) {
+    sigma.head(at.wheels) = options_.before.diagonal().cwiseSqrt();
+  }
   sigma.tail<kWheelErrors>() = wheels_known();
   return sigma;
 }
 
-/// Of what is believed and held by nothing else.
-Eigen::VectorXd Adjustment::mounting_precision() const {
+/// Of mountings, which are held by nothing else.
+Eigen::MatrixXd Adjustment::mounting_precision() const {
   const RigCovariance at = rows();
   const Eigen::VectorXd sigma = sigmas();
-  Eigen::VectorXd precision = Eigen::VectorXd::Zero(sigma.size());
+  Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(sigma.size(), sigma.size());
+  std::vector<Eigen::Index> mounting;
   for (const Eigen::Index camera : at.camera) {
-    precision.segment<6>(camera) = sigma.segment<6>(camera).cwiseAbs2().cwiseInverse();
+    for (Eigen::Index i = camera; i < camera + kMountingRows; ++i) {
+      mounting.push_back(i);
+      precision(i, i) = 1 / (sigma[i] * sigma[i]);
+    }
+  }
+  if (options_.before.size() > 0) {
+    const Eigen::VectorXd by = sigma(mounting).cwiseInverse();
+    const Eigen::MatrixXd together =
+        by.asDiagonal() * Eigen::MatrixXd(options_.before(mounting, mounting)) * by.asDiagonal();
+    precision(mounting, mounting) =
+        by.asDiagonal() * Eigen::MatrixXd(together.inverse()) * by.asDiagonal();
   }
   return precision;
 }
@@ -977,6 +1041,14 @@ Eigen::MatrixXd Adjustment::systematic() const {
     of.segment<2>(6).setConstant(options_.systematic_lens_px * lens.fx_px /
                                  (0.5 * lens.width_px));  // at the picture's edge
     of.segment<2>(8).setConstant(options_.systematic_lens_px);
+    const double edge_px = 0.5 * lens.width_px * std::numbers::sqrt2 / 2;
+    if (const auto edge = lens.direction(Vec2(lens.cx_px + edge_px, lens.cy_px + edge_px))) {
+      const auto by_lens = project_with_jacobian(lens, *edge).px_by_lens;
+      for (Eigen::Index i = 4; i < by_lens.cols(); ++i) {
+        sigma[at.camera[c] + kMountingRows + i] =
+            options_.systematic_distortion_px / by_lens.col(i).norm();
+      }
+    }
     const Vec3 t = from_block(blocks_.T_camera_body[c].data()).inverse().translation;
     together.block<3, 3>(at.camera[c], 0) = together_rad * Mat3::Identity();
     together.block<3, 3>(at.camera[c] + 3, 0) = -together_rad * cross_matrix(t);
@@ -1030,7 +1102,7 @@ Adjustment::Told Adjustment::what_is_told() {
 std::optional<Adjustment::Kept> Adjustment::as_believed(const Told& told) const {
   constexpr double kSame = 0.01;  // of a sigma
   const RigCovariance at = rows();
-  const Eigen::VectorXd precision = mounting_precision();
+  const Eigen::MatrixXd precision = mounting_precision();
   Eigen::VectorXd off = Eigen::VectorXd::Zero(told.unit.size());
   Kept kept;
   for (std::size_t c = 0; c < believed_.size(); ++c) {
@@ -1039,10 +1111,11 @@ std::optional<Adjustment::Kept> Adjustment::as_believed(const Told& told) const 
         mounting_moved(believed_[c].T_body_camera, kept.T_body_camera.back());
   }
   const Eigen::MatrixXd open = told.unit.asDiagonal() * told.open;
-  const Eigen::MatrixXd known = open.transpose() * precision.asDiagonal() * open;
-  const Eigen::VectorXd by = known.ldlt().solve(open.transpose() * precision.cwiseProduct(off));
+  const Eigen::MatrixXd known = open.transpose() * precision * open;
+  const Eigen::VectorXd by = known.ldlt().solve(open.transpose() * (precision * off));
   const Eigen::VectorXd moved = -open * by;
-  if (by.size() == 0 || moved.cwiseProduct(precision.cwiseSqrt()).cwiseAbs().maxCoeff() < kSame) {
+  if (by.size() == 0 ||
+      moved.cwiseProduct(precision.diagonal().cwiseSqrt()).cwiseAbs().maxCoeff() < kSame) {
     return std::nullopt;
   }
   constexpr double kFixed = 1e4;  // per unit
@@ -1081,7 +1154,7 @@ std::vector<std::vector<std::string>> Adjustment::named(const Eigen::MatrixXd& o
 RigCovariance Adjustment::covariance(const Told& told) const {
   RigCovariance out = rows();
   const Eigen::MatrixXd open = told.unit.asDiagonal() * told.open;
-  const Eigen::MatrixXd known = open.transpose() * mounting_precision().asDiagonal() * open;
+  const Eigen::MatrixXd known = open.transpose() * mounting_precision() * open;
   out.covariance = told.covariance + open * known.ldlt().solve(open.transpose());
   if (no_metre_) {  // nothing has been told of the way
     const Eigen::Index way = out.wheels + kWayError;

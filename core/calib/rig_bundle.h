@@ -65,12 +65,16 @@ struct RigBundleOptions {
   bool has_wheels = true;
   double inlier_sigma = 3;  ///< by which an observation may be off
   int iterations = 50;
+  /// What is known before (covariance_before), where numbers go together that are not known by
+  /// themselves; empty where each is known to its sigma.
+  Eigen::MatrixXd before;
   std::function<void()> each_step;  ///< is called at every step of the solver; may throw
   /// What no run makes surer: a lens is not what its model says, a floor is not plane, and places
   /// of what a picture shows lie off the same way whenever it is seen. So much were cameras off in
-  /// rendered rooms, beyond their noise: lenses, and all cameras together against the floor, and
-  /// cameras against one another.
+  /// rendered rooms, beyond their noise: lenses, and all cameras together against the floor, each
+  /// coefficient of a distortion at the picture's edge, and cameras against one another.
   double systematic_lens_px = 0.025;
+  double systematic_distortion_px = 0.005;
   double systematic_mounting_px = 0.005;
 };
 

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "core/base/median.h"
+#include "core/calib/joint_of_rig.h"
 #include "core/calib/patch.h"
 #include "core/calib/patch_warp.h"
 #include "core/calib/path_as_wheels.h"
@@ -168,6 +169,10 @@ class Calibration {
     for (const MappedCamera& camera : cameras) {
       believed_.push_back(camera.believed);
       out_.cameras.push_back(camera.name);
+    }
+    if (options.known_together) {
+      out_.known_together = options.known_together;
+      options_.bundle.before = covariance_before(out_.cameras, believed_, options.known_together);
     }
   }
 

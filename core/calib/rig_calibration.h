@@ -28,6 +28,7 @@ struct MappedCamera {
 
 struct RigCalibrationOptions {
   RigBundleOptions bundle;
+  std::optional<JointCovariance> known_together;  ///< Rig::covariance
   double height_sigma_m = 0.05;  ///< of cameras against each other, before anything is seen of it
   double first_search_px = 4;    ///< sigma of where another camera's points are expected at first,
   double search_px = 1.5;        ///< and when the rig has been adjusted
@@ -43,6 +44,7 @@ struct RigCalibration {
   RigTracks tracks;
   RigBundleState before;  ///< as each camera knew by itself, before all were adjusted together
   RigBundle bundle;
+  std::optional<JointCovariance> known_together;  ///< RigCalibrationOptions
   std::vector<int> shared;  ///< points that each camera and another one's map have in common
   WheelsKnown wheels_known;
   WheelReadings wheels;  ///< that were gone by: a camera's path where none were read

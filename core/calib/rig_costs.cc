@@ -285,26 +285,34 @@ class AwayCost : public ceres::SizedCostFunction<1, 7> {
   double sigma_m_;
 };
 
+/// Numbers of some blocks, one after another.
 class KnownCost : public ceres::CostFunction {
  public:
-  KnownCost(const Eigen::VectorXd& value, RowMajor weight)
-      : value_(value), weight_(std::move(weight)) {
+  KnownCost(std::vector<Eigen::VectorXd> values, RowMajor weight)
+      : values_(std::move(values)), weight_(std::move(weight)) {
     set_num_residuals(static_cast<int>(weight_.rows()));
-    *mutable_parameter_block_sizes() = {static_cast<int>(value.size())};
+    for (const Eigen::VectorXd& value : values_) {
+      mutable_parameter_block_sizes()->push_back(static_cast<int>(value.size()));
+    }
   }
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    const Eigen::Index count = value_.size();
-    Eigen::Map<Eigen::VectorXd>(residuals, weight_.rows()) =
-        weight_ * (Eigen::Map<const Eigen::VectorXd>(blocks[0], count) - value_);
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<RowMajor>(jacobians[0], weight_.rows(), count) = weight_;
+    Eigen::VectorXd off(weight_.cols());
+    Eigen::Index at = 0;
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      const Eigen::Index count = values_[i].size();
+      off.segment(at, count) = Eigen::Map<const Eigen::VectorXd>(blocks[i], count) - values_[i];
+      if (jacobians != nullptr && jacobians[i] != nullptr) {
+        Eigen::Map<RowMajor>(jacobians[i], weight_.rows(), count) = weight_.middleCols(at, count);
+      }
+      at += count;
     }
+    Eigen::Map<Eigen::VectorXd>(residuals, weight_.rows()) = weight_ * off;
     return true;
   }
 
  private:
-  Eigen::VectorXd value_;
+  std::vector<Eigen::VectorXd> values_;
   RowMajor weight_;
 };
 
@@ -416,7 +424,7 @@ ceres::CostFunction* rig_reprojection_cost(const Intrinsics& lens, const Vec2& s
 ceres::CostFunction* slides_cost(int first, double sigma_rad) {
   RowMajor weight = RowMajor::Zero(2, 4 + kSlides);
   weight.middleCols<2>(4 + first).diagonal().setConstant(1 / sigma_rad);
-  return new KnownCost(Eigen::VectorXd::Zero(4 + kSlides), weight);
+  return new KnownCost({Eigen::VectorXd(Eigen::VectorXd::Zero(4 + kSlides))}, weight);
 }
 
 ceres::CostFunction* wheels_cost(const Pose2& T_before_now, const WheelSigma& sigma) {
@@ -434,7 +442,7 @@ ceres::CostFunction* away_cost(const Vec3& p_body, double away_m, double sigma_m
 }
 
 ceres::CostFunction* known_cost(const Eigen::VectorXd& value, const Eigen::VectorXd& sigma) {
-  return new KnownCost(value, sigma.cwiseInverse().asDiagonal().toDenseMatrix());
+  return new KnownCost({value}, sigma.cwiseInverse().asDiagonal().toDenseMatrix());
 }
 
 ceres::CostFunction* lens_known_cost(const Intrinsics& lens, const CameraSigmas& known) {
@@ -445,7 +453,7 @@ ceres::CostFunction* lens_known_cost(const Intrinsics& lens, const CameraSigmas&
       -1 / (kFocalApart * known.focal_ratio * lens.fx_px);
   weight(1, 0) = -weight(1, 1);
   weight.diagonal().segment<2>(2).setConstant(1 / known.centre_px);
-  return new KnownCost(before, weight);
+  return new KnownCost({before}, weight);
 }
 
 ceres::CostFunction* mounting_known_cost(const Pose3& T_body_camera, double sigma_rad,
@@ -456,6 +464,11 @@ ceres::CostFunction* mounting_known_cost(const Pose3& T_body_camera, double sigm
 ceres::CostFunction* mountings_kept_cost(const std::vector<Pose3>& T_body_camera,
                                          const Eigen::MatrixXd& directions) {
   return new MountingsKeptCost(T_body_camera, directions);
+}
+
+ceres::CostFunction* known_together_cost(const std::vector<Eigen::VectorXd>& values,
+                                         const Eigen::MatrixXd& weight) {
+  return new KnownCost(values, weight);
 }
 
 }  // namespace panoptes

@@ -113,4 +113,9 @@ ceres::CostFunction* mounting_known_cost(const Pose3& T_body_camera, double sigm
 ceres::CostFunction* mountings_kept_cost(const std::vector<Pose3>& T_body_camera,
                                          const Eigen::MatrixXd& directions);
 
+/// Numbers of some blocks, of which combinations are known: `weight` by what they are off, one
+/// after another, in standard deviations. Blocks: those of `values`.
+ceres::CostFunction* known_together_cost(const std::vector<Eigen::VectorXd>& values,
+                                         const Eigen::MatrixXd& weight);
+
 }  // namespace panoptes

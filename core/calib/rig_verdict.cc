@@ -10,8 +10,9 @@
 
 #include <fmt/format.h>
 
+#include "core/calib/joint_of_rig.h"
 #include "core/calib/map_verdict.h"
-#include "core/calib/rig_costs.h"
+#include "core/camera/lens_parameters.h"
 #include "core/camera/mounting.h"
 
 namespace panoptes {
@@ -25,6 +26,7 @@ constexpr double kMostSigmas = 4;
 // A rig file is off by a hand's breadth and a look, unless it is of another rig.
 constexpr double kMostOff_rad = deg_to_rad(15);
 constexpr double kMostOff_m = 0.15;
+constexpr double kTurnedRound_rad = deg_to_rad(120);
 constexpr double kMostMissing = 0.1;  // of the instants or of the pictures, as a share
 
 double lost_share(const MonoMap& map) {
@@ -114,6 +116,7 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                              "more than {:g}",
                              bundle.rms_after_px, kMostReprojection_px));
   }
+  std::size_t all_turned = 0;
   std::vector<int> seen(cameras.size(), 0);
   std::vector<int> left_out(cameras.size(), 0);
   for (const RigSeen& each : calibration.tracks.seen) {
@@ -157,17 +160,39 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
     // has to move at all tells.
     const double ratio_off =
         (state.lenses[c].fy_px / state.lenses[c].fx_px) / (lens.fy_px / lens.fx_px) - 1;
-    if (std::abs(ratio_off) > kMostSigmas * kFocalApart * camera.believed.sigma.focal_ratio) {
+    const Eigen::MatrixXd before =
+        covariance_before({camera.name}, {camera.believed}, calibration.known_together);
+    constexpr Eigen::Index fx = 6;  // its row
+    const double ratio_sigma =
+        std::sqrt(before(fx, fx) + before(fx + 1, fx + 1) - 2 * before(fx, fx + 1)) / lens.fx_px;
+    if (std::abs(ratio_off) > kMostSigmas * ratio_sigma) {
       judged.doubt(
           Verdict::kPoor,
           fmt::format("{}: its pictures are of another lens: the ratio of its focal lengths is not "
                       "fy / fx = {:.4f}, as the rig file has it; calibrate it by a board",
                       camera.name, lens.fy_px / lens.fx_px));
     }
+    const Eigen::VectorXd bent_before = lens_parameters(lens);
+    const Eigen::VectorXd bent = lens_parameters(state.lenses[c]);
+    const std::vector<std::string> names = lens_parameter_names(lens);
+    for (Eigen::Index i = 4; i < bent.size(); ++i) {
+      const double sigma = std::sqrt(before(fx + i, fx + i));
+      if (std::abs(bent[i] - bent_before[i]) > kMostSigmas * sigma) {
+        judged.doubt(
+            Verdict::kPoor,
+            fmt::format("{}: its pictures are of another lens: its distortion {} is {:.4f}, where "
+                        "the rig file says {:.4f}, known to {:g}; calibrate it by a board, or say "
+                        "in the rig how badly it is known",
+                        camera.name, names[static_cast<std::size_t>(i)], bent[i], bent_before[i],
+                        sigma));
+        break;
+      }
+    }
     const Pose3& found = state.T_body_camera[c];
     const double turn_rad = turn_between(found, camera.believed.T_body_camera);
     const double shift_m = (found.translation - camera.believed.T_body_camera.translation).norm();
     const CameraSigmas& sigma = camera.believed.sigma;
+    all_turned += turn_rad > kTurnedRound_rad ? 1 : 0;
     if (turn_rad > std::max(kMostOff_rad, kMostSigmas * sigma.rotation_rad.norm()) ||
         shift_m > std::max(kMostOff_m, kMostSigmas * sigma.position_m.norm())) {
       std::string like;
@@ -209,6 +234,11 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
                                "which has it known to {:g} ms",
                                camera.name, 1000 * late_s, 1000 * sigma.clock_s));
     }
+  }
+  if (cameras.size() > 1 && all_turned == cameras.size()) {
+    judged.doubt(Verdict::kPoor,
+                 "all cameras look the other way than the rig file says: does the odometry count x "
+                 "ahead and turns to the left as positive?");
   }
   if (!bundle.has_wheels) {
     judged.doubt(

@@ -17,18 +17,20 @@ namespace {
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
 
-/// Cells that may turn out to be floor for the robot: not occupied, far enough from what is, and
-/// joined to where the robot is by others of the kind. Row-major.
-std::vector<std::uint8_t> possibly_traversable_cells(const DrivableGrid& grid, const Body& body,
+/// Cells that may turn out to be floor for the robot: not occupied, as far from what is as the
+/// planner keeps, and joined to where the robot is by others of the kind. Row-major.
+std::vector<std::uint8_t> possibly_traversable_cells(const SearchOptions& search,
+                                                     const DrivableGrid& grid, const Body& body,
                                                      const CostField& field) {
   const OccupancyMap& map = grid.clearance.map;
   if (map.cells.empty()) {
     return {};
   }
   const auto reached = [&](std::size_t cell) { return std::isfinite(field.cost_m[cell]); };
+  const double occupied_m = body.radius_m + from_afar(search).margin_m;
   cv::Mat1b open(map.rows, map.columns);
   for (std::size_t i = 0; i < map.cells.size(); ++i) {
-    open.data[i] = reached(i) || grid.clearance.to_occupied_m[i] >= body.radius_m ? 1 : 0;
+    open.data[i] = reached(i) || grid.clearance.to_occupied_m[i] >= occupied_m ? 1 : 0;
   }
   cv::Mat1i label;
   const int labels = cv::connectedComponents(open, label, 4, CV_32S);
@@ -412,7 +414,7 @@ Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& gr
               {}, {}};
   views.looked_in_vain.assign(grid.clearance.map.cells.size(), 0);
   const std::vector<std::uint8_t> possibly_traversable =
-      possibly_traversable_cells(grid, body_, views.field);
+      possibly_traversable_cells(options_.search, grid, body_, views.field);
   views.sights.resize(grid.clearance.map.cells.size());
   for (std::size_t i = 0; i < views.sights.size(); ++i) {
     if (hides(grid.clearance, i)) {

@@ -161,6 +161,7 @@ inline DrivenRig driven_rig(const std::vector<RigCamera>& truth, const DrivenSce
 inline RigBundle adjusted(DrivenRig& of) {
   RigBundleOptions options;
   options.systematic_lens_px = 0;
+  options.systematic_distortion_px = 0;
   options.systematic_mounting_px = 0;
   return adjust_rig(
       options, of.believed, [&of](Time at) { return of.rose.wheels(at); }, of.tracks, of.start);

@@ -198,7 +198,7 @@ TEST_F(CalibrateMaps, ARigIsNotToldByADriveThatHardlyTurns) {
 
   // What is missing is said before anything is computed.
   EXPECT_THAT(panoptes({"calibrate", "nowhere", "--out", "gone"}).err,
-              HasSubstr("nowhere: is no folder; give a dataset"));
+              HasSubstr("nowhere: is not there; give the file of a mission, or a dataset"));
   std::filesystem::remove(pictures_in(folder_ / "work/rose/mav0/left/data").at(60));
   const Said gone = panoptes({"calibrate", "rose", "--out", "gone"});
   EXPECT_EQ(gone.status, 2);

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/calib/joint_of_rig.h"
 
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
@@ -43,6 +48,44 @@ TEST(JointOfRig, IsOfTheCamerasInTheirOrder) {
   EXPECT_EQ(joint.parameters[25], "ahead.clock_s");
   EXPECT_LT((joint.covariance - covariance.topLeftCorner<26, 26>()).norm(),
             kRoundoff * covariance.norm());
+}
+
+TEST(JointOfRig, BeforeACalibrationEachNumberIsKnownToItsSigma) {
+  RigCamera ahead;
+  ahead.intrinsics = pinhole(320, 240, 1.2);
+  ahead.intrinsics.distortion = BrownConrady{};
+  ahead.sigma.position_m = Vec3(0.01, 0.02, 0.03);
+  ahead.sigma.focal_ratio = 0.002;
+  const Eigen::MatrixXd before = covariance_before({"ahead"}, {ahead}, std::nullopt);
+  ASSERT_EQ(before.rows(), 6 + 9 + 1);
+  EXPECT_DOUBLE_EQ(before(4, 4), 0.02 * 0.02);
+  const double fx_px = 0.002 * ahead.intrinsics.fx_px;
+  EXPECT_NEAR(before(6, 6), fx_px * fx_px, 1e-12);
+  const double ratio = before(6, 6) + before(7, 7) - 2 * before(6, 7);
+  EXPECT_NEAR(std::sqrt(ratio), 0.1 * fx_px, 1e-9) << "fy goes with fx";
+  EXPECT_DOUBLE_EQ(std::sqrt(before(10, 10)), 0.002);
+  EXPECT_EQ(before(0, 3), 0);
+}
+
+TEST(JointOfRig, BeforeAnotherCalibrationWhatWentTogetherGoesTogether) {
+  std::vector<RigCamera> rig(2);
+  rig[0].intrinsics = rig[1].intrinsics = pinhole(320, 240, 1.2);
+  rig[1].intrinsics.distortion = BrownConrady{};
+  JointCovariance joint;
+  for (const char* name : {"a", "b"}) {
+    const bool is_b = name[0] == 'b';
+    const auto of = joint_parameters(name, rig[is_b ? 1 : 0].intrinsics);
+    joint.parameters.insert(joint.parameters.end(), of.begin(), of.end());
+  }
+  const auto size = static_cast<Eigen::Index>(joint.parameters.size());
+  joint.covariance = 1e-6 * Eigen::MatrixXd::Identity(size, size);
+  joint.covariance(5, 11 + 5) = joint.covariance(11 + 5, 5) = 1e-6;  // heights
+  joint.covariance(11 + 10, 11 + 10) = 4e-8;                         // k1
+  const Eigen::MatrixXd turned = covariance_before({"b", "a"}, {rig[1], rig[0]}, joint);
+  ASSERT_EQ(turned.rows(), size);
+  EXPECT_NEAR(turned(5, 16 + 5), 0.01 * 0.01, 1e-9) << "by the cameras' sigmas, wholly together";
+  EXPECT_NEAR(std::sqrt(turned(10, 10)), 2e-4, 1e-9) << "no sigma says it";
+  EXPECT_EQ(Eigen::LLT<Eigen::MatrixXd>(turned).info(), Eigen::Success);
 }
 
 TEST(JointOfRig, IsReadAgainWhereRoundoffHasLeftItIndefinite) {

@@ -11,6 +11,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/calib/joint_of_rig.h"
 #include "core/camera/mounting.h"
 #include "tests/support/driven_rig.h"
 
@@ -192,6 +193,7 @@ TEST(RigBundle, LearnsByHowMuchPointsSlideWhenTheyAreSeenFromElsewhere) {
 TEST(RigBundle, WithoutWheelsAllIsToldUpToWhereTheBodyIsAndToScale) {
   RigBundleOptions options;
   options.systematic_lens_px = 0;
+  options.systematic_distortion_px = 0;
   options.systematic_mounting_px = 0;
   options.has_wheels = false;
   double normalised = 0;
@@ -219,10 +221,50 @@ TEST(RigBundle, WithoutWheelsAllIsToldUpToWhereTheBodyIsAndToScale) {
     EXPECT_NEAR(metre(of, bundle), found.norm() / truth.norm(), 0.005);
     const auto e = relative_error(of, bundle);
     EXPECT_LT(e.head<3>().norm(), deg_to_rad(0.05));
+    const std::vector<double>& clocks = bundle.state.clock_offset_s;
+    EXPECT_NEAR(clocks[0] + clocks[1],
+                of.believed[0].clock_offset_s + of.believed[1].clock_offset_s, 1e-4)
+        << "nothing tells what both are off by";
     normalised += normalised_error(of, bundle);
   }
   EXPECT_GT(normalised / kRuns, 1 - 3 * std::sqrt(2.0 / (6 * kRuns)));
   EXPECT_LT(normalised / kRuns, 1 + 3 * std::sqrt(2.0 / (6 * kRuns)));
+}
+
+TEST(RigBundle, CalibratedAgainItKnowsWhatNoRunShowsNoBetter) {
+  RigBundleOptions options;
+  DrivenRig of = drive({}, noisy(), Rng(70));
+  const WheelReadings wheels = [&of](Time at) { return of.rose.wheels(at); };
+  RigCalibration once;
+  once.cameras = {"a", "b"};
+  once.bundle = adjust_rig(options, of.believed, wheels, of.tracks, of.start);
+  const RigCovariance& known = once.bundle.known;
+  const Eigen::VectorXd sigma = known.covariance.diagonal().cwiseSqrt();
+  for (std::size_t c = 0; c < 2; ++c) {
+    RigCamera& camera = of.believed[c];
+    camera.T_body_camera = once.bundle.state.T_body_camera[c];
+    camera.intrinsics = once.bundle.state.lenses[c];
+    camera.clock_offset_s = once.bundle.state.clock_offset_s[c];
+    camera.sigma.rotation_rad = sigma.segment<3>(known.camera[c]);
+    camera.sigma.position_m = sigma.segment<3>(known.camera[c] + 3);
+    camera.sigma.focal_ratio = sigma[known.camera[c] + 6] / camera.intrinsics.fx_px;
+    camera.sigma.centre_px = sigma[known.camera[c] + 8];
+    camera.sigma.clock_s = sigma[known.wheels - (c == 0 ? known.wheels - known.camera[1] : 0) - 1];
+  }
+  DrivenRig other = drive({}, noisy(), Rng(71));
+  other.believed = of.believed;
+  const auto z_again_m = [&] {
+    RigTracks tracks = other.tracks;
+    const RigBundle again = adjust_rig(
+        options, other.believed, [&other](Time at) { return other.rose.wheels(at); }, tracks,
+        other.start);
+    const Eigen::Index z = again.known.camera[0] + 5;
+    return std::sqrt(again.known.covariance(z, z));
+  };
+  const double z_m = of.believed[0].sigma.position_m.z();
+  EXPECT_LT(z_again_m(), 0.8 * z_m) << "as if the heights of both had been told by themselves";
+  options.before = covariance_before(once.cameras, other.believed, joint_covariance(once));
+  EXPECT_NEAR(z_again_m(), z_m, 0.02 * z_m);
 }
 
 TEST(RigBundle, EndsWithWhatAStepThrows) {

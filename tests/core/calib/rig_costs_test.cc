@@ -173,6 +173,18 @@ TEST(RigCosts, KeptMountingsHaveTheirDerivatives) {
   expect_derivatives(*cost, {pose(moved(kept[0].inverse(), by)), pose(kept[1].inverse())}, 1e-3);
 }
 
+TEST(RigCosts, WhatIsKnownTogetherHasItsDerivatives) {
+  Eigen::MatrixXd weight(2, 3);
+  weight << 4, 1, 0.5, 0, -2, 3;
+  const std::vector<Eigen::VectorXd> values{Eigen::VectorXd::Constant(1, 0.1),
+                                            Eigen::Vector2d(0.2, -0.3)};
+  const std::unique_ptr<ceres::CostFunction> cost(known_together_cost(values, weight));
+  EXPECT_NEAR(residuals(*cost, {{0.1}, {0.2, -0.3}}).norm(), 0, 1e-12);
+  EXPECT_NEAR(residuals(*cost, {{0.2}, {-0.2, -0.3}})[0], 0, 1e-12);
+  EXPECT_NEAR(residuals(*cost, {{0.2}, {-0.2, -0.3}})[1], 0.8, 1e-12);
+  expect_derivatives(*cost, {{0.3}, {0.1, -0.1}}, 1e-6);
+}
+
 TEST(RigCosts, AwayHasItsDerivatives) {
   const Vec3 p_body(0.2, -0.1, 0.7);
   const std::unique_ptr<ceres::CostFunction> cost(away_cost(p_body, 0.3, 0.01));

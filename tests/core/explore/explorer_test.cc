@@ -59,6 +59,20 @@ TEST(Explorer, DoesNotHopeForWhatTheRobotCannotReach) {
   EXPECT_FALSE(choice.frontier_reachable);
 }
 
+TEST(Explorer, DoesNotHopeForWhatThePlannerWouldRefuse) {
+  // A hall behind a gap that the body would fit into, but for what the planner keeps.
+  const auto hopes = [](double gap_m) {
+    OccupancyMap map = test::empty_room(6, 4, 0.01);
+    test::fill(map, 3, 0, 3.1, 4, Cell::kOccupied);
+    test::fill(map, 3, 2, 6, 2 + gap_m, Cell::kUnknown);
+    test::fill(map, 3.1, 0.1, 5.9, 3.9, Cell::kUnknown);
+    return make_explorer().choose(Time(), grid_of(map), {1, 2.3, 0}).frontier_reachable;
+  };
+  const double planner_m = 2 * (Body().radius_m + from_afar(SearchOptions()).margin_m);
+  EXPECT_FALSE(hopes(2 * Body().radius_m + 0.02));
+  EXPECT_TRUE(hopes(planner_m + 0.1));
+}
+
 TEST(Explorer, IgnoresWhatIsBehindAWall) {
   OccupancyMap map = half_known();
   test::fill(map, 2.95, 0, 3, 4, Cell::kOccupied);
