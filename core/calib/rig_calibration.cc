@@ -105,21 +105,33 @@ double farthest(const std::vector<StampedCamera>& path) {
 
 /// That what a camera sees is too far for its way to show, in words; empty where it is not.
 std::string too_distant(const MappedCamera& camera) {
-  // A rose of half a metre in a hall whose walls are 10 m away; in rooms it is 2 to 6 times.
-  constexpr double kTooFar = 20;
-  std::vector<double> distances;
+  // In rooms it is 24 to 84 px; between walls 330 m off 1 to 2, which is noise.
+  constexpr double kLeastParallax_px = 5;
+  std::vector<double> parallax_px;
   for (const MonoMap::Point& point : camera.map.points) {
-    distances.push_back(point.p_map.norm());
+    const auto from = [&](const MonoMap::Seen& seen) {
+      const MonoMap::Frame& frame = camera.map.frames[static_cast<std::size_t>(seen.frame)];
+      return Vec3(point.p_map - frame.T_map_camera.translation).normalized();
+    };
+    Vec3 mean = Vec3::Zero();
+    for (const MonoMap::Seen& seen : point.seen) {
+      mean += from(seen);
+    }
+    double most_rad = 0;
+    for (const MonoMap::Seen& seen : point.seen) {
+      most_rad =
+          std::max(most_rad, std::atan2(from(seen).cross(mean).norm(), from(seen).dot(mean)));
+    }
+    parallax_px.push_back(most_rad * camera.believed.intrinsics.fx_px);
   }
-  const double times =
-      distances.empty() ? 0 : median(distances) / farthest(path_of(camera, kEvery));
-  return times < kTooFar
+  const double usual_px = parallax_px.empty() ? 0 : median(parallax_px);
+  return usual_px > kLeastParallax_px
              ? ""
              : fmt::format(
-                   ", and what it sees looks {:.0f} times as far as the camera gets (at most "
-                   "{:.0f}): all is too distant for anything but turns; drive the motion nearer to "
-                   "what there is to see, or farther",
-                   times, kTooFar);
+                   ", and where the camera goes moves what it sees by {:.1f} px (at least {:.0f}): "
+                   "all is too distant for anything but turns; drive the motion nearer to what "
+                   "there is to see, or farther",
+                   usual_px, kLeastParallax_px);
 }
 
 /// A camera's path stands for wheels where none were read. A metre is such that cameras are as far
