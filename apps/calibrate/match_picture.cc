@@ -140,12 +140,15 @@ cv::Mat draw_matches(const RigCalibration& calibration, const MatchedViews& view
               {kMargin + 382, y}, kInk);
   const std::size_t by_second = points_found(calibration, first_camera, second_camera);
   const std::size_t by_first = points_found(calibration, second_camera, first_camera);
-  if (by_second + by_first > 0) {  // maps that are only laid on each other find none
-    canvas.text(
-        fmt::format("In all keyframes {} found {} of {}'s map, and {} found {} of {}'s map", second,
-                    counted(by_second, "point"), first, first, counted(by_first, "point"), second),
-        {kMargin, y + 26}, kInk);
-  }
+  // Maps that are laid on each other have the same points: nobody looked for the other's.
+  canvas.text(
+      by_second > 0 && by_first > 0
+          ? fmt::format("In all keyframes {} found {} of {}'s map, and {} found {} of {}'s map",
+                        second, counted(by_second, "point"), first, first,
+                        counted(by_first, "point"), second)
+          : fmt::format("In all keyframes they have {} in common",
+                        counted(by_second + by_first, "point")),
+      {kMargin, y + 26}, kInk);
   return canvas.shrunk();
 }
 

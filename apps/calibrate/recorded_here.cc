@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 bool is_whole(const fs::path& recording, const ExploreMission& mission) {
   const std::string as_it_is =
       fmt::format("calibrate it as it is with panoptes calibrate {} --out DIR", recording.string());
-  const std::string outcome = outcome_of(recording).value_or("killed");
+  const std::string outcome = told_in_metrics(recording, "outcome").value_or("killed");
   const bool is_cut_short = outcome != "completed";
   const bool is_same = read_part(recording / "mission.yaml") ==
                        mission_text(PANOPTES_VERSION, write_settings(mission));

@@ -80,7 +80,9 @@ std::vector<std::string> left_before(const RigStage& args) {
   for (const auto& [camera, believed] : whole_rig(args.dataset, args.rig).cameras) {
     may_hold.push_back(map_file(camera));  // left out this time, perhaps
   }
-  if (outcome_of(args.out) == "failed") {
+  if (told_in_metrics(args.out, "outcome") == "failed" &&
+      told_in_metrics(args.out, "command") == "calibrate" &&
+      told_in_metrics(args.out, "stage") == "rig") {
     for (const auto& entry : fs::directory_iterator(args.out)) {
       may_hold.push_back(entry.path().filename().string());
     }

@@ -24,8 +24,6 @@ std::string in_words(const std::vector<std::string>& names) {
   return names.empty() ? "none" : joined(names);
 }
 
-}  // namespace
-
 /// What a rig file calls exact is known as well as a number can be told.
 RigCamera weighable(RigCamera camera) {
   constexpr double kRotation_rad = 1e-6;
@@ -41,6 +39,8 @@ RigCamera weighable(RigCamera camera) {
   sigma.clock_s = std::max(sigma.clock_s, kClock_s);
   return camera;
 }
+
+}  // namespace
 
 Rig whole_rig(const std::string& dataset, const std::string& rig_file) {
   if (std::error_code ignored; !fs::is_directory(dataset, ignored)) {

@@ -22,10 +22,11 @@ void write_metrics(const std::filesystem::path& folder, nlohmann::ordered_json f
   faults.attempt([&] { write_file(folder / "metrics.json", figures.dump(2) + "\n"); });
 }
 
-std::optional<std::string> outcome_of(const std::filesystem::path& folder) {
+std::optional<std::string> told_in_metrics(const std::filesystem::path& folder,
+                                           const std::string& key) {
   const auto metrics =
       nlohmann::json::parse(read_part(folder / "metrics.json").value_or(""), nullptr, false);
-  const auto found = metrics.is_object() ? metrics.find("outcome") : metrics.end();
+  const auto found = metrics.is_object() ? metrics.find(key) : metrics.end();
   return metrics.is_object() && found != metrics.end() && found->is_string()
              ? std::optional(found->get<std::string>())
              : std::nullopt;

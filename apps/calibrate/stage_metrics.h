@@ -15,7 +15,9 @@ namespace panoptes {
 void write_metrics(const std::filesystem::path& folder, nlohmann::ordered_json figures,
                    Faults& faults);
 
-/// The outcome that a folder's metrics.json tells. Empty where it has none.
-std::optional<std::string> outcome_of(const std::filesystem::path& folder);
+/// What a folder's metrics.json tells under this key, where that is a word: "outcome", "command".
+/// Empty where it tells none.
+std::optional<std::string> told_in_metrics(const std::filesystem::path& folder,
+                                           const std::string& key);
 
 }  // namespace panoptes

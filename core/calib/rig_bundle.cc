@@ -1029,6 +1029,7 @@ Eigen::MatrixXd Adjustment::systematic() const {
     }
   }
   const Eigen::Index rig = at.wheels + kWheelErrors;
+  const Eigen::VectorXd before = sigmas();
   Eigen::VectorXd sigma = Eigen::VectorXd::Zero(rig);
   Eigen::MatrixXd together = Eigen::MatrixXd::Zero(rig, 3);
   const double together_rad = options_.systematic_lens_px / state_.lenses.front().fx_px;
@@ -1049,6 +1050,11 @@ Eigen::MatrixXd Adjustment::systematic() const {
             options_.systematic_distortion_px / by_lens.col(i).norm();
       }
     }
+    // A lens that is known better than that before stays so, and is no open direction.
+    const Eigen::Index lens_row = at.camera[c] + kMountingRows;
+    const Eigen::Index count = blocks_.lens[c].size();
+    sigma.segment(lens_row, count) =
+        sigma.segment(lens_row, count).cwiseMin(before.segment(lens_row, count));
     const Vec3 t = from_block(blocks_.T_camera_body[c].data()).inverse().translation;
     together.block<3, 3>(at.camera[c], 0) = together_rad * Mat3::Identity();
     together.block<3, 3>(at.camera[c] + 3, 0) = -together_rad * cross_matrix(t);

@@ -267,6 +267,24 @@ TEST(RigBundle, CalibratedAgainItKnowsWhatNoRunShowsNoBetter) {
   EXPECT_NEAR(z_again_m(), z_m, 0.02 * z_m);
 }
 
+TEST(RigBundle, ALensThatIsKnownBeforeLeavesMountingsNoLessSure) {
+  DrivenRig of = drive({}, noisy(), Rng(72));
+  const auto rotation_rad = [&of] {
+    RigTracks tracks = of.tracks;
+    const RigBundle bundle = adjust_rig(
+        RigBundleOptions(), of.believed, [&of](Time at) { return of.rose.wheels(at); }, tracks,
+        of.start);
+    return Vec3(bundle.known.covariance.diagonal().head<3>().cwiseSqrt());
+  };
+  const Vec3 usual_rad = rotation_rad();
+  for (std::size_t c = 0; c < 2; ++c) {
+    of.believed[c].intrinsics = of.start.lenses[c] = of.truth[c].intrinsics;
+    of.believed[c].sigma.focal_ratio = 1e-6;
+    of.believed[c].sigma.centre_px = 1e-3;
+  }
+  EXPECT_LT((rotation_rad() - 1.2 * usual_rad).maxCoeff(), 0);
+}
+
 TEST(RigBundle, EndsWithWhatAStepThrows) {
   DrivenRig of = drive({}, noisy(), Rng(1));
   RigBundleOptions options;
