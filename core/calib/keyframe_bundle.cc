@@ -105,7 +105,7 @@ bool solve(const KeyframeBundleOptions& options, const Intrinsics& lens, const C
       problem.SetParameterBlockConstant(bundle.lens.data());
     }
   }
-  return solve_by_schur(problem, order, options.iterations);
+  return solve_by_schur(problem, order, {.iterations = options.iterations});
 }
 
 }  // namespace

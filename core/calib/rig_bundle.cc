@@ -53,6 +53,12 @@ constexpr double kStep_rad = 0.0005;
 constexpr double kLeastRolled_m = 0.01;     // less is steps
 constexpr double kWheelFromMiddle_m = 0.2;  // about: a turn rolls the wheels too
 
+/// Each loss begins where the one before it has led: only the last needs all digits.
+/// digits.
+double tolerance_of(Loss loss) {
+  return loss == Loss::kHuber ? 1e-3 : loss == Loss::kCauchy ? 1e-4 : 1e-6;
+}
+
 /// What the wheels say from an instant to the next.
 struct Driven {
   Pose2 T_before_now;
@@ -724,7 +730,8 @@ class Adjustment {
       order->AddElementToGroup(&blocks_.clock_offset_s[c], next++);
     }
     order->AddElementToGroup(blocks_.wheel_errors.data(), next);
-    return solve_by_schur(problem, order, options_.iterations, kLargestRadius, options_.each_step);
+    return solve_by_schur(problem, order, {options_.iterations, tolerance_of(loss), kLargestRadius},
+                          options_.each_step);
   }
 
   /// What is told of the rig, with what is not: the rows are RigCovariance's.
@@ -799,93 +806,95 @@ std::vector<std::size_t> places(const std::vector<Vec3>& points) {
   return out;
 }
 
+using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+
 /// What the rows of a Jacobian tell of all but the points: each point is eliminated by its own
 /// rows' QR, which keeps the digits that the normal equations of what is hardly seen lose. The
 /// scatter is that of the points' gradients (Liang and Zeger 1986), summed over each cluster of
 /// points, of the size that the residuals have on the whole.
-Scattered information_without_points(const Eigen::SparseMatrix<double, Eigen::RowMajor>& J,
-                                     const std::vector<double>& residuals,
+Scattered information_without_points(const SparseRows& J, const std::vector<double>& residuals,
                                      Eigen::Index all_but_points,
                                      const std::vector<std::size_t>& cluster_of_point) {
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(all_but_points, all_but_points);
-  Eigen::MatrixXd by_points = information;           // of these what they tell,
-  Eigen::MatrixXd scatter = information;             // and how their gradients scatter
+  // Lower halves.
+  Eigen::MatrixXd others = Eigen::MatrixXd::Zero(all_but_points, all_but_points);
+  Eigen::MatrixXd by_points = others;                // what the points' rows tell,
+  Eigen::MatrixXd scatter = others;                  // and how their gradients scatter
   std::map<std::size_t, Eigen::VectorXd> gradients;  // by cluster
+  // What tells of points themselves, a few at a time, which is faster.
+  Eigen::MatrixXd eliminated(all_but_points, 64 * kPointMoves);
+  Eigen::Index filled = 0;
+  const auto take_away = [&] {
+    by_points.selfadjointView<Eigen::Lower>().rankUpdate(eliminated.leftCols(filled), -1);
+    filled = 0;
+  };
   double squares = 0;
   double freedom = 0;
   std::map<Eigen::Index, std::vector<Eigen::Index>> rows_of_point;
   for (Eigen::Index row = 0; row < J.outerSize(); ++row) {
     Eigen::Index last = -1;
-    for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(J, row); it; ++it) {
+    for (SparseRows::InnerIterator it(J, row); it; ++it) {
       last = std::max<Eigen::Index>(last, it.col());
     }
     rows_of_point[last < all_but_points ? -1 : (last - all_but_points) / kPointMoves].push_back(
         row);
   }
   for (const auto& [point, rows] : rows_of_point) {
-    std::map<Eigen::Index, Eigen::Index> at;  // where a column is among those of this point
-    for (const Eigen::Index row : rows) {
-      for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(J, row); it; ++it) {
-        if (it.col() < all_but_points) {
-          at.emplace(it.col(), 0);
-        }
-      }
-    }
-    std::vector<Eigen::Index> columns;
-    for (auto& [column, place] : at) {
-      place = static_cast<Eigen::Index>(columns.size());
-      columns.push_back(column);
-    }
     const auto count = static_cast<Eigen::Index>(rows.size());
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(columns.size()));
     Eigen::MatrixXd B = Eigen::MatrixXd::Zero(count, kPointMoves);
     Eigen::VectorXd r(count);
+    Eigen::MatrixXd& told = point < 0 ? others : by_points;
     for (Eigen::Index i = 0; i < count; ++i) {
-      r[i] = residuals[static_cast<std::size_t>(rows[static_cast<std::size_t>(i)])];
-      for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(
-               J, rows[static_cast<std::size_t>(i)]);
-           it; ++it) {
-        if (it.col() < all_but_points) {
-          A(i, at.at(it.col())) = it.value();
-        } else {
-          B(i, it.col() - all_but_points - kPointMoves * point) = it.value();
+      const Eigen::Index row = rows[static_cast<std::size_t>(i)];
+      r[i] = residuals[static_cast<std::size_t>(row)];
+      for (SparseRows::InnerIterator a(J, row); a; ++a) {
+        if (a.col() >= all_but_points) {
+          B(i, a.col() - all_but_points - kPointMoves * point) = a.value();
+          continue;
+        }
+        for (SparseRows::InnerIterator b(J, row); b; ++b) {
+          if (b.col() >= a.col() && b.col() < all_but_points) {
+            told(b.col(), a.col()) += a.value() * b.value();
+          }
         }
       }
     }
-    if (point >= 0) {  // of one that is seen from one place alone, no distance is to be eliminated
-      const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(B);
-      A = (qr.householderQ().adjoint() * A).bottomRows(count - qr.rank()).eval();
-      r = (qr.householderQ().adjoint() * r).bottomRows(count - qr.rank()).eval();
-      squares += r.squaredNorm();
-      freedom += static_cast<double>(r.size());
+    if (point < 0) {
+      continue;
     }
-    const Eigen::MatrixXd told = A.transpose() * A;
-    if (point >= 0) {
-      Eigen::VectorXd& sum = gradients[cluster_of_point[static_cast<std::size_t>(point)]];
-      sum = sum.size() > 0 ? sum : Eigen::VectorXd::Zero(all_but_points);
-      const Eigen::VectorXd gradient = A.transpose() * r;
-      for (std::size_t i = 0; i < columns.size(); ++i) {
-        sum[columns[i]] += gradient[static_cast<Eigen::Index>(i)];
-      }
+    // Of one that is seen from one place alone, no distance is to be eliminated.
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(B);
+    const Eigen::Index rank = qr.rank();
+    const Eigen::MatrixXd Q = qr.householderQ() * Eigen::MatrixXd::Identity(count, rank);
+    r -= (Q * (Q.transpose() * r)).eval();
+    squares += r.squaredNorm();
+    freedom += static_cast<double>(count - rank);
+    if (filled + rank > eliminated.cols()) {
+      take_away();
     }
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      for (std::size_t j = 0; j < columns.size(); ++j) {
-        const auto a = static_cast<Eigen::Index>(i);
-        const auto b = static_cast<Eigen::Index>(j);
-        information(columns[i], columns[j]) += told(a, b);
-        if (point >= 0) {
-          by_points(columns[i], columns[j]) += told(a, b);
+    auto W = eliminated.middleCols(filled, rank);
+    W.setZero();
+    filled += rank;
+    Eigen::VectorXd& gradient = gradients[cluster_of_point[static_cast<std::size_t>(point)]];
+    gradient = gradient.size() > 0 ? gradient : Eigen::VectorXd::Zero(all_but_points);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      for (SparseRows::InnerIterator it(J, rows[static_cast<std::size_t>(i)]); it; ++it) {
+        if (it.col() < all_but_points) {
+          W.row(it.col()) += it.value() * Q.row(i);
+          gradient[it.col()] += it.value() * r[i];
         }
       }
     }
   }
+  take_away();
   for (const auto& [cluster, gradient] : gradients) {
     scatter.selfadjointView<Eigen::Lower>().rankUpdate(gradient);
   }
-  scatter = Eigen::MatrixXd(scatter.selfadjointView<Eigen::Lower>());
   const Eigen::MatrixXd of_points =
       squares > 0 ? Eigen::MatrixXd(freedom / squares * scatter) : by_points;
-  return {information, information - by_points + of_points};
+  const auto whole = [](const Eigen::MatrixXd& lower) {
+    return Eigen::MatrixXd(lower.selfadjointView<Eigen::Lower>());
+  };
+  return {whole(others + by_points), whole(others + of_points)};
 }
 
 RigCovariance Adjustment::rows() const {
@@ -946,10 +955,9 @@ Scattered Adjustment::information() {
   ceres::CRSMatrix crs;
   problem.Evaluate(how, nullptr, nullptr, nullptr, &crs);
   blocks_.p_start = points;
-  const Eigen::SparseMatrix<double, Eigen::RowMajor> J =
-      Eigen::Map<const Eigen::SparseMatrix<double, Eigen::RowMajor>>(
-          crs.num_rows, crs.num_cols, static_cast<int>(crs.values.size()), crs.rows.data(),
-          crs.cols.data(), crs.values.data());
+  const SparseRows J =
+      Eigen::Map<const SparseRows>(crs.num_rows, crs.num_cols, static_cast<int>(crs.values.size()),
+                                   crs.rows.data(), crs.cols.data(), crs.values.data());
   // What is common to cameras and poses is a small difference of large numbers.
   using Long = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
   Eigen::MatrixXd G = Eigen::MatrixXd::Identity(rig, rig);  // to the body's own axes

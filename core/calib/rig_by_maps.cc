@@ -204,7 +204,7 @@ class JointBundle {
     }
     order->AddElementToGroup(&clock_s, 2);
     order->AddElementToGroup(wheels.data(), 2);
-    return solve_by_schur(problem, order, options_.iterations);
+    return solve_by_schur(problem, order, {.iterations = options_.iterations});
   }
 
   void store() {

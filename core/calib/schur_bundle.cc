@@ -93,15 +93,16 @@ bool keep_gauge(ceres::Problem& problem, const std::vector<PoseBlock*>& T_camera
 }
 
 bool solve_by_schur(ceres::Problem& problem,
-                    const std::shared_ptr<ceres::ParameterBlockOrdering>& ordering, int iterations,
-                    double largest_radius, const std::function<void()>& each_step) {
+                    const std::shared_ptr<ceres::ParameterBlockOrdering>& ordering,
+                    const SchurOptions& options, const std::function<void()>& each_step) {
   ceres::Solver::Options how;
   EachStep calls(each_step);
   how.callbacks.push_back(&calls);
   how.linear_solver_type = ceres::SPARSE_SCHUR;
   how.linear_solver_ordering = ordering;
-  how.max_num_iterations = iterations;
-  how.max_trust_region_radius = largest_radius;
+  how.max_num_iterations = options.iterations;
+  how.function_tolerance = options.function_tolerance;
+  how.max_trust_region_radius = options.largest_radius;
   how.logging_type = ceres::SILENT;
   how.num_threads = 1;
   ceres::Solver::Summary summary;

@@ -29,10 +29,16 @@ ceres::LossFunction* made(Loss loss);
 /// are in one place, of which there is then nothing to keep.
 bool keep_gauge(ceres::Problem& problem, const std::vector<PoseBlock*>& T_camera_map);
 
+struct SchurOptions {
+  int iterations = 50;
+  double function_tolerance = 1e-6;  ///< a step that lowers the cost by a smaller share is the last
+  double largest_radius = 1e16;      ///< of the trust region
+};
+
 /// Solves it, the first group of the ordering eliminated first. Whether it has converged. The
 /// same bits every time. What `each_step` throws ends it.
 bool solve_by_schur(ceres::Problem& problem,
-                    const std::shared_ptr<ceres::OrderedGroups<double*>>& ordering, int iterations,
-                    double largest_radius = 1e16, const std::function<void()>& each_step = {});
+                    const std::shared_ptr<ceres::OrderedGroups<double*>>& ordering,
+                    const SchurOptions& options, const std::function<void()>& each_step = {});
 
 }  // namespace panoptes
