@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <system_error>
+#include <variant>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -48,6 +50,23 @@ bool is_study(const std::string& file) {
   return kind != nullptr && kind->name == "placement study";
 }
 
+// What it will cost, by one rig. Of a short one there is nothing to say.
+void say_cost(const PlacementStudy& study, int jobs) {
+  constexpr double kShort_s = 5;
+  const auto* search = std::get_if<Nsga2Sweep>(&study.sweep);
+  const std::size_t rigs =
+      search != nullptr ? static_cast<std::size_t>(search->rigs) : points_of(study).size();
+  const Rig first = read_settings<Rig>(study.rig);
+  const auto began = std::chrono::steady_clock::now();
+  score_rig(study.scores, first, study.robot);
+  const std::chrono::duration<double> one = std::chrono::steady_clock::now() - began;
+  const double all_s = one.count() * static_cast<double>(rigs) / jobs;
+  if (all_s > kShort_s) {
+    std::fprintf(stderr, "%s%zu rigs, about %.0f s\n", search != nullptr ? "at most " : "", rigs,
+                 all_s);
+  }
+}
+
 // All rigs of a study, the best of them as a file of its own.
 int place_study(const PlaceArguments& args) {
   if (args.files.size() > 1) {
@@ -65,6 +84,9 @@ int place_study(const PlaceArguments& args) {
     out.emplace(args.out);
   }
   ProgressLine line(args.quiet);
+  if (!args.quiet) {
+    say_cost(study, args.jobs);
+  }
   const RigSweep sweep = sweep_rigs(study, args.jobs, [&line](double done) {
     if (line.due()) {
       line.show(share_line("rigs", done, line.wall_s()));
@@ -188,7 +210,9 @@ void add_place(CLI::App& app, Command& chosen) {
       "--set "
       "scores.bus=firewire400\n"
       "All tilts and heights of a floor camera, the best that hold what is required first:\n"
-      "  panoptes place scenes/placements/floor-camera.yaml --jobs 2 --out runs/placement");
+      "  panoptes place scenes/placements/floor-camera.yaml --jobs 2 --out runs/placement\n"
+      "The same without steps, by a search:\n"
+      "  panoptes place scenes/placements/floor-camera-search.yaml --jobs 2 --out runs/search");
   sub->callback([args, &chosen] { chosen = [args] { return place(*args); }; });
 }
 

@@ -3,10 +3,14 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <exception>
 #include <limits>
 #include <thread>
+#include <utility>
+#include <variant>
 
+#include "apps/place/rig_search.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/eval/requirement.h"
@@ -61,6 +65,74 @@ double cost(const RigSweep& sweep, const SweptRig& swept, std::size_t objective)
     return std::numeric_limits<double>::infinity();
   }
   return sweep.names[score].better == Better::kHigher ? -*value : *value;
+}
+
+/// The same for any number of jobs. `progress` is told how many are done.
+std::vector<SweptRig> scored(const PlacementStudy& study, const std::vector<Line>& lines,
+                             std::vector<PlacementPoint> points, int jobs,
+                             const std::function<void(std::size_t done)>& progress) {
+  std::vector<SweptRig> rigs;
+  for (PlacementPoint& point : points) {
+    rigs.push_back({std::move(point), {}, {}, {}, false});
+  }
+  std::vector<std::exception_ptr> faults(rigs.size());
+  std::atomic<std::size_t> next = 0;
+  std::atomic<bool> stop = false;
+  const auto work = [&](const std::function<void(std::size_t)>& told) {
+    for (std::size_t i = next++; i < rigs.size() && !stop; i = next++) {
+      try {
+        score_one(study, lines, rigs[i]);
+        told(i + 1);
+      } catch (...) {
+        faults[i] = std::current_exception();
+        stop = true;
+      }
+    }
+  };
+  {
+    std::vector<std::jthread> helpers;
+    for (int job = 1; job < jobs; ++job) {
+      helpers.emplace_back(work, [](std::size_t) {});
+    }
+    work(progress);
+  }
+  for (const std::exception_ptr& fault : faults) {
+    if (fault) {
+      std::rethrow_exception(fault);
+    }
+  }
+  return rigs;
+}
+
+/// By how much of it a line is missed, between 0 and 1.
+double missed(const Line& line, const std::optional<double>& value) {
+  const auto* wanted = std::get_if<double>(&line.requirement.wanted);
+  if (!value || wanted == nullptr) {
+    return 1;
+  }
+  constexpr double kLeast = 1e-9;
+  const double share = std::abs(*value - *wanted) / std::max(kLeast, std::abs(*wanted));
+  return share / (1 + share);
+}
+
+/// Of each objective. A rig that breaks lines costs more than any that holds them, the fewer and
+/// the less the better; one that cannot be costs most.
+std::vector<double> costs(const RigSweep& sweep, const std::vector<Line>& lines,
+                          const SweptRig& swept) {
+  constexpr double kBroken = 1e12;
+  const std::size_t objectives = sweep.objectives.size();
+  if (!swept.refused.empty()) {
+    return std::vector<double>(objectives, kBroken * static_cast<double>(2 * lines.size() + 1));
+  }
+  double broken = 0;
+  for (const std::size_t line : swept.broken) {
+    broken += 1 + missed(lines[line], swept.scores[lines[line].score]);
+  }
+  std::vector<double> all(objectives, kBroken * broken);
+  for (std::size_t i = 0; i < objectives && swept.broken.empty(); ++i) {
+    all[i] = std::min(cost(sweep, swept, i), kBroken / 2);
+  }
+  return all;
 }
 
 void rank(RigSweep& sweep) {
@@ -143,35 +215,21 @@ RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
         index_of(sweep, requirement.figure, study.require_places[i], "require");
     lines.push_back({score, std::move(requirement)});
   }
-  for (PlacementPoint& point : points_of(study)) {
-    sweep.rigs.push_back({std::move(point), {}, {}, {}, false});
-  }
-
-  std::vector<std::exception_ptr> faults(sweep.rigs.size());
-  std::atomic<std::size_t> next = 0;
-  std::atomic<bool> stop = false;
-  const auto work = [&](const std::function<void(double)>& told) {
-    for (std::size_t i = next++; i < sweep.rigs.size() && !stop; i = next++) {
-      try {
-        score_one(study, lines, sweep.rigs[i]);
-        told(static_cast<double>(i + 1) / static_cast<double>(sweep.rigs.size()));
-      } catch (...) {
-        faults[i] = std::current_exception();
-        stop = true;
-      }
-    }
-  };
-  {
-    std::vector<std::jthread> helpers;
-    for (int job = 1; job < jobs; ++job) {
-      helpers.emplace_back(work, [](double) {});
-    }
-    work(progress);
-  }
-  for (const std::exception_ptr& fault : faults) {
-    if (fault) {
-      std::rethrow_exception(fault);
-    }
+  if (const auto* search = std::get_if<Nsga2Sweep>(&study.sweep)) {
+    std::size_t tried = 0;
+    const ScoreRigs score = [&](std::vector<PlacementPoint> points) {
+      const std::size_t before = std::exchange(tried, tried + points.size());
+      return scored(study, lines, std::move(points), jobs, [&](std::size_t done) {
+        progress(static_cast<double>(before + done) / search->rigs);
+      });
+    };
+    sweep.rigs = bred_rigs(study, *search, score,
+                           [&](const SweptRig& rig) { return costs(sweep, lines, rig); });
+  } else {
+    std::vector<PlacementPoint> points = points_of(study);
+    const auto all = static_cast<double>(points.size());
+    sweep.rigs = scored(study, lines, std::move(points), jobs,
+                        [&](std::size_t done) { progress(static_cast<double>(done) / all); });
   }
   rank(sweep);
   return sweep;

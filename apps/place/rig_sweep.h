@@ -33,9 +33,10 @@ struct RigSweep {
 /// The rig of a point, as its file has it but for the study's settings.
 Rig rig_of(const PlacementStudy& study, const PlacementPoint& point);
 
-/// Scores all rigs of a study by geometry. The same for any number of jobs. `progress` is told the
-/// share that is done, and stops it with an exception where it throws. Throws ConfigError where a
-/// setting makes no rig, or a score that the study names is none.
+/// Scores all rigs of a study by geometry, or those that its search breeds. The same for any number
+/// of jobs. `progress` is told the share that is done, and stops it with an exception where it
+/// throws. Throws ConfigError where a setting makes no rig, or a score that the study names is
+/// none.
 RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
                     const std::function<void(double done)>& progress);
 

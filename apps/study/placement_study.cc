@@ -132,6 +132,13 @@ void bind(Fields& f, RandomSweep& o) {
   f("seed", o.seed);
 }
 
+void bind(Fields& f, Nsga2Sweep& o) {
+  f("rigs", o.rigs, between(1, static_cast<double>(kMostPlacementPoints)));
+  f("population", o.population, between(8, 10'000));
+  f.require(o.population % 4 == 0, "population", "must be a multiple of 4");
+  f("seed", o.seed);
+}
+
 void bind(Fields& f, PlacementStudy& o) {
   f.require(f.writing() || f.present("rig"), "rig", "missing; it must name the rig's file");
   f.path("rig", o.rig);
@@ -142,9 +149,8 @@ void bind(Fields& f, PlacementStudy& o) {
             "must have one at least");
   f.choice("sweep", o.sweep);
   for (const auto& [name, parameter] : o.parameters) {
-    f.require(
-        std::holds_alternative<RandomSweep>(o.sweep) || !parameter.range || parameter.step > 0,
-        "parameters." + name + ".range", "must have a step on a grid");
+    f.require(!std::holds_alternative<GridSweep>(o.sweep) || !parameter.range || parameter.step > 0,
+              "parameters." + name + ".range", "must have a step on a grid");
   }
   f.texts("require", o.require, o.require_places);
   for (const std::string& line : o.require) {
@@ -163,6 +169,28 @@ PlacementStudy read_placement_study(const std::string& file) {
   study = read_settings<PlacementStudy>(file, {}, study);
   study.file = file;
   return study;
+}
+
+std::vector<PlacementAxis> axes_of(const PlacementStudy& study) {
+  std::vector<PlacementAxis> axes;
+  for (const auto& [name, parameter] : study.parameters) {
+    if (parameter.range && parameter.step == 0) {
+      axes.push_back({parameter.range->x(), parameter.range->y(), false});
+    } else {
+      axes.push_back({0, static_cast<double>(values_of(parameter).size() - 1), true});
+    }
+  }
+  return axes;
+}
+
+PlacementPoint point_at(const PlacementStudy& study, const std::vector<double>& numbers) {
+  std::vector<std::string> values;
+  for (const auto& [name, parameter] : study.parameters) {
+    const double number = numbers[values.size()];
+    const std::vector<std::string> all = values_of(parameter);
+    values.push_back(all.empty() ? shortest(number) : all[static_cast<std::size_t>(number)]);
+  }
+  return point_with(study, std::move(values));
 }
 
 std::vector<PlacementPoint> points_of(const PlacementStudy& study) {

@@ -43,6 +43,17 @@ struct RandomSweep {
 };
 void bind(Fields& f, RandomSweep& o);
 
+/// A search for the Pareto set of the objectives: NSGA-II (Deb et al. 2002), which breeds rigs from
+/// those that did best, a generation after another. It costs a chosen number of rigs, however many
+/// ways there are.
+struct Nsga2Sweep {
+  static constexpr std::string_view kName = "nsga2";
+  int rigs = 2000;      ///< at most; one that was tried before costs nothing
+  int population = 40;  ///< of a generation; a multiple of 4
+  std::uint64_t seed = 1;
+};
+void bind(Fields& f, Nsga2Sweep& o);
+
 /// Where cameras may go: a rig to begin with, what is varied about it, what is good enough, and
 /// what is to be as good as can be.
 struct PlacementStudy {
@@ -51,7 +62,7 @@ struct PlacementStudy {
   Body robot;
   RigScoreOptions scores;
   std::map<std::string, PlacementParameter> parameters;
-  std::variant<GridSweep, RandomSweep> sweep;
+  std::variant<GridSweep, RandomSweep, Nsga2Sweep> sweep;
   std::vector<std::string> require;  ///< lines about scores
   std::vector<std::string> require_places;
   std::vector<std::string> objectives{"floor.mapped_m2", "blind.ahead_m"};  ///< scores
@@ -71,8 +82,21 @@ struct PlacementPoint {
 
 inline constexpr std::size_t kMostPlacementPoints = 200'000;
 
-/// All rigs of a study, in an order that is always the same. Throws ConfigError where they are more
-/// than kMostPlacementPoints.
+/// A parameter as a number: any in its range, or a whole one that counts its values.
+struct PlacementAxis {
+  double low = 0;
+  double high = 0;
+  bool is_whole = true;
+};
+/// Of each parameter, in order of their names.
+std::vector<PlacementAxis> axes_of(const PlacementStudy& study);
+
+/// The rig where each parameter is at a number of its axis.
+PlacementPoint point_at(const PlacementStudy& study, const std::vector<double>& numbers);
+
+/// All rigs of a grid or of those that are drawn, in an order that is always the same. Throws
+/// ConfigError where they are more than kMostPlacementPoints. What a search tries, only the search
+/// knows.
 std::vector<PlacementPoint> points_of(const PlacementStudy& study);
 
 }  // namespace panoptes

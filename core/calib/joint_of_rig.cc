@@ -43,16 +43,9 @@ Eigen::MatrixXd covariance_before(const std::vector<std::string>& cameras,
   std::vector<double> sigma;
   std::vector<Eigen::Index> fx_row;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
-    const CameraSigmas& known = believed[c].sigma;
     const Intrinsics& lens = believed[c].intrinsics;
     const std::vector<std::string> of = joint_parameters(cameras[c], lens);
-    Eigen::VectorXd each =
-        Eigen::VectorXd::Constant(static_cast<Eigen::Index>(of.size()), known.focal_ratio);
-    each.head<3>() = known.rotation_rad;
-    each.segment<3>(3) = known.position_m;
-    each.segment<2>(kLensRow) *= lens.fx_px;
-    each.segment<2>(kLensRow + kCentre).setConstant(known.centre_px);
-    each[each.size() - 1] = known.clock_s;
+    const Eigen::VectorXd each = sigmas_before(believed[c].sigma, lens_parameters(lens));
     fx_row.push_back(kLensRow + static_cast<Eigen::Index>(names.size()));
     names.insert(names.end(), of.begin(), of.end());
     sigma.insert(sigma.end(), each.begin(), each.end());

@@ -982,15 +982,8 @@ Eigen::VectorXd Adjustment::sigmas() const {
   const RigCovariance at = rows();
   Eigen::VectorXd sigma(at.wheels + kWheelErrors);
   for (std::size_t c = 0; c < believed_.size(); ++c) {
-    const CameraSigmas& known = believed_[c].sigma;
-    const Eigen::Index lens = blocks_.lens[c].size();
-    auto of = sigma.segment(at.camera[c], 6 + lens + 1);
-    of.setConstant(known.focal_ratio);
-    of.head<3>() = known.rotation_rad;
-    of.segment<3>(3) = known.position_m;
-    of.segment<2>(6) *= blocks_.lens[c][0];
-    of.segment<2>(8).setConstant(known.centre_px);
-    of[6 + lens] = known.clock_s;
+    const Eigen::VectorXd of = sigmas_before(believed_[c].sigma, blocks_.lens[c]);
+    sigma.segment(at.camera[c], of.size()) = of;
   }
   if (options_.before.size() > 0) {
     sigma.head(at.wheels) = options_.before.diagonal().cwiseSqrt();

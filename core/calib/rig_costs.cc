@@ -445,6 +445,16 @@ ceres::CostFunction* known_cost(const Eigen::VectorXd& value, const Eigen::Vecto
   return new KnownCost({value}, sigma.cwiseInverse().asDiagonal().toDenseMatrix());
 }
 
+Eigen::VectorXd sigmas_before(const CameraSigmas& known, const Eigen::VectorXd& lens) {
+  Eigen::VectorXd sigma = Eigen::VectorXd::Constant(6 + lens.size() + 1, known.focal_ratio);
+  sigma.head<3>() = known.rotation_rad;
+  sigma.segment<3>(3) = known.position_m;
+  sigma.segment<2>(6) *= lens[0];
+  sigma.segment<2>(8).setConstant(known.centre_px);
+  sigma[sigma.size() - 1] = known.clock_s;
+  return sigma;
+}
+
 ceres::CostFunction* lens_known_cost(const Intrinsics& lens, const CameraSigmas& known) {
   const Eigen::VectorXd before = lens_parameters(lens);
   RowMajor weight = RowMajor::Zero(before.size(), before.size());

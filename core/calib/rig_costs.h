@@ -95,6 +95,10 @@ ceres::CostFunction* away_cost(const Vec3& p_body, double away_m, double sigma_m
 /// Numbers that are known before, each to its sigma. One block.
 ceres::CostFunction* known_cost(const Eigen::VectorXd& value, const Eigen::VectorXd& sigma);
 
+/// What is known of a camera before: standard deviations of its mounting (rad, m, about and along
+/// the body's axes), its lens (lens_parameters) and its clock (s), one after another.
+Eigen::VectorXd sigmas_before(const CameraSigmas& known, const Eigen::VectorXd& lens);
+
 /// Of what both focal lengths of a lens may be off, one may be alone: pixels are square, or as long
 /// as the file says.
 inline constexpr double kFocalApart = 0.1;

@@ -2,6 +2,9 @@
 #include "apps/place/rig_sweep.h"
 
 #include <fstream>
+#include <set>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 
@@ -86,6 +89,38 @@ TEST_F(RigSweeps, AreTheSameBytesForAnyNumberOfJobs) {
   const CsvTable table = read_csv(path("one.csv"));
   EXPECT_EQ(table.rows.size(), 40U);
   EXPECT_EQ(table.columns[5], "at");
+}
+
+TEST_F(RigSweeps, BredFromTheBestComeAsFarAsAllOfAFineGrid) {
+  const std::string parameters =
+      "  height_m: {set: [\"cameras.floor.at_m=[0.2, 0, {}]\"], range: [0.3, 0.6], step: 0.1}\n"
+      "  lens_deg: {set: [\"cameras.floor.fov_deg={}\"], range: [40, 80], step: 4}\n";
+  const auto with = [&](const std::string& sweep) {
+    return study(parameters + "require: [\"blind.ahead_m <= 0.4\"]\nsweep: " + sweep + "\n");
+  };
+  const PlacementStudy of = with("{kind: nsga2, rigs: 120, population: 16}");
+  const RigSweep bred = swept(of);
+  std::set<std::vector<std::string>> ways;
+  for (const SweptRig& rig : bred.rigs) {
+    EXPECT_TRUE(ways.insert(rig.point.values).second) << "is tried twice";
+  }
+  EXPECT_LE(bred.rigs.size(), 120U);
+  const RigSweep all = swept(with("grid"), 2);
+  ASSERT_GT(all.rigs.size(), 3 * bred.rigs.size());
+  const SweptRig& best = bred.rigs[bred.ranked.front()];
+  ASSERT_TRUE(best.good());
+  const std::size_t first = bred.objectives[0];
+  EXPECT_GE(*best.scores[first], 0.98 * *all.rigs[all.ranked.front()].scores[first]);
+
+  write_sweep_csv(path("one.csv"), of, bred);
+  write_sweep_csv(path("three.csv"), of, swept(of, 3));
+  EXPECT_EQ(read_file(path("one.csv")), read_file(path("three.csv")));
+}
+
+TEST_F(RigSweeps, BredNeedTwoObjectivesAndWholePairsOfParents) {
+  EXPECT_THAT(fault("sweep: nsga2\nobjectives: [floor.mapped_m2]\n"), HasSubstr("name two"));
+  EXPECT_THAT(fault("sweep: {kind: nsga2, population: 30}\n"),
+              HasSubstr("population: must be a multiple of 4"));
 }
 
 TEST_F(RigSweeps, LeaveTheBestRigAsAFileThatScoresTheSame) {
