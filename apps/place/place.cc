@@ -141,6 +141,7 @@ int place(const PlaceArguments& args) {
       CalibratabilityOptions of_drive;
       of_drive.plan.room_m = options.scores.motion.room_m;
       placed.calibratability = calibratability(of_drive, placed.rig, options.robot);
+      placed.sensitivity = rig_sensitivity({}, options.scores, placed.rig, options.robot);
     }
   }
   std::printf("%s", score_table(rigs).c_str());
@@ -193,9 +194,10 @@ void add_place(CLI::App& app, Command& chosen) {
       ->type_name("KEY=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  sub->add_flag("--quick", args->quick,
-                "without how well a programmed motion would calibrate the rig, which takes "
-                "seconds");
+  sub->add_flag(
+      "--quick", args->quick,
+      "without how well a programmed motion would calibrate the rig, and how scores change "
+      "when cameras are mounted off, which take seconds");
   sub->add_option("--jobs", args->jobs, "of a study, rigs at a time; changes no result (1)")
       ->type_name("N")
       ->check(CLI::Range(1, 256));

@@ -60,6 +60,20 @@ Json figures_of(const PlacedRig& placed) {
     scores["calibratability"] = {{"rotation_deg", rad_to_deg(placed.calibratability->rotation_rad)},
                                  {"position_m", placed.calibratability->position_m}};
   }
+  Json sensitivity;
+  if (!placed.sensitivity.empty()) {
+    const RigSensitivityOptions off;
+    sensitivity = {{"rotation_deg", rad_to_deg(off.rotation_rad)},
+                   {"position_m", off.position_m},
+                   {"draws", off.draws}};
+    const std::vector<NamedScore> named = named_scores(placed.scores);
+    for (std::size_t i = 0; i < named.size(); ++i) {
+      if (const auto& spread = placed.sensitivity[i]) {
+        put(sensitivity["low"], named[i].key, spread->low);
+        put(sensitivity["high"], named[i].key, spread->high);
+      }
+    }
+  }
   Json overlaps = Json::array();
   for (const CameraOverlap& overlap : placed.scores.overlap.overlaps) {
     overlaps.push_back(
@@ -67,16 +81,20 @@ Json figures_of(const PlacedRig& placed) {
          {"share", overlap.share}});
   }
   const BusLoad& bus = placed.scores.bus;
-  return {{"rig", as_utf8(placed.name)},
-          {"scores", scores},
-          {"cameras", cameras_of(placed)},
-          {"overlaps", overlaps},
-          {"bus",
-           {{"load", bus.load},
-            {"allowed", bus.allowed},
-            {"unit", bus.unit},
-            {"fits", bus.fits()},
-            {"faults", bus.faults}}}};
+  Json figures{{"rig", as_utf8(placed.name)},
+               {"scores", scores},
+               {"cameras", cameras_of(placed)},
+               {"overlaps", overlaps},
+               {"bus",
+                {{"load", bus.load},
+                 {"allowed", bus.allowed},
+                 {"unit", bus.unit},
+                 {"fits", bus.fits()},
+                 {"faults", bus.faults}}}};
+  if (!sensitivity.is_null()) {
+    figures["sensitivity"] = sensitivity;
+  }
+  return figures;
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "core/camera/rig.h"
 #include "core/eval/calibratability.h"
 #include "core/eval/rig_scores.h"
+#include "core/eval/rig_sensitivity.h"
 #include "core/geometry/body.h"
 
 namespace panoptes {
@@ -19,6 +20,8 @@ struct PlacedRig {
   Rig rig;
   RigScores scores;
   std::optional<Calibratability> calibratability;  ///< empty where it was not asked for
+  /// Of each named score when cameras are mounted off; empty where it was not asked for.
+  std::vector<std::optional<ScoreSpread>> sensitivity;
 };
 
 /// What `panoptes place` is told beside the rigs.

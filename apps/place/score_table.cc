@@ -49,6 +49,19 @@ std::vector<NamedScore> all_scores(const PlacedRig& placed) {
   return all;
 }
 
+/// Where nine of ten have it; empty where that is what it is as drawn.
+std::string spread_of(const PlacedRig& placed, std::size_t row, const NamedScore& score) {
+  if (row >= placed.sensitivity.size() || !placed.sensitivity[row]) {
+    return "";
+  }
+  const auto shown = [&](double value) {
+    return fmt::format("{:.{}f}", value * score.scale, score.digits);
+  };
+  const std::string low = shown(placed.sensitivity[row]->low);
+  const std::string high = shown(placed.sensitivity[row]->high);
+  return low == high ? "" : fmt::format("{} .. {}", low, high);
+}
+
 std::string in_words(Better better) {
   return better == Better::kHigher  ? "more is better"
          : better == Better::kLower ? "less is better"
@@ -155,7 +168,11 @@ std::string score_table(const std::vector<PlacedRig>& rigs) {
   for (const PlacedRig& placed : rigs) {
     text += fmt::format("{:>{}}", placed.name, width);
   }
-  text += rigs.size() > 1 ? "  difference\n" : "\n";
+  const bool has_spread = rigs.size() == 1 && !rigs.front().sensitivity.empty();
+  constexpr std::size_t kSpread = 18;
+  text += rigs.size() > 1 ? "  difference\n"
+          : has_spread    ? fmt::format("{:>{}}\n", "mounted off", kSpread)
+                          : "\n";
   for (std::size_t row = 0; row < columns.front().size(); ++row) {
     const NamedScore& first = columns.front()[row];
     const std::string chapter = first.key.substr(0, first.key.find('.'));
@@ -169,9 +186,20 @@ std::string score_table(const std::vector<PlacedRig>& rigs) {
     for (const std::vector<NamedScore>& column : columns) {
       text += fmt::format("{:>{}}", number(column[row]), width);
     }
+    if (has_spread) {
+      text += fmt::format("{:>{}}", spread_of(rigs.front(), row, first), kSpread);
+    }
     const std::string last =
         rigs.size() > 1 ? difference(first, columns[1][row]) : in_words(first.better);
     text += (last.empty() ? "" : "  " + last) + "\n";
+  }
+  if (has_spread) {
+    const RigSensitivityOptions off;
+    text += fmt::format(
+        "mounted off: where nine of ten such rigs are whose cameras are off by {:.0f} deg and "
+        "{:.0f} "
+        "cm (one sigma, each way; {} draws)\n",
+        rad_to_deg(off.rotation_rad), 100 * off.position_m, off.draws);
   }
   for (const PlacedRig& placed : rigs) {
     text += about(placed);

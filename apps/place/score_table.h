@@ -8,9 +8,9 @@
 
 namespace panoptes {
 
-/// The scores of one rig with what is better, or of two with what the second one has more and which
-/// of them is the better one by it; then what single cameras cost and what the bus says. Text for
-/// a terminal.
+/// The scores of one rig with what mounting errors make of them and what is better, or of two with
+/// what the second one has more and which of them is the better one by it; then what single cameras
+/// cost and what the bus says. Text for a terminal.
 std::string score_table(const std::vector<PlacedRig>& rigs);
 
 }  // namespace panoptes
