@@ -29,6 +29,18 @@ constexpr double kMostOff_m = 0.15;
 constexpr double kTurnedRound_rad = deg_to_rad(120);
 constexpr double kMostMissing = 0.1;  // of the instants or of the pictures, as a share
 
+/// Turned by half a turn about its optical axis, or as a camera looks whose pictures are mirrored
+/// left to right: a level drive through the world that is mirrored in the floor shows the same.
+bool is_upside_down(const Pose3& found, const Pose3& believed) {
+  const Mat3 R = believed.rotation.toRotationMatrix();
+  const Mat3 turned = R * Vec3(-1, -1, 1).asDiagonal();
+  const Mat3 mirrored = Vec3(1, 1, -1).asDiagonal() * R * Vec3(-1, 1, 1).asDiagonal();
+  const auto is_near = [&found](const Mat3& other) {
+    return found.rotation.angularDistance(Eigen::Quaterniond(other)) < kMostOff_rad;
+  };
+  return is_near(turned) || is_near(mirrored);
+}
+
 double lost_share(const MonoMap& map) {
   return map.frames.size() > 1
              ? map.lost_s / to_seconds(map.frames.back().stamp - map.frames.front().stamp)
@@ -202,6 +214,11 @@ Judged judge_rig(const std::vector<MappedCamera>& cameras, const RigCalibration&
           like = fmt::format("; it looks as {} is said to: are their pictures swapped?",
                              cameras[other].name);
         }
+      }
+      if (is_upside_down(found, camera.believed.T_body_camera)) {
+        like =
+            "; it looks upside down: is it mounted so, or are its pictures mirrored or turned by "
+            "their driver?";
       }
       judged.doubt(
           Verdict::kPoor,

@@ -82,6 +82,23 @@ TEST(RigVerdict, SwappedPicturesAreNamed) {
   EXPECT_THAT(rig.judged().reasons, Contains(HasSubstr("it looks as behind is said to")));
 }
 
+// Mirrored pictures show the directions (-x, y, z): with the mounting that is found, those are the
+// true ones mirrored in the floor.
+TEST(RigVerdict, MirroredPicturesAreNamed) {
+  JudgedRig rig = as_believed();
+  const Pose3 tilted = mounted_camera({-0.15, 0, 0.7}, std::numbers::pi, deg_to_rad(30));
+  rig.cameras[1].believed.T_body_camera = tilted;
+  Pose3& found = rig.calibration.bundle.state.T_body_camera[1];
+  found = mounted_camera({-0.15, 0, 0.7}, std::numbers::pi, -deg_to_rad(30));
+  found.rotation = found.rotation * Eigen::AngleAxisd(deg_to_rad(179), Vec3::UnitZ());
+  const Vec3 in_mirror = found.rotation * Vec3(-0.3, 0.2, 1);
+  const Vec3 truly = tilted.rotation * Vec3(0.3, 0.2, 1);
+  ASSERT_NEAR((in_mirror - Vec3(truly.x(), truly.y(), -truly.z())).norm(), 0, 0.02);
+  EXPECT_EQ(rig.judged().verdict, Verdict::kPoor);
+  EXPECT_THAT(rig.judged().reasons, Contains(AllOf(HasSubstr("behind: is mounted "),
+                                                   HasSubstr("are its pictures mirrored"))));
+}
+
 TEST(RigVerdict, ACameraThatContradictsTheOthersIsNamed) {
   JudgedRig rig = as_believed();
   for (std::size_t i = 0; i < 20; ++i) {
