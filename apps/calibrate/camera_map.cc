@@ -50,7 +50,10 @@ std::vector<RecordedPicture> pictures_of(const std::filesystem::path& dataset,
                                          const std::string& camera) {
   std::vector<RecordedPicture> pictures = recorded_pictures(dataset, camera);
   if (pictures.empty()) {
-    throw ConfigError((dataset / data_csv(camera)).string() + ": has no pictures");
+    throw ConfigError(
+        (dataset / data_csv(camera)).string() +
+        ": has no pictures; copy the recording again, or name the cameras that have some with "
+        "--cameras");
   }
   return pictures;
 }
@@ -59,9 +62,10 @@ cv::Mat grey_picture(const std::filesystem::path& dataset, const std::string& ca
                      const Intrinsics& lens, const RecordedPicture& picture) {
   cv::Mat grey = read_grey_picture(dataset, picture);
   if (grey.cols != lens.width_px || grey.rows != lens.height_px) {
-    throw ConfigError(fmt::format("{}: is {} x {} pixels, and the lens of {} is for {} x {}",
-                                  picture.mention, grey.cols, grey.rows, camera, lens.width_px,
-                                  lens.height_px));
+    throw ConfigError(
+        fmt::format("{}: is {} x {} pixels, and the lens of {} is for {} x {}; give the rig "
+                    "file that these pictures were taken with, with --rig",
+                    picture.mention, grey.cols, grey.rows, camera, lens.width_px, lens.height_px));
   }
   return grey;
 }

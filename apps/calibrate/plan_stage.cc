@@ -86,6 +86,22 @@ std::string heading(const RigCalibration& plan, const MotionProgramOptions& prog
   return text;
 }
 
+/// That a drive, with the robot about it, leads out of the room that it begins in the middle of.
+std::string does_not_fit(const DrivePath& path, const Body& robot, const Vec3& room_m) {
+  Vec2 reach_m = Vec2::Zero();
+  for (const Pose2& pose : path.poses()) {
+    reach_m = reach_m.cwiseMax(pose.position().cwiseAbs());
+  }
+  reach_m.array() += robot.radius_m;
+  return (2 * reach_m.array() <= room_m.head<2>().array()).all()
+             ? ""
+             : fmt::format(
+                   "the drive with the robot about it takes {:.1f} x {:.1f} m, and the room has {} "
+                   "x "
+                   "{} m: it would run into a wall; drive a smaller motion, or name a larger room",
+                   2 * reach_m.x(), 2 * reach_m.y(), room_m.x(), room_m.y());
+}
+
 /// A camera's sigmas, and what stays open.
 std::string told(const RigCalibration& plan, std::size_t c) {
   const RigCovariance& known = plan.bundle.known;
@@ -130,7 +146,11 @@ int plan_calibration_of(PlanStage args) {
   const DrivePath path = driven_path(program, mission.robot, mission.until.duration_s);
   const double drive_s = to_seconds(path.end());
   const RigCalibration plan = plan_calibration(args.plan, cameras, path);
-  const std::vector<std::string> advice = plan_advice(plan);
+  std::vector<std::string> advice = plan_advice(plan);
+  if (std::string too_small = does_not_fit(path, mission.robot, args.plan.room_m);
+      !too_small.empty()) {
+    advice.push_back(std::move(too_small));
+  }
   std::string text =
       heading(plan, program, drive_s, expected_s(program, mission.robot), args.plan.room_m);
   for (std::size_t c = 0; c < plan.cameras.size(); ++c) {

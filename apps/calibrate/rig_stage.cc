@@ -15,6 +15,7 @@
 
 #include "apps/calibrate/by_maps_stage.h"
 #include "apps/calibrate/camera_map.h"
+#include "apps/calibrate/missing_pictures.h"
 #include "apps/calibrate/recorded_wheels.h"
 #include "apps/calibrate/rig_figures.h"
 #include "apps/calibrate/rig_files.h"
@@ -58,13 +59,30 @@ std::string mark_of(const fs::path& file) {
   return fmt::format(" {} {}", size, end);
 }
 
-/// Warnings of tables of the recording whose last row is torn.
-std::vector<std::string> torn_rows(const RigStage& args, const std::vector<MappedCamera>& cameras) {
+/// Warnings of what the recording lacks: cameras of the rig, pictures, and the ends of tables whose
+/// last row is torn.
+std::vector<std::string> what_is_missing(const RigStage& args,
+                                         const std::vector<MappedCamera>& cameras) {
   std::vector<std::string> tables{std::string(kOdometryFile)};
   for (const MappedCamera& camera : cameras) {
     tables.push_back(data_csv(camera.name));
   }
   std::vector<std::string> warnings;
+  for (const std::string& camera : cameras_left_out(args.dataset, args.rig, args.cameras)) {
+    warnings.push_back(fmt::format(
+        "{}: is a camera of the rig, and the recording has no pictures of it: it stays as the rig "
+        "file has it; copy mav0/{} as well, or name those to calibrate with --cameras",
+        camera, camera));
+  }
+  for (const MappedCamera& camera : cameras) {
+    std::vector<Time> stamps;
+    for (const RecordedPicture& picture : recorded_pictures(args.dataset, camera.name)) {
+      stamps.push_back(picture.stamp);
+    }
+    if (std::string missing = missing_pictures(camera.name, stamps); !missing.empty()) {
+      warnings.push_back(std::move(missing));
+    }
+  }
   for (const std::string& table : tables) {
     if (std::string torn = torn_row(args.dataset, table); !torn.empty()) {
       warnings.push_back(std::move(torn));
@@ -252,10 +270,9 @@ int calibrate_rig_of(const RigStage& args) {
     std::optional<MappedCamera> made = mapped(args, out.path(), camera, believed, stop_condition,
                                               [&](double done) { show(what, before + done); });
     if (!made) {
-      std::fprintf(stderr,
-                   "interrupted: %zu of %zu maps are kept in %s; the same command goes on from "
-                   "there\n",
-                   cameras.size(), lenses.size(), args.out.c_str());
+      std::fprintf(stderr, "interrupted: %zu of %zu maps are kept in %s; the same command %s\n",
+                   cameras.size(), lenses.size(), args.out.c_str(),
+                   cameras.empty() ? "begins again" : "goes on from there");
       return kInterrupted;
     }
     cameras.push_back(std::move(*made));
@@ -279,8 +296,8 @@ int calibrate_rig_of(const RigStage& args) {
   };
   try {
     if (args.method != RigMethod::kGuided) {
-      return calibrate_rig_by_maps(args, out.path(), cameras, picture, torn_rows(args, cameras),
-                                   std::move(figures), together);
+      return calibrate_rig_by_maps(args, out.path(), cameras, picture,
+                                   what_is_missing(args, cameras), std::move(figures), together);
     }
     RigCalibrationOptions options = args.calibration;
     options.known_together = whole_rig(args.dataset, args.rig).covariance;
@@ -296,8 +313,8 @@ int calibrate_rig_of(const RigStage& args) {
     judged.reasons.push_back(fmt::format(
         "stage rig: {}; --stage maps says and shows more of each camera", error.what()));
   }
-  for (const std::string& torn : torn_rows(args, cameras)) {
-    judged.doubt(Verdict::kGood, torn);
+  for (const std::string& missing : what_is_missing(args, cameras)) {
+    judged.doubt(Verdict::kGood, missing);
   }
   if (told) {
     const Json of_rig = rig_figures(*told, true_rig(args.dataset));

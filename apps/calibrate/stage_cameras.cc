@@ -107,4 +107,16 @@ std::vector<std::pair<std::string, RigCamera>> stage_cameras(const std::string& 
   return rig_cameras(rig, names);
 }
 
+std::vector<std::string> cameras_left_out(const std::string& dataset, const std::string& rig_file,
+                                          const std::vector<std::string>& names) {
+  std::vector<std::string> left_out;
+  const std::vector<std::string> there = camera_folders(fs::path(dataset) / "mav0");
+  for (const auto& [name, camera] : whole_rig(dataset, rig_file).cameras) {
+    if (names.empty() && std::find(there.begin(), there.end(), name) == there.end()) {
+      left_out.push_back(name);
+    }
+  }
+  return left_out;
+}
+
 }  // namespace panoptes

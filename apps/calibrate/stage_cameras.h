@@ -26,4 +26,8 @@ std::vector<std::pair<std::string, RigCamera>> stage_cameras(const std::string& 
                                                              const std::string& rig,
                                                              std::vector<std::string> names);
 
+/// Cameras of that rig of which a dataset has no pictures; none where cameras are named.
+std::vector<std::string> cameras_left_out(const std::string& dataset, const std::string& rig,
+                                          const std::vector<std::string>& names);
+
 }  // namespace panoptes

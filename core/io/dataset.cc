@@ -480,9 +480,10 @@ std::string fault_of(const PictureEnds& ends) {
                          "8 of ImageMagick does it)";
 }
 
-/// Throws for a picture that is no whole one as far as its ends tell, or not of its lens's size.
+/// Throws for a picture that is no whole one as far as its ends tell, or not of its lens's size, of
+/// which others may have been.
 void check_picture(const std::string& folder, const RecordedPicture& picture,
-                   const std::string& camera, const Intrinsics* lens) {
+                   const std::string& camera, const Intrinsics* lens, bool others_fit = false) {
   const PictureEnds ends = ends_of(folder, picture);
   if (const std::string fault = fault_of(ends); !fault.empty()) {
     throw picture_fault(folder, picture, fault);
@@ -491,9 +492,10 @@ void check_picture(const std::string& folder, const RecordedPicture& picture,
   if (lens != nullptr && (size.width_px != lens->width_px || size.height_px != lens->height_px)) {
     throw picture_fault(
         folder, picture,
-        fmt::format("has {} x {} pixels, the rig's {} has {} x {}: give the rig file "
-                    "that these pictures were taken with",
-                    size.width_px, size.height_px, camera, lens->width_px, lens->height_px));
+        fmt::format("has {} x {} pixels, the rig's {} has {} x {}{}", size.width_px, size.height_px,
+                    camera, lens->width_px, lens->height_px,
+                    others_fit ? ", as the pictures before it" + std::string(kPictureCure)
+                               : ": give the rig file that these pictures were taken with"));
   }
 }
 
@@ -605,8 +607,10 @@ void check_pictures(const Dataset& dataset, const Rig& rig) {
 }
 
 void check_pictures(const fs::path& folder, const std::string& camera, const Intrinsics& lens) {
+  bool others_fit = false;
   for (const RecordedPicture& picture : recorded_pictures(folder, camera)) {
-    check_picture(folder.string(), picture, camera, &lens);
+    check_picture(folder.string(), picture, camera, &lens, others_fit);
+    others_fit = true;
   }
 }
 

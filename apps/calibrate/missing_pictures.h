@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/time.h"
+
+namespace panoptes {
+
+/// How many pictures are missing between others, and where most of them, as a warning; empty where
+/// none is, or where so few come evenly that nobody can say. Stamps in order.
+std::string missing_pictures(const std::string& camera, const std::vector<Time>& stamps);
+
+}  // namespace panoptes
