@@ -3,6 +3,7 @@
 #include <cmath>
 #include <csignal>
 #include <filesystem>
+#include <sstream>
 #include <string>
 
 #include <fcntl.h>
@@ -340,9 +341,28 @@ TEST_F(CalibrateMaps, AMissionIsRecordedAndCalibratedBy) {
   EXPECT_EQ(calibrate("rig", "2").status, 1);
   EXPECT_TRUE(read_file(map) != before);
   const std::filesystem::path rows = recorded / "mav0/ahead/data.csv";
-  write_file(rows, read_file(rows) + "123456,12");
+  const std::string whole = read_file(rows);
+  write_file(rows, whole + "123456,12");
   // One that told nothing is tried again in the same folder.
   EXPECT_THAT(calibrate("rig", "2").out, HasSubstr("data.csv: the last row is torn"));
+  // So are pictures that are missing, and cameras.
+  std::istringstream all(whole);
+  std::string without;
+  int row = 0;
+  for (std::string line; std::getline(all, line); ++row) {
+    without += row < 20 || row >= 30 ? line + "\n" : "";
+  }
+  write_file(rows, without);
+  for (const char* camera : {"behind", "left", "right"}) {
+    std::filesystem::rename(recorded / "mav0" / camera, folder_ / "work" / camera);
+  }
+  const Said alone = panoptes({"calibrate", "rig/recording", "--quiet", "--out", "alone"});
+  EXPECT_EQ(alone.status, 1) << alone.err;
+  EXPECT_THAT(alone.out, HasSubstr("ahead: 10 of "));
+  EXPECT_THAT(alone.out, HasSubstr("left: is a camera of the rig, and the recording has no "));
+  for (const char* camera : {"behind", "left", "right"}) {
+    std::filesystem::rename(folder_ / "work" / camera, recorded / "mav0" / camera);
+  }
   const Said other = calibrate("rig", "3");
   EXPECT_EQ(other.status, 2);
   EXPECT_THAT(other.err, HasSubstr("rig/recording: is of another mission, other settings"));
@@ -498,6 +518,7 @@ TEST_F(CalibrateMaps, APlanTellsWhatADriveWillShowAndDrivesNothing) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "work/plan/rig_calibrated.yaml"));
   EXPECT_EQ(plan({}).out, rose.out);
   EXPECT_NE(plan({"--room", "12x9x4"}).out, rose.out);
+  EXPECT_THAT(plan({"--room", "1x1x2"}).out, HasSubstr("it would run into a wall"));
 
   const Said spin = plan({"--set", "drive.program=sawtooth"});
   EXPECT_EQ(spin.status, 0) << spin.err;
