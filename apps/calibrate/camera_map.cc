@@ -9,6 +9,7 @@
 #include "apps/calibrate/true_camera_path.h"
 #include "apps/process/stage_clock.h"
 #include "core/base/error.h"
+#include "core/base/median.h"
 #include "core/calib/odometry_prior.h"
 #include "core/io/dataset.h"
 #include "core/io/dataset_rows.h"
@@ -58,6 +59,16 @@ std::vector<RecordedPicture> pictures_of(const std::filesystem::path& dataset,
   return pictures;
 }
 
+/// Pictures farther apart are no neighbours.
+double least_gap_s(const std::vector<RecordedPicture>& pictures) {
+  constexpr double kPeriods = 1.5;
+  std::vector<double> apart_s;
+  for (std::size_t i = 1; i < pictures.size(); ++i) {
+    apart_s.push_back(to_seconds(pictures[i].stamp - pictures[i - 1].stamp));
+  }
+  return apart_s.empty() ? 0 : kPeriods * median(std::move(apart_s));
+}
+
 cv::Mat grey_picture(const std::filesystem::path& dataset, const std::string& camera,
                      const Intrinsics& lens, const RecordedPicture& picture) {
   cv::Mat grey = read_grey_picture(dataset, picture);
@@ -83,7 +94,7 @@ void check_recording(const std::filesystem::path& dataset, const std::string& ca
 
 CameraMap map_camera(const std::filesystem::path& dataset, const std::string& camera,
                      const RigCamera& believed, const MonoSlamOptions& options,
-                     const KeyframeBundleOptions& bundle,
+                     const KeyframeBundleOptions& bundle, GapsTold gaps,
                      const std::function<void(double)>& progress, const MapEnds& ends) {
   const std::vector<RecordedPicture> pictures = pictures_of(dataset, camera);
   const Intrinsics& lens = believed.intrinsics;
@@ -95,9 +106,10 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
   known.filter.centre_px = believed.sigma.centre_px;
   MonoSlam slam(known, lens);
   std::optional<RecordedWheels> wheels;
-  if (options.motion_is_told) {
+  if (options.motion_is_told || gaps == GapsTold::kByWheels) {
     wheels.emplace(dataset.string());
   }
+  const double gap_s = options.motion_is_told ? 0 : least_gap_s(pictures);
   MonoMapBuilder builder;
   const Time first = pictures.front().stamp;
   told.growth_from = first;
@@ -112,7 +124,7 @@ CameraMap map_camera(const std::filesystem::path& dataset, const std::string& ca
       break;
     }
     const std::optional<MotionTold> told_motion =
-        wheels && read > 0
+        wheels && read > 0 && to_seconds(picture.stamp - pictures[read - 1].stamp) > gap_s
             ? told_between(*wheels, believed, pictures[read - 1].stamp, picture.stamp)
             : std::nullopt;
     const double before_s = process_use().cpu_s;

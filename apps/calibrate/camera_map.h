@@ -53,6 +53,10 @@ struct MapEnds {
   Faults* faults = nullptr;  ///< told of a picture that is not as it must be; else that is thrown
 };
 
+/// What odometry tells of the motion between pictures, beside `motion_is_told`: nothing, or the
+/// turn where pictures are missing.
+enum class GapsTold { kNot, kByWheels };
+
 /// Throws ConfigError for what is wrong with a recording and can be told before a camera of it is
 /// mapped: its table, its first picture, the odometry where motion is told.
 void check_recording(const std::filesystem::path& dataset, const std::string& camera,
@@ -63,7 +67,7 @@ void check_recording(const std::filesystem::path& dataset, const std::string& ca
 /// Throws ConfigError for pictures that are not as the lens says.
 CameraMap map_camera(const std::filesystem::path& dataset, const std::string& camera,
                      const RigCamera& believed, const MonoSlamOptions& options,
-                     const KeyframeBundleOptions& bundle,
+                     const KeyframeBundleOptions& bundle, GapsTold gaps,
                      const std::function<void(double)>& progress, const MapEnds& ends = {});
 
 }  // namespace panoptes

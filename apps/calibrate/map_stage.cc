@@ -232,7 +232,7 @@ int calibrate_maps(const MapStage& args) {
   for (std::size_t i = 0; i < lenses.size() && !stop_condition.interrupted(); ++i) {
     const auto& [camera, believed] = lenses[i];
     const CameraMap told =
-        map_camera(args.dataset, camera, believed, args.slam, args.bundle,
+        map_camera(args.dataset, camera, believed, args.slam, args.bundle, GapsTold::kNot,
                    [&](double done) {
                      if (line.due()) {
                        line.show(share_line(

@@ -109,13 +109,17 @@ std::vector<std::string> left_before(const RigStage& args) {
 }
 
 /// What a camera's map is made of, and how.
-std::string made_of(const RigStage& args, const std::string& camera, const RigCamera& believed) {
+std::string made_of(const RigStage& args, const std::string& camera, const RigCamera& believed,
+                    GapsTold gaps) {
   std::string text = read_part(fs::path(args.dataset) / data_csv(camera)).value_or("");
   for (const RecordedPicture& picture : recorded_pictures(args.dataset, camera)) {
     text += mark_of(fs::path(args.dataset) / picture.file);
   }
   for (const double number : lens_parameters(believed.intrinsics)) {
     text += fmt::format(" {}", number);
+  }
+  if (gaps == GapsTold::kByWheels) {
+    text += read_part(fs::path(args.dataset) / kOdometryFile).value_or("");
   }
   text += fmt::format(" {} {} {} {}", believed.sigma.focal_ratio, believed.sigma.centre_px,
                       name(args.slam.features), PANOPTES_VERSION);
@@ -126,16 +130,16 @@ std::string made_of(const RigStage& args, const std::string& camera, const RigCa
 /// interrupted.
 std::optional<MappedCamera> mapped(const RigStage& args, const fs::path& out,
                                    const std::string& camera, const RigCamera& believed,
-                                   const StopCondition& stop_condition,
+                                   GapsTold gaps, const StopCondition& stop_condition,
                                    const std::function<void(double)>& progress) {
-  const std::string of = made_of(args, camera, believed);
+  const std::string of = made_of(args, camera, believed, gaps);
   MappedCamera told{camera, believed, {}, {}};
   if (std::optional<MonoMap> saved = read_map(out / map_file(camera), of, believed.intrinsics)) {
     told.map = std::move(*saved);
     told.adjusted = adjust_map(args.bundle, believed.intrinsics, believed.sigma, told.map);
   } else {
-    CameraMap made = map_camera(args.dataset, camera, believed, args.slam, args.bundle, progress,
-                                {[&] { return stop_condition.interrupted(); }, nullptr});
+    CameraMap made = map_camera(args.dataset, camera, believed, args.slam, args.bundle, gaps,
+                                progress, {[&] { return stop_condition.interrupted(); }, nullptr});
     if (stop_condition.interrupted()) {
       return std::nullopt;
     }
@@ -267,8 +271,9 @@ int calibrate_rig_of(const RigStage& args) {
   for (const auto& [camera, believed] : lenses) {
     const auto before = static_cast<double>(cameras.size());
     const std::string what = "map of " + camera;
-    std::optional<MappedCamera> made = mapped(args, out.path(), camera, believed, stop_condition,
-                                              [&](double done) { show(what, before + done); });
+    std::optional<MappedCamera> made =
+        mapped(args, out.path(), camera, believed, wheels ? GapsTold::kByWheels : GapsTold::kNot,
+               stop_condition, [&](double done) { show(what, before + done); });
     if (!made) {
       std::fprintf(stderr, "interrupted: %zu of %zu maps are kept in %s; the same command %s\n",
                    cameras.size(), lenses.size(), args.out.c_str(),

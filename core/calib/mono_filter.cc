@@ -111,6 +111,28 @@ void MonoFilter::predict(double dt_s, const std::optional<MotionTold>& told) {
   T_map_camera_.rotation = (T_map_camera_.rotation * turn).normalized();
 }
 
+void MonoFilter::predict_turned(double dt_s, const MotionTold& told) {
+  PANOPTES_CHECK(dt_s > 0, "a told turn takes time");
+  const Eigen::Quaterniond turn = told.T_before_now.rotation;
+  Eigen::Matrix<double, 12, 12> F = Eigen::Matrix<double, 12, 12>::Zero();
+  F.block<3, 3>(kShift, kShift).setIdentity();
+  F.block<3, 3>(kShift, kVelocity) = dt_s * Mat3::Identity();
+  F.block<3, 3>(kVelocity, kVelocity).setIdentity();
+  F.block<3, 3>(kTurn, kTurn) = turn.conjugate().toRotationMatrix();
+  Eigen::Matrix<double, 12, 6> by_error = Eigen::Matrix<double, 12, 6>::Zero();
+  by_error.block<3, 3>(kShift, 0) = dt_s * Mat3::Identity();
+  by_error.block<3, 3>(kVelocity, 0).setIdentity();
+  by_error.block<3, 3>(kTurn, 3).setIdentity();
+  by_error.block<3, 3>(kTurnRate, 3) = Mat3::Identity() / dt_s;
+  Eigen::Matrix<double, 6, 6> Q = Eigen::Matrix<double, 6, 6>::Zero();
+  Q.diagonal().head<3>().setConstant(std::pow(options_.acceleration_mps2 * dt_s, 2));
+  Q.bottomRightCorner<3, 3>() = told.covariance.bottomRightCorner<3, 3>();
+  transform_camera(F, by_error * Q * by_error.transpose());
+  turn_rate_radps_ = as_turn(turn) / dt_s;
+  T_map_camera_.translation += velocity_map_ * dt_s;
+  T_map_camera_.rotation = (T_map_camera_.rotation * turn).normalized();
+}
+
 void MonoFilter::predict_as_told(double dt_s, const MotionTold& told) {
   PANOPTES_CHECK(dt_s > 0, "a told motion takes time");
   const Pose3& T_before_now = told.T_before_now;

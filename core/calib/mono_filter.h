@@ -67,6 +67,9 @@ class MonoFilter {
 
   /// So much later: as it is told, or by its own velocity.
   void predict(double dt_s, const std::optional<MotionTold>& told = std::nullopt);
+  /// So much later: it has turned as it is told, and moved by its own velocity, whose metre is the
+  /// map's.
+  void predict_turned(double dt_s, const MotionTold& told);
 
   /// Empty for one that is not on the picture, or behind it.
   std::optional<PointExpected> expected(int point) const;

@@ -154,10 +154,11 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   PANOPTES_CHECK(
       grey.type() == CV_8U && grey.cols == lens_.width_px && grey.rows == lens_.height_px,
       "a picture is grey and of the lens's size");
-  PANOPTES_CHECK(!told || options_.motion_is_told, "told motion is announced by an option");
   const Pose3 T_map_before = filter_.T_map_camera();
   const double dt_s = before_ ? to_seconds(stamp - *before_) : 0;
-  if (before_) {
+  if (before_ && told && !options_.motion_is_told) {
+    filter_.predict_turned(dt_s, *told);
+  } else if (before_) {
     filter_.predict(dt_s, told);
   }
   before_ = stamp;
@@ -187,7 +188,8 @@ MonoSlamStep MonoSlam::step(const cv::Mat& grey, Time stamp,
   if (is_blind_ && !was_blind) {
     from_before_ = filter_.points().empty() ? 0 : filter_.points().back() + 1;
   }
-  step.lost = is_blind_ && (lost_pictures_ > 0 || !told || !is_led(grey, step));
+  step.lost =
+      is_blind_ && (lost_pictures_ > 0 || !told || !options_.motion_is_told || !is_led(grey, step));
   lost_pictures_ = step.lost ? lost_pictures_ + 1 : 0;
   if (start_ && (agreeing_ < kLeastAgreeing || lost_pictures_ >= kLooksAgain)) {
     begin_anew(step);

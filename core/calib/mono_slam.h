@@ -72,7 +72,9 @@ class MonoSlam {
  public:
   MonoSlam(const MonoSlamOptions& options, const Intrinsics& lens);
 
-  /// The next picture (grey, of the lens's size), not before the one before it.
+  /// The next picture (grey, of the lens's size), not before the one before it. Of a motion that is
+  /// told where `motion_is_told` does not announce it, the turn alone counts: over a gap between
+  /// pictures.
   MonoSlamStep step(const cv::Mat& grey, Time stamp,
                     const std::optional<MotionTold>& told = std::nullopt);
 

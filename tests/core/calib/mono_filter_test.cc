@@ -191,6 +191,28 @@ TEST(MonoFilter, MapsARoomByVisionAlone) {
 }
 
 // Civera, Bueno, Davison and Montiel 2009.
+TEST(MonoFilter, OverAGapItTurnsAsItIsToldAndMovesByItsOwnVelocity) {
+  MonoFilter told({}, bending_lens());
+  MonoFilter alone = told;
+  const Eigen::Quaterniond turn = turned_by(Vec3(0.02, 0.3, -0.01));
+  Eigen::Matrix<double, 6, 1> sigma;
+  sigma << Vec3::Constant(5), Vec3(0.01, 0.02, 0.03);
+  told.predict_turned(0.4, {{turn, Vec3(9, 9, 9)}, sigma.cwiseAbs2().asDiagonal()});
+  alone.predict(0.4);
+  EXPECT_LT(told.T_map_camera().rotation.angularDistance(turn), 1e-12);
+  EXPECT_EQ(told.T_map_camera().translation, alone.T_map_camera().translation);
+  const Eigen::Matrix<double, 6, 6> known = told.pose_covariance();
+  EXPECT_LT((known.topLeftCorner<3, 3>() - alone.pose_covariance().topLeftCorner<3, 3>()).norm(),
+            1e-12);
+  EXPECT_LT(
+      (known.bottomRightCorner<3, 3>() - Mat3(sigma.tail<3>().cwiseAbs2().asDiagonal())).norm(),
+      1e-12);
+  // It goes on turning as fast.
+  told.predict(0.2);
+  const Eigen::Quaterniond farther = turn * turned_by(0.5 * Vec3(0.02, 0.3, -0.01));
+  EXPECT_LT(told.T_map_camera().rotation.angularDistance(farther), 1e-9);
+}
+
 TEST(MonoFilter, FindsItsLens) {
   MonoFilterOptions options;
   options.focal_ratio = 0.05;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -183,6 +185,43 @@ void expect_end(const Pose3& T_map_camera) {
   const Pose3 T_true = driven(0).inverse() * driven(8);
   EXPECT_LT(rad_to_deg(T_map_camera.rotation.angularDistance(T_true.rotation)), 0.5);
   EXPECT_LT((T_map_camera.translation - T_true.translation).norm(), 0.02);
+}
+
+/// Without five pictures, while its turn begins. How long it is lost then, and by how much its
+/// heading is off at the end.
+std::pair<double, double> over_a_gap(bool is_told) {
+  Rng rng(3);
+  const RoomPainter room(kLens, 120, rng.fork("room"));
+  Rng noise = rng.fork("noise");
+  MonoSlam slam({}, kLens);
+  double lost_s = 0;
+  std::optional<Pose3> before;
+  for (int i = 0; i < 120; ++i) {
+    if (i > 68 && i < 74) {
+      continue;
+    }
+    const Pose3 here = driven(i / 15.0);
+    std::optional<MotionTold> told;
+    if (is_told && i == 74) {  // in another metre than the map's
+      const Pose3 moved = before->inverse() * here;
+      Eigen::Matrix<double, 6, 1> sigma;
+      sigma << Vec3::Constant(0.01), Vec3::Constant(0.01);
+      told = MotionTold{{moved.rotation, 7 * moved.translation}, sigma.cwiseAbs2().asDiagonal()};
+    }
+    const MonoSlamStep step = slam.step(room.draw(here, noise), time_at(i / 15.0), told);
+    lost_s += i >= 74 && step.lost ? 1 / 15.0 : 0;
+    before = here;
+  }
+  const Pose3 truly = driven(0).inverse() * driven(119 / 15.0);
+  return {lost_s, slam.filter().T_map_camera().rotation.angularDistance(truly.rotation)};
+}
+
+TEST(MonoSlam, AToldTurnLeadsOverAGapBetweenPictures) {
+  const auto [alone_s, alone_rad] = over_a_gap(false);
+  EXPECT_GT(alone_s, 0);
+  const auto [told_s, told_rad] = over_a_gap(true);
+  EXPECT_EQ(told_s, 0);
+  EXPECT_LT(told_rad, deg_to_rad(1));
 }
 
 // Then the metre of the map is a metre.
