@@ -5,11 +5,11 @@
 
 #include <fmt/format.h>
 
+#include "apps/calibrate/missing_pictures.h"
 #include "apps/calibrate/recorded_wheels.h"
 #include "apps/calibrate/true_camera_path.h"
 #include "apps/process/stage_clock.h"
 #include "core/base/error.h"
-#include "core/base/median.h"
 #include "core/calib/odometry_prior.h"
 #include "core/io/dataset.h"
 #include "core/io/dataset_rows.h"
@@ -62,11 +62,11 @@ std::vector<RecordedPicture> pictures_of(const std::filesystem::path& dataset,
 /// Pictures farther apart are no neighbours.
 double least_gap_s(const std::vector<RecordedPicture>& pictures) {
   constexpr double kPeriods = 1.5;
-  std::vector<double> apart_s;
-  for (std::size_t i = 1; i < pictures.size(); ++i) {
-    apart_s.push_back(to_seconds(pictures[i].stamp - pictures[i - 1].stamp));
+  std::vector<Time> stamps;
+  for (const RecordedPicture& picture : pictures) {
+    stamps.push_back(picture.stamp);
   }
-  return apart_s.empty() ? 0 : kPeriods * median(std::move(apart_s));
+  return kPeriods * picture_period_s(stamps);
 }
 
 cv::Mat grey_picture(const std::filesystem::path& dataset, const std::string& camera,

@@ -10,18 +10,30 @@
 #include "core/base/median.h"
 
 namespace panoptes {
+namespace {
 
-std::string missing_pictures(const std::string& camera, const std::vector<Time>& stamps) {
-  constexpr double kEven = 0.2;         // of the period, by which a picture may be late
-  constexpr double kMostlyEven = 0.66;  // of all pictures: others stop and start
+std::vector<double> apart(const std::vector<Time>& stamps) {
   std::vector<double> apart_s;
   for (std::size_t i = 1; i < stamps.size(); ++i) {
     apart_s.push_back(to_seconds(stamps[i] - stamps[i - 1]));
   }
+  return apart_s;
+}
+
+}  // namespace
+
+double picture_period_s(const std::vector<Time>& stamps) {
+  return stamps.size() < 2 ? 0 : median(apart(stamps));
+}
+
+std::string missing_pictures(const std::string& camera, const std::vector<Time>& stamps) {
+  constexpr double kEven = 0.2;         // of the period, by which a picture may be late
+  constexpr double kMostlyEven = 0.66;  // of all pictures: others stop and start
+  const std::vector<double> apart_s = apart(stamps);
+  const double period_s = picture_period_s(stamps);
   if (apart_s.size() < 2) {
     return "";
   }
-  const double period_s = median(std::vector<double>(apart_s));
   std::size_t even = 0;
   long missing = 0;
   std::size_t longest = 0;

@@ -96,9 +96,9 @@ std::string does_not_fit(const DrivePath& path, const Body& robot, const Vec3& r
   return (2 * reach_m.array() <= room_m.head<2>().array()).all()
              ? ""
              : fmt::format(
-                   "the drive with the robot about it takes {:.1f} x {:.1f} m, and the room has {} "
-                   "x "
-                   "{} m: it would run into a wall; drive a smaller motion, or name a larger room",
+                   "the drive with the robot about it takes {:.1f} x {:.1f} m, and it would run "
+                   "into a wall of the room, which is {} x {} m; drive a smaller motion, or name a "
+                   "larger room",
                    2 * reach_m.x(), 2 * reach_m.y(), room_m.x(), room_m.y());
 }
 

@@ -54,9 +54,13 @@ bool is_study(const std::string& file) {
 void say_cost(const PlacementStudy& study, int jobs) {
   constexpr double kShort_s = 5;
   const auto* search = std::get_if<Nsga2Sweep>(&study.sweep);
+  std::vector<double> lows;
+  for (const PlacementAxis& axis : axes_of(study)) {
+    lows.push_back(axis.low);
+  }
   const std::size_t rigs =
       search != nullptr ? static_cast<std::size_t>(search->rigs) : points_of(study).size();
-  const Rig first = read_settings<Rig>(study.rig);
+  const Rig first = rig_of(study, point_at(study, lows));
   const auto began = std::chrono::steady_clock::now();
   score_rig(study.scores, first, study.robot);
   const std::chrono::duration<double> one = std::chrono::steady_clock::now() - began;

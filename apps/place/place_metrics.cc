@@ -61,14 +61,14 @@ Json figures_of(const PlacedRig& placed) {
                                  {"position_m", placed.calibratability->position_m}};
   }
   Json sensitivity;
-  if (!placed.sensitivity.empty()) {
-    const RigSensitivityOptions off;
+  if (placed.sensitivity) {
+    const RigSensitivityOptions& off = placed.sensitivity->off;
     sensitivity = {{"rotation_deg", rad_to_deg(off.rotation_rad)},
                    {"position_m", off.position_m},
                    {"draws", off.draws}};
     const std::vector<NamedScore> named = named_scores(placed.scores);
     for (std::size_t i = 0; i < named.size(); ++i) {
-      if (const auto& spread = placed.sensitivity[i]) {
+      if (const auto& spread = placed.sensitivity->spreads[i]) {
         put(sensitivity["low"], named[i].key, spread->low);
         put(sensitivity["high"], named[i].key, spread->high);
       }

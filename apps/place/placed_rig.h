@@ -20,8 +20,7 @@ struct PlacedRig {
   Rig rig;
   RigScores scores;
   std::optional<Calibratability> calibratability;  ///< empty where it was not asked for
-  /// Of each named score when cameras are mounted off; empty where it was not asked for.
-  std::vector<std::optional<ScoreSpread>> sensitivity;
+  std::optional<RigSensitivity> sensitivity;       ///< likewise
 };
 
 /// What `panoptes place` is told beside the rigs.

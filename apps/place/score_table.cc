@@ -51,14 +51,15 @@ std::vector<NamedScore> all_scores(const PlacedRig& placed) {
 
 /// Where nine of ten have it; empty where that is what it is as drawn.
 std::string spread_of(const PlacedRig& placed, std::size_t row, const NamedScore& score) {
-  if (row >= placed.sensitivity.size() || !placed.sensitivity[row]) {
+  const auto& spreads = placed.sensitivity->spreads;
+  if (row >= spreads.size() || !spreads[row]) {
     return "";
   }
   const auto shown = [&](double value) {
     return fmt::format("{:.{}f}", value * score.scale, score.digits);
   };
-  const std::string low = shown(placed.sensitivity[row]->low);
-  const std::string high = shown(placed.sensitivity[row]->high);
+  const std::string low = shown(spreads[row]->low);
+  const std::string high = shown(spreads[row]->high);
   return low == high ? "" : fmt::format("{} .. {}", low, high);
 }
 
@@ -168,7 +169,7 @@ std::string score_table(const std::vector<PlacedRig>& rigs) {
   for (const PlacedRig& placed : rigs) {
     text += fmt::format("{:>{}}", placed.name, width);
   }
-  const bool has_spread = rigs.size() == 1 && !rigs.front().sensitivity.empty();
+  const bool has_spread = rigs.size() == 1 && rigs.front().sensitivity.has_value();
   constexpr std::size_t kSpread = 18;
   text += rigs.size() > 1 ? "  difference\n"
           : has_spread    ? fmt::format("{:>{}}\n", "mounted off", kSpread)
@@ -194,7 +195,7 @@ std::string score_table(const std::vector<PlacedRig>& rigs) {
     text += (last.empty() ? "" : "  " + last) + "\n";
   }
   if (has_spread) {
-    const RigSensitivityOptions off;
+    const RigSensitivityOptions& off = rigs.front().sensitivity->off;
     text += fmt::format(
         "mounted off: where nine of ten such rigs are whose cameras are off by {:.0f} deg and "
         "{:.0f} "

@@ -136,6 +136,7 @@ void bind(Fields& f, Nsga2Sweep& o) {
   f("rigs", o.rigs, between(1, static_cast<double>(kMostPlacementPoints)));
   f("population", o.population, between(8, 10'000));
   f.require(o.population % 4 == 0, "population", "must be a multiple of 4");
+  f.require(o.population <= o.rigs, "population", "must be no more than the rigs that are tried");
   f("seed", o.seed);
 }
 

@@ -28,9 +28,8 @@ Rig mounted_off(const RigSensitivityOptions& options, Rig rig, const Rng& of_dra
 
 }  // namespace
 
-std::vector<std::optional<ScoreSpread>> rig_sensitivity(const RigSensitivityOptions& options,
-                                                        const RigScoreOptions& scores,
-                                                        const Rig& rig, const Body& body) {
+RigSensitivity rig_sensitivity(const RigSensitivityOptions& options, const RigScoreOptions& scores,
+                               const Rig& rig, const Body& body) {
   const std::vector<NamedScore> as_drawn = named_scores(score_rig(scores, rig, body));
   std::vector<std::vector<double>> values(as_drawn.size());
   for (int draw = 0; draw < options.draws; ++draw) {
@@ -44,15 +43,15 @@ std::vector<std::optional<ScoreSpread>> rig_sensitivity(const RigSensitivityOpti
     }
   }
   constexpr double kRare = 0.05;
-  std::vector<std::optional<ScoreSpread>> spreads;
+  RigSensitivity out{options, {}};
   for (std::size_t i = 0; i < as_drawn.size(); ++i) {
     const bool has = as_drawn[i].value && options.draws > 0 &&
                      values[i].size() == static_cast<std::size_t>(options.draws);
-    spreads.push_back(has ? std::optional<ScoreSpread>(
-                                {quantile(values[i], kRare), quantile(values[i], 1 - kRare)})
-                          : std::nullopt);
+    out.spreads.push_back(has ? std::optional<ScoreSpread>(
+                                    {quantile(values[i], kRare), quantile(values[i], 1 - kRare)})
+                              : std::nullopt);
   }
-  return spreads;
+  return out;
 }
 
 }  // namespace panoptes

@@ -27,11 +27,16 @@ struct ScoreSpread {
   double high = 0;
 };
 
-/// What a rig's scores become when its cameras are mounted so far off, of each of named_scores in
-/// their order; empty where the rig, or one of those that are drawn, has not the score. The same
-/// draws for the same names of cameras, so that rigs compare.
-std::vector<std::optional<ScoreSpread>> rig_sensitivity(const RigSensitivityOptions& options,
-                                                        const RigScoreOptions& scores,
-                                                        const Rig& rig, const Body& body);
+/// What a rig's scores become when its cameras are mounted so far off.
+struct RigSensitivity {
+  RigSensitivityOptions off;
+  /// Of each of named_scores in their order; empty where the rig, or one of those that are drawn,
+  /// has not the score.
+  std::vector<std::optional<ScoreSpread>> spreads;
+};
+
+/// The same draws for the same names of cameras, so that rigs compare.
+RigSensitivity rig_sensitivity(const RigSensitivityOptions& options, const RigScoreOptions& scores,
+                               const Rig& rig, const Body& body);
 
 }  // namespace panoptes

@@ -121,6 +121,8 @@ TEST_F(RigSweeps, BredNeedTwoObjectivesAndWholePairsOfParents) {
   EXPECT_THAT(fault("sweep: nsga2\nobjectives: [floor.mapped_m2]\n"), HasSubstr("name two"));
   EXPECT_THAT(fault("sweep: {kind: nsga2, population: 30}\n"),
               HasSubstr("population: must be a multiple of 4"));
+  EXPECT_THAT(fault("sweep: {kind: nsga2, rigs: 12, population: 16}\n"),
+              HasSubstr("population: must be no more than the rigs"));
 }
 
 TEST_F(RigSweeps, LeaveTheBestRigAsAFileThatScoresTheSame) {

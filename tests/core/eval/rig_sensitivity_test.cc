@@ -22,7 +22,7 @@ Rig rig_with_floor_camera() {
 
 std::optional<ScoreSpread> spread_of(const RigSensitivityOptions& options, const std::string& key) {
   const Rig rig = rig_with_floor_camera();
-  const auto spreads = rig_sensitivity(options, {}, rig, Body());
+  const auto spreads = rig_sensitivity(options, {}, rig, Body()).spreads;
   const auto names = named_scores(score_rig({}, rig, Body()));
   EXPECT_EQ(spreads.size(), names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
