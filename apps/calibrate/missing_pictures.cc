@@ -47,7 +47,7 @@ std::string missing_pictures(const std::string& camera, const std::vector<Time>&
     return "";
   }
   return fmt::format(
-      "{}: {} of {} pictures are missing, most of them in {:.1f} s from {:.1f} s on: what is "
+      "{}: {} of {} pictures are missing, the longest gap is {:.1f} s, from {:.1f} s on: what is "
       "followed from picture to picture may be lost there; copy the recording again, or record it "
       "so that none is dropped",
       camera, missing, missing + static_cast<long>(stamps.size()), apart_s[longest],

@@ -26,7 +26,7 @@ TEST(MissingPictures, AreCountedAndTheLongestGapIsNamed) {
   const std::string said =
       missing_pictures("left", at({0, 0.1, 0.2, 0.3, 0.5, 0.6, 0.7, 0.8, 1.3, 1.4, 1.5, 1.6}));
   EXPECT_THAT(said, HasSubstr("left: 5 of 17 pictures are missing"));
-  EXPECT_THAT(said, HasSubstr("in 0.5 s from 0.8 s on"));
+  EXPECT_THAT(said, HasSubstr("the longest gap is 0.5 s, from 0.8 s on"));
 }
 
 TEST(MissingPictures, AreNotToldWhereNothingIsEven) {
