@@ -2,7 +2,6 @@
 #include "apps/study/study_table.h"
 
 #include <algorithm>
-#include <map>
 #include <optional>
 #include <set>
 
@@ -18,15 +17,6 @@ namespace {
 constexpr const char* kError = "trajectory.ate_rmse_m";
 constexpr const char* kByWheels = "trajectory.odometry_ate_rmse_m";
 constexpr double kCm = 100;
-
-std::optional<double> figure_of(const StudyRun& run, const std::string& name) {
-  for (const auto& [figure, value] : run.figures) {
-    if (figure == name) {
-      return value;
-    }
-  }
-  return std::nullopt;
-}
 
 // The runs of one mission under one rig and rung, as the table has them.
 std::string cell_text(const std::vector<StudyCell>& cells, const std::vector<StudyRun>& runs,
@@ -46,7 +36,7 @@ std::string cell_text(const std::vector<StudyCell>& cells, const std::vector<Stu
     }
     any_done = true;
     all_passed = all_passed && run.passed;
-    if (const auto error_m = figure_of(run, kError)) {
+    if (const auto error_m = run.figures.find(kError)) {
       worst_m = std::max(worst_m.value_or(0), *error_m);
     }
   }
@@ -92,7 +82,7 @@ std::string legend(const std::vector<StudyRun>& runs) {
   for (const StudyRun& run : runs) {
     seeds.insert(run.seed);
     any_left = any_left || !run.done;
-    if (const auto error_m = figure_of(run, kByWheels); run.done && error_m) {
+    if (const auto error_m = run.figures.find(kByWheels); run.done && error_m) {
       by_wheels_cm.push_back(kCm * *error_m);
     }
   }
@@ -158,15 +148,12 @@ std::string study_page(const Study& study, const std::vector<StudyRun>& runs) {
 
 void write_study_csv(const std::filesystem::path& file, const Study& study,
                      const std::vector<StudyRun>& runs) {
-  std::vector<std::string> figures;
-  std::set<std::string> known;
+  FigureNameUnion all;
   for (const StudyRun& run : runs) {
-    for (const auto& [name, value] : run.figures) {
-      if (!is_cost(name) && known.insert(name).second) {
-        figures.push_back(name);
-      }
-    }
+    all.add(run.figures);
   }
+  std::vector<std::string> figures = all.names();
+  std::erase_if(figures, is_cost);
   std::vector<std::string> columns{"mission", "rig", "rung", "seed", "verdict", "faults"};
   columns.insert(columns.end(), figures.begin(), figures.end());
   const std::vector<StudyCell> cells = cells_of(study);
@@ -178,10 +165,9 @@ void write_study_csv(const std::filesystem::path& file, const Study& study,
     const StudyCell& cell = cells[run.cell];
     csv << cell.mission << cell.rig << cell.rung << std::to_string(run.seed)
         << (run.passed ? "pass" : "fail") << joined(run.faults, "; ");
-    const std::map<std::string, double> own(run.figures.begin(), run.figures.end());
     for (const std::string& name : figures) {
-      if (const auto value = own.find(name); value != own.end()) {
-        csv << value->second;
+      if (const auto value = run.figures.find(name)) {
+        csv << *value;
       } else {
         csv.skip();
       }

@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "apps/study/figure_row.h"
 #include "apps/study/study.h"
 
 namespace panoptes {
@@ -19,7 +19,7 @@ struct StudyRun {
   bool done = false;
   bool passed = false;              ///< it came to its end, and no limit is broken
   std::vector<std::string> faults;  ///< why it is no pass
-  std::vector<std::pair<std::string, double>> figures;  ///< of metrics.json by dotted path
+  FigureRow figures;
 };
 
 /// Tables in Markdown: a row a rig and mission, a column a rung, in each cell the position's rms

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -10,12 +12,12 @@
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <sys/resource.h>
 
+#include "apps/batch/results.h"
 #include "apps/draw/pictures.h"
 #include "apps/recognition/recognition_table.h"
+#include "apps/report/figure_names.h"
 #include "apps/study/study_table.h"
-#include "apps/trials/results.h"
 #include "core/base/text.h"
 #include "core/base/utf8.h"
 #include "core/eval/statistics.h"
@@ -91,42 +93,40 @@ std::string table_legend() {
   return text;
 }
 
-void write_csv(const TrialsOptions& options, const std::vector<Trial>& trials) {
-  std::vector<std::string> figures;
-  std::set<std::string> known;
-  for (const Trial& trial : trials) {
-    for (const auto& [name, value] : trial.figures) {
-      if (known.insert(name).second) {
-        figures.push_back(name);
-      }
-    }
-  }
+namespace {
+
+const char* verdict_of(const Trial& trial) {
+  return trial.status == TrialStatus::kPassed   ? "pass"
+         : trial.status == TrialStatus::kFailed ? "fail"
+                                                : "error";
+}
+
+// A row a run: what tells it apart, `words_of` it, and these figures.
+void write_rows(const TrialsOptions& options, const std::vector<Trial>& trials, const char* file,
+                const std::vector<std::string>& words, const std::vector<std::string>& figures,
+                const std::function<void(CsvWriter&, const Trial&)>& write_words) {
   std::vector<std::string> columns = {"mission"};
   const std::vector<std::string> keys = varied(options);
   columns.insert(columns.end(), keys.begin(), keys.end());
-  columns.insert(columns.end(), {"seed", "verdict", "outcome"});
+  columns.emplace_back("seed");
+  columns.insert(columns.end(), words.begin(), words.end());
   columns.insert(columns.end(), figures.begin(), figures.end());
-  CsvWriter csv(options.out_dir / "trials.csv", columns);
+  CsvWriter csv(options.out_dir / file, columns);
   for (const Trial& trial : trials) {
     if (!is_done(trial)) {
       continue;
     }
-    csv << trial.mission;
-    for (const std::string& value : trial.values) {
+    csv << trial.point->mission;
+    for (const std::string& value : trial.point->values) {
       csv << value;
     }
     csv << std::to_string(trial.seed);
-    csv << (trial.status == TrialStatus::kPassed   ? "pass"
-            : trial.status == TrialStatus::kFailed ? "fail"
-                                                   : "error");
-    csv << trial.outcome;
-    const std::map<std::string, double> own(trial.figures.begin(), trial.figures.end());
+    write_words(csv, trial);
     for (const std::string& name : figures) {
-      const auto value = own.find(name);
-      if (value == own.end()) {
-        csv.skip();
+      if (const auto value = trial.figures.find(name)) {
+        csv << *value;
       } else {
-        csv << value->second;
+        csv.skip();
       }
     }
     csv.end_row();
@@ -134,7 +134,24 @@ void write_csv(const TrialsOptions& options, const std::vector<Trial>& trials) {
   csv.finish();
 }
 
-void write_junit(const std::filesystem::path& path, const std::vector<Trial>& trials) {
+}  // namespace
+
+void write_csv(const TrialsOptions& options, const std::vector<Trial>& trials) {
+  FigureNameUnion all;
+  for (const Trial& trial : trials) {
+    all.add(trial.figures);
+  }
+  std::vector<std::string> figures = all.names();
+  const auto costs = std::stable_partition(figures.begin(), figures.end(),
+                                           [](const std::string& name) { return !is_cost(name); });
+  const std::vector<std::string> timing(costs, figures.end());
+  figures.erase(costs, figures.end());
+  write_rows(options, trials, "trials.csv", {"verdict", "outcome"}, figures,
+             [](CsvWriter& csv, const Trial& trial) { csv << verdict_of(trial) << trial.outcome; });
+  write_rows(options, trials, "timing.csv", {}, timing, [](CsvWriter&, const Trial&) {});
+}
+
+void write_junit(const TrialsOptions& options, const std::vector<Trial>& trials) {
   int failures = 0;
   int errors = 0;
   int skipped = 0;
@@ -142,10 +159,11 @@ void write_junit(const std::filesystem::path& path, const std::vector<Trial>& tr
   std::string cases;
   for (const Trial& trial : trials) {
     all_s += trial.wall_s;
-    cases += "  <testcase classname=\"" + xml_text(trial.mission) + "\" name=\"" +
-             xml_text((trial.setting.empty() ? "" : trial.setting + " ") + "seed " +
-                      std::to_string(trial.seed)) +
-             "\" time=\"" + fixed(trial.wall_s, 3) + "\"";
+    const std::string& setting = trial.point->setting;
+    cases +=
+        "  <testcase classname=\"" + xml_text(trial.point->mission) + "\" name=\"" +
+        xml_text((setting.empty() ? "" : setting + " ") + "seed " + std::to_string(trial.seed)) +
+        "\" time=\"" + fixed(trial.wall_s, 3) + "\"";
     if (trial.status == TrialStatus::kPassed) {
       cases += "/>\n";
       continue;
@@ -157,7 +175,7 @@ void write_junit(const std::filesystem::path& path, const std::vector<Trial>& tr
     } else {
       const bool broken = trial.status == TrialStatus::kBroken;
       ++(broken ? errors : failures);
-      const std::vector<std::string> lines = faults(trial);
+      const std::vector<std::string> lines = faults(trial, options);
       const char* kind = broken ? "error" : "failure";
       cases += std::string("    <") + kind + " message=\"" +
                xml_text(lines.empty() ? "" : lines.front()) + "\">" +
@@ -166,7 +184,7 @@ void write_junit(const std::filesystem::path& path, const std::vector<Trial>& tr
     cases += "  </testcase>\n";
   }
   write_file(
-      path,
+      options.junit,
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuite name=\"panoptes trials\" tests=\"" +
           std::to_string(trials.size()) + "\" failures=\"" + std::to_string(failures) +
           "\" errors=\"" + std::to_string(errors) + "\" skipped=\"" + std::to_string(skipped) +
@@ -179,30 +197,37 @@ std::vector<TrialGroup> groups_of(const std::vector<Trial>& trials) {
     if (!is_done(trial)) {
       continue;
     }
-    if (groups.empty() || groups.back().mission != trial.mission ||
-        groups.back().values != trial.values) {
-      groups.push_back({trial.mission, trial.values, trial.setting, 0, 0, {}, {}});
+    if (groups.empty() || groups.back().point != trial.point.get()) {
+      groups.push_back({trial.point.get(), {}, 0});
     }
-    TrialGroup& group = groups.back();
-    ++group.runs;
-    group.passed += trial.status == TrialStatus::kPassed ? 1 : 0;
-    for (const auto& [name, value] : trial.figures) {
-      auto& values = group.scores[name];
-      if (values.empty()) {
-        group.order.push_back(name);
-      }
-      values[trial.seed] = value;
-    }
+    groups.back().runs.push_back(&trial);
+    groups.back().passed += trial.status == TrialStatus::kPassed ? 1 : 0;
+  }
+  for (TrialGroup& group : groups) {
+    std::sort(group.runs.begin(), group.runs.end(),
+              [](const Trial* a, const Trial* b) { return a->seed < b->seed; });
   }
   return groups;
 }
 
 namespace {
 
-std::vector<double> values_of(const std::map<std::uint64_t, double>& by_seed) {
+std::vector<std::string> scores_of(const TrialGroup& group) {
+  FigureNameUnion all;
+  for (const Trial* run : group.runs) {
+    all.add(run->figures);
+  }
+  std::vector<std::string> scores = all.names();
+  std::erase_if(scores, is_cost);
+  return scores;
+}
+
+std::vector<double> values_of(const TrialGroup& group, const std::string& score) {
   std::vector<double> values;
-  for (const auto& [seed, value] : by_seed) {
-    values.push_back(value);
+  for (const Trial* run : group.runs) {
+    if (const auto value = run->figures.find(score)) {
+      values.push_back(*value);
+    }
   }
   return values;
 }
@@ -210,17 +235,21 @@ std::vector<double> values_of(const std::map<std::uint64_t, double>& by_seed) {
 /// By how much a score is larger than the other group's, by the seeds that both have.
 std::optional<PairedDifference> difference(const TrialGroup& group, const TrialGroup& other,
                                            const std::string& score) {
-  const auto of = group.scores.find(score);
-  const auto against = other.scores.find(score);
-  if (of == group.scores.end() || against == other.scores.end()) {
-    return std::nullopt;
-  }
   std::vector<double> values;
   std::vector<double> others;
-  for (const auto& [seed, value] : of->second) {
-    if (const auto same = against->second.find(seed); same != against->second.end()) {
-      values.push_back(value);
-      others.push_back(same->second);
+  auto same = other.runs.begin();
+  for (const Trial* run : group.runs) {
+    while (same != other.runs.end() && (*same)->seed < run->seed) {
+      ++same;
+    }
+    if (same == other.runs.end()) {
+      break;
+    }
+    const auto value = run->figures.find(score);
+    const auto other_value = (*same)->figures.find(score);
+    if ((*same)->seed == run->seed && value && other_value) {
+      values.push_back(*value);
+      others.push_back(*other_value);
     }
   }
   if (values.empty()) {
@@ -232,7 +261,7 @@ std::optional<PairedDifference> difference(const TrialGroup& group, const TrialG
 /// Of each score, where a difference can be told at all: of two runs or more.
 Json differences_json(const TrialGroup& group, const TrialGroup& other) {
   Json out = Json::object();
-  for (const std::string& score : group.order) {
+  for (const std::string& score : scores_of(group)) {
     const std::optional<PairedDifference> found = difference(group, other, score);
     if (found && found->mean.count > 1) {
       out[score] = {{"mean", found->mean.mean},        {"low", found->mean.low},
@@ -247,53 +276,59 @@ Json differences_json(const TrialGroup& group, const TrialGroup& other) {
 
 void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trials,
                    const std::vector<TrialGroup>& groups, const std::string& outcome,
-                   double wall_s) {
+                   const std::string& fault) {
   Json metrics;
   metrics["schema"] = "panoptes.metrics/1";
   metrics["command"] = "trials";
   metrics["version"] = options.version;
   std::vector<std::string> missions;
+  std::vector<std::uint64_t> seeds;
+  std::set<std::uint64_t> known;
   double run_s = 0;
-  double peak_memory_mb = 0;
+  std::size_t missing = 0;
   for (const Trial& trial : trials) {
-    if (missions.empty() || missions.back() != trial.mission) {
-      missions.push_back(trial.mission);
+    if (missions.empty() || missions.back() != trial.point->mission) {
+      missions.push_back(trial.point->mission);
     }
-    for (const auto& [name, value] : trial.figures) {
-      run_s += name == "run_s" ? value : 0;
-      peak_memory_mb = name == "peak_memory_mb" ? std::max(peak_memory_mb, value) : peak_memory_mb;
+    if (known.insert(trial.seed).second) {
+      seeds.push_back(trial.seed);
     }
+    run_s += trial.figures.find("run_s").value_or(0);
+    missing += is_done(trial) ? 0 : 1;
   }
-  metrics["seed"] = options.seeds.front();
-  metrics["seeds"] = options.seeds;
+  metrics["seed"] = seeds.front();
+  metrics["seeds"] = seeds;
   metrics["mission"] = missions.front();
   metrics["missions"] = missions;
   metrics["outcome"] = outcome;
+  if (!fault.empty()) {
+    metrics["fault"] = fault;
+  }
   metrics["requirements"] = requirements_of(trials);
-  int runs = 0;
+  std::size_t runs = 0;
   int passed = 0;
   const std::vector<std::string> keys = varied(options);
   Json settings = Json::array();
   const TrialGroup* first = nullptr;  // of its mission
   for (const TrialGroup& group : groups) {
-    runs += group.runs;
+    runs += group.runs.size();
     passed += group.passed;
     Json setting;
-    setting["mission"] = group.mission;
+    setting["mission"] = group.point->mission;
     Json vary = Json::object();
-    for (std::size_t i = 0; i < group.values.size(); ++i) {
-      vary[keys[i]] = group.values[i];
+    for (std::size_t i = 0; i < group.point->values.size(); ++i) {
+      vary[keys[i]] = group.point->values[i];
     }
     setting["vary"] = vary;
-    setting["runs"] = group.runs;
+    setting["runs"] = group.runs.size();
     setting["passed"] = group.passed;
     Json scores = Json::object();
-    for (const std::string& name : group.order) {
-      const MeanInterval m = mean_interval(values_of(group.scores.at(name)));
+    for (const std::string& name : scores_of(group)) {
+      const MeanInterval m = mean_interval(values_of(group, name));
       scores[name] = {{"mean", m.mean}, {"low", m.low}, {"high", m.high}, {"count", m.count}};
     }
     setting["scores"] = scores;
-    if (first != nullptr && first->mission == group.mission) {
+    if (first != nullptr && first->point->mission == group.point->mission) {
       setting["differences"] = differences_json(group, *first);
     } else {
       first = &group;
@@ -302,17 +337,11 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
   }
   metrics["runs"] = runs;
   metrics["passed"] = passed;
-  metrics["settings"] = settings;
-  rusage use{};
-  getrusage(RUSAGE_CHILDREN, &use);
-  metrics["wall_s"] = wall_s;
-  metrics["cpu_s"] = static_cast<double>(use.ru_utime.tv_sec + use.ru_stime.tv_sec) +
-                     1e-6 * static_cast<double>(use.ru_utime.tv_usec + use.ru_stime.tv_usec);
-  metrics["run_s"] = run_s;
-  if (wall_s > 0) {
-    metrics["real_time_factor"] = run_s / wall_s;
+  if (missing > 0) {
+    metrics["missing"] = missing;
   }
-  metrics["peak_memory_mb"] = peak_memory_mb;  // of the largest run
+  metrics["settings"] = settings;
+  metrics["run_s"] = run_s;
   write_file(options.out_dir / "metrics.json",
              metrics.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
@@ -320,6 +349,10 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
 namespace {
 
 using Lines = std::vector<std::vector<std::string>>;
+
+std::string name_of(const TrialPoint& point) {
+  return point.mission + (point.setting.empty() ? "" : " " + point.setting);
+}
 
 /// The first cell of a line to the left, the others to the right.
 void print_aligned(const Lines& lines) {
@@ -350,15 +383,15 @@ void print_means(const std::vector<TrialGroup>& groups, const std::vector<const 
     lines[0].emplace_back(column->head);
   }
   for (const TrialGroup& group : groups) {
-    lines.push_back({group.mission + (group.setting.empty() ? "" : " " + group.setting),
-                     std::to_string(group.passed) + "/" + std::to_string(group.runs)});
+    lines.push_back({name_of(*group.point),
+                     std::to_string(group.passed) + "/" + std::to_string(group.runs.size())});
     for (const Column* column : shown) {
-      const auto values = group.scores.find(column->figure);
-      if (values == group.scores.end()) {
+      const std::vector<double> values = values_of(group, column->figure);
+      if (values.empty()) {
         lines.back().emplace_back("-");
         continue;
       }
-      const MeanInterval m = mean_interval(values_of(values->second));
+      const MeanInterval m = mean_interval(values);
       averaged = averaged || m.count > 1;
       lines.back().push_back(fixed(column->scale * m.mean, column->digits) +
                              plus_minus(*column, m));
@@ -392,7 +425,7 @@ void print_differences(const std::vector<TrialGroup>& groups,
   }
   const TrialGroup* first = nullptr;  // of its mission
   for (const TrialGroup& group : groups) {
-    if (first == nullptr || first->mission != group.mission) {
+    if (first == nullptr || first->point->mission != group.point->mission) {
       first = &group;
       continue;
     }
@@ -404,7 +437,7 @@ void print_differences(const std::vector<TrialGroup>& groups,
       cells.push_back(difference_cell(*column, found));
     }
     if (pairs > 1) {
-      lines.push_back({group.mission + " " + group.setting, std::to_string(pairs)});
+      lines.push_back({name_of(*group.point), std::to_string(pairs)});
       lines.back().insert(lines.back().end(), cells.begin(), cells.end());
     }
   }
@@ -423,7 +456,7 @@ void print_tables(const std::vector<TrialGroup>& groups) {
   std::vector<const Column*> shown;
   for (const Column& column : kColumns) {
     if (std::any_of(groups.begin(), groups.end(),
-                    [&](const TrialGroup& g) { return g.scores.contains(column.figure); })) {
+                    [&](const TrialGroup& g) { return !values_of(g, column.figure).empty(); })) {
       shown.push_back(&column);
     }
   }
@@ -436,17 +469,17 @@ void print_tables(const std::vector<TrialGroup>& groups) {
 
 namespace {
 
-std::vector<StudyRun> study_runs(const std::vector<Trial>& trials) {
+std::vector<StudyRun> study_runs(const TrialsOptions& options, const std::vector<Trial>& trials) {
   std::vector<StudyRun> runs;
   for (const Trial& trial : trials) {
     StudyRun& run = runs.emplace_back();
-    run.cell = trial.cell;
+    run.cell = trial.point->cell;
     run.seed = trial.seed;
     run.done = is_done(trial);
     run.passed = trial.status == TrialStatus::kPassed;
     if (run.done) {
       run.figures = trial.figures;
-      run.faults = run.passed ? std::vector<std::string>() : faults(trial);
+      run.faults = run.passed ? std::vector<std::string>() : faults(trial, options);
     }
   }
   return runs;
@@ -456,14 +489,14 @@ std::vector<StudyRun> study_runs(const std::vector<Trial>& trials) {
 
 void write_study(const TrialsOptions& options, const std::vector<Trial>& trials) {
   if (options.study) {
-    const std::vector<StudyRun> runs = study_runs(trials);
+    const std::vector<StudyRun> runs = study_runs(options, trials);
     write_study_csv(options.out_dir / "study.csv", *options.study, runs);
     write_file(options.out_dir / "study.md", study_page(*options.study, runs));
   }
 }
 
 void print_study(const TrialsOptions& options, const std::vector<Trial>& trials) {
-  std::printf("%s\n%s\n", study_tables(*options.study, study_runs(trials)).c_str(),
+  std::printf("%s\n%s\n", study_tables(*options.study, study_runs(options, trials)).c_str(),
               (options.out_dir / "study.md").c_str());
 }
 
@@ -476,7 +509,7 @@ void report_recognition(const TrialsOptions& options, const std::vector<Trial>& 
   std::vector<RecognitionWorld> worlds;  // a mission under one combination of the other settings
   std::optional<CsvWriter> csv;
   for (const Trial& trial : trials) {
-    const std::filesystem::path file = trial.dir / "places.csv";
+    const std::filesystem::path file = folder_of(trial, options.out_dir) / "places.csv";
     if (!is_done(trial) || !std::filesystem::exists(file)) {
       continue;
     }
@@ -485,8 +518,8 @@ void report_recognition(const TrialsOptions& options, const std::vector<Trial>& 
       csv.emplace(options.out_dir / "places.csv", columns);
     }
     for (const RecognitionRow& row : rows) {
-      *csv << trial.mission;
-      for (const std::string& value : trial.values) {
+      *csv << trial.point->mission;
+      for (const std::string& value : trial.point->values) {
         *csv << value;
       }
       *csv << std::to_string(trial.seed) << row.histogram << row.distance << row.pictures;
@@ -499,7 +532,7 @@ void report_recognition(const TrialsOptions& options, const std::vector<Trial>& 
       }
       csv->end_row();
     }
-    const std::string name = trial.mission + (trial.setting.empty() ? "" : " " + trial.setting);
+    const std::string name = name_of(*trial.point);
     if (worlds.empty() || worlds.back().name != name) {
       worlds.push_back({name, {}});
     }

@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
-#include <map>
 #include <string>
 #include <vector>
 
-#include "apps/trials/plan.h"
+#include "apps/batch/plan.h"
 
 namespace panoptes {
 
 /// What the columns of the table are, a line each, for --help.
 std::string table_legend();
 
-/// trials.csv: a row a run that is done.
+/// trials.csv: a row a run that is done; and timing.csv, with what each of them cost.
 void write_csv(const TrialsOptions& options, const std::vector<Trial>& trials);
 
 /// study.csv and study.md, of what is done so far; nothing where there is no study.
@@ -24,24 +21,21 @@ void write_study(const TrialsOptions& options, const std::vector<Trial>& trials)
 void print_study(const TrialsOptions& options, const std::vector<Trial>& trials);
 
 /// The verdicts as JUnit has them.
-void write_junit(const std::filesystem::path& path, const std::vector<Trial>& trials);
+void write_junit(const TrialsOptions& options, const std::vector<Trial>& trials);
 
 /// The runs of one mission under one combination of settings.
 struct TrialGroup {
-  std::string mission;
-  std::vector<std::string> values;
-  std::string setting;
-  int runs = 0;
+  const TrialPoint* point = nullptr;
+  std::vector<const Trial*> runs;  ///< that are done, in order of their seeds
   int passed = 0;
-  std::vector<std::string> order;                                 ///< of the scores
-  std::map<std::string, std::map<std::uint64_t, double>> scores;  ///< by seed
 };
 std::vector<TrialGroup> groups_of(const std::vector<Trial>& trials);
 
-/// metrics.json of all of them.
+/// metrics.json of all of them: nothing that depends on the machine, or on how they were shared
+/// out.
 void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trials,
                    const std::vector<TrialGroup>& groups, const std::string& outcome,
-                   double wall_s);
+                   const std::string& fault);
 
 /// The means over the seeds on stdout, and where settings were varied by how much each differs from
 /// the first of its mission.

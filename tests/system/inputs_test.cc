@@ -119,7 +119,7 @@ TEST_F(Inputs, ThatChangedMakeARunAnother) {
 
 TEST_F(Inputs, ThatTheProgramIsOneOf) {
   ASSERT_EQ(trials().status, 0);
-  const fs::path listing = folder_ / "work" / "t" / "m" / "1.sha256";
+  const fs::path listing = folder_ / "work" / "t" / "m" / "1" / "inputs.sha256";
   std::string text;
   for (auto [file, hash] : parse_inputs(read_file(listing))) {
     if (file == fs::canonical(PANOPTES_PROGRAM)) {

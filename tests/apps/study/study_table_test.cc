@@ -36,11 +36,29 @@ StudyRun run_of(std::size_t cell, std::uint64_t seed, double error_m,
           true,
           faults.empty(),
           faults,
-          {{"run_s", 240},
-           {"cpu_s", 100.0 * static_cast<double>(seed)},
-           {"timing_ms.step.mean", 10},
-           {"trajectory.ate_rmse_m", error_m},
-           {"trajectory.odometry_ate_rmse_m", 10 * error_m}}};
+          FigureRows().row({{"run_s", 240},
+                            {"cpu_s", 100.0 * static_cast<double>(seed)},
+                            {"timing_ms.step.mean", 10},
+                            {"trajectory.ate_rmse_m", error_m},
+                            {"trajectory.odometry_ate_rmse_m", 10 * error_m}})};
+}
+
+TEST(FigureRows, KeepTheNamesOfAllRunsOnce) {
+  FigureRows rows;
+  const FigureRow first = rows.row({{"b", 1}, {"a", 2}});
+  const FigureRow same = rows.row({{"b", 3}, {"a", 4}});
+  const FigureRow other = rows.row({{"a", 5}, {"c", 6}});
+  EXPECT_EQ(&first.names(), &same.names());
+  EXPECT_EQ(first.find("a"), 2);
+  EXPECT_EQ(same.find("b"), 3);
+  EXPECT_EQ(other.find("b"), std::nullopt);
+  EXPECT_TRUE(FigureRow().empty());
+  EXPECT_EQ(FigureRow().find("a"), std::nullopt);
+  FigureNameUnion all;
+  for (const FigureRow& row : {FigureRow(), first, same, other}) {
+    all.add(row);
+  }
+  EXPECT_EQ(all.names(), (std::vector<std::string>{"b", "a", "c"}));
 }
 
 /// office: none axis, none edges, lens axis; home likewise.

@@ -10,8 +10,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "apps/batch/manifest.h"
 #include "apps/trials/tables.h"
 #include "core/base/error.h"
+#include "core/config/sha256.h"
 #include "core/io/csv.h"
 #include "tests/support/scratch.h"
 
@@ -71,7 +73,7 @@ for word in "$@"; do
   case $word in seed=*) seed=${word#seed=} ;; slow=yes) slow=1 ;; paint=*) paint=${word#paint=} ;; esac
 done
 mkdir -p "$dir"
-echo "$seed" >>"${dir%/*}/../started"
+echo "$seed" >>"${dir%/*}/../../started"
 outcome=completed
 if [ -n "${slow:-}" ]; then
   trap 'outcome=interrupted' INT
@@ -152,10 +154,13 @@ TEST_F(Trials, AreRunAndJudged) {
   EXPECT_EQ(
       m["requirements"],
       json::parse(R"([{"require": "map.coverage >= 0.5", "runs": 2, "met": 1, "pass": false}])"));
-  for (const char* key : {"schema", "command", "version", "seed", "outcome", "run_s", "wall_s",
-                          "cpu_s", "real_time_factor", "peak_memory_mb"}) {
+  for (const char* key : {"schema", "command", "version", "seed", "outcome", "run_s"}) {
     EXPECT_TRUE(m.contains(key)) << key;
   }
+  EXPECT_FALSE(m["settings"][0]["scores"].contains("wall_s"));
+  const CsvTable timing = read_csv(options_.out_dir / "timing.csv");
+  EXPECT_THAT(timing.columns, ElementsAre("mission", "seed", "wall_s"));
+  EXPECT_THAT(timing.rows[1], ElementsAre("m", "6", "2"));
   EXPECT_NEAR(m["settings"][0]["scores"]["map.coverage"]["mean"].get<double>(), 0.45, kRoundoff);
   EXPECT_EQ(m["settings"][0]["scores"]["map.coverage"]["count"], 2);
   const std::string junit = read_file(options_.junit);
@@ -210,12 +215,12 @@ TEST_F(Trials, OverwriteNothingThatOthersHaveLeft) {
   options_.seeds = {5, 7};
   EXPECT_EQ(
       message_of([&] { run_trials(options_); }),
-      (options_.out_dir / "trials.csv").string() +
+      (options_.out_dir / "manifest.jsonl").string() +
           ": holds m seed 6, which is not among these runs; ask for it as well, or name another "
           "folder with --out");
   options_.vary = {parse_vary("a=1,2")};
   EXPECT_EQ(message_of([&] { run_trials(options_); }),
-            (options_.out_dir / "trials.csv").string() +
+            (options_.out_dir / "manifest.jsonl").string() +
                 ": is of trials that varied other settings; name another folder with --out");
   EXPECT_EQ(read_file(options_.out_dir / "trials.csv"), table);
   EXPECT_EQ(started(), "5\n6\n");
@@ -244,11 +249,12 @@ TEST_F(Trials, KeepNoVerdictOnWhatHasChanged) {
   EXPECT_EQ(refused(), run + ": holds a run of another program" + elsewhere);
   write_file(options_.program, kProgram);
 
-  const std::string listing = read_file(run + ".sha256");
-  std::filesystem::remove(run + ".sha256");
-  EXPECT_EQ(refused(), run + ": holds a run that does not say what it was made of (" + run +
-                           ".sha256 is missing)" + elsewhere);
-  write_file(run + ".sha256", listing);
+  const std::string inputs = run + "/inputs.sha256";
+  const std::string listing = read_file(inputs);
+  std::filesystem::remove(inputs);
+  EXPECT_EQ(refused(), run + ": holds a run that does not say what it was made of (" + inputs +
+                           " is missing)" + elsewhere);
+  write_file(inputs, listing);
   EXPECT_EQ(run_trials(options_), 0);
   EXPECT_EQ(started(), "6\n");
 }
@@ -302,6 +308,184 @@ TEST(Varying, OfAStudyOfPlacesIsAListInEveryRun) {
   EXPECT_THAT(options.set, ElementsAre("places.histogram=[grey, colour]"));
   ASSERT_EQ(options.vary.size(), 1U);
   EXPECT_EQ(options.vary[0].key, "a");
+}
+
+/// All that trials leave but their runs and what these cost.
+std::map<std::string, std::string> left_in(const fs::path& out_dir) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::directory_iterator(out_dir)) {
+    const std::string name = entry.path().filename();
+    if (entry.is_regular_file() && name != "started" && name != "timing.csv") {
+      files[name] = read_file(entry.path());
+    }
+  }
+  return files;
+}
+
+TEST_F(Trials, OfShardsLeaveTheSameBytes) {
+  options_.seeds = {3, 5, 6, 7, 9};
+  options_.vary = {parse_vary("paint=plain,better")};
+  options_.jobs = 2;
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_trials(options_), 1);
+  const auto whole = left_in(options_.out_dir);
+  EXPECT_THAT(whole, testing::Contains(testing::Key("trials.csv")));
+  const std::string verdicts = read_file(options_.junit);
+
+  options_.out_dir = folder_ / "sharded";
+  EXPECT_EQ(run_shard(options_, {2, 3}), 1) << "seed 9 breaks";
+  EXPECT_EQ(merge_trials(options_), 1);
+  EXPECT_THAT(testing::internal::GetCapturedStdout(),
+              HasSubstr("7 of 10 runs are missing: m/paint=plain/3, m/paint=plain/6, "));
+  EXPECT_EQ(metrics()["missing"], 7);
+  TrialsOptions planned;  // all else is in the manifest
+  planned.out_dir = options_.out_dir;
+  planned.program = options_.program;
+  planned.version = options_.version;
+  planned.junit = folder_ / "sharded.xml";
+  planned.quiet = true;
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_shard(planned, {1, 3}), 1) << "seed 9 breaks";
+  EXPECT_EQ(run_shard(planned, {3, 3}), 0);
+  EXPECT_EQ(run_shard(planned, {1, 1}), 1) << "twice as well";
+  EXPECT_EQ(merge_trials(planned), 1);
+  testing::internal::GetCapturedStdout();
+  EXPECT_EQ(left_in(options_.out_dir), whole);
+  EXPECT_EQ(read_file(folder_ / "sharded.xml"), verdicts);
+}
+
+TEST_F(Trials, OfAShardThatWasKilledAreMadeAgain) {
+  options_.seeds = {5, 6};
+  EXPECT_EQ(run_shard(options_, {1, 2}), 0);
+  const fs::path left = options_.out_dir / "m" / ".6.part-elsewhere-7" / "run";
+  fs::create_directories(left);
+  write_file(left / "steps.csv", "half of a run");
+  EXPECT_EQ(merge_trials(options_), 1);
+  EXPECT_TRUE(fs::exists(left)) << "it may still run";
+  EXPECT_EQ(run_shard(options_, {2, 2}), 0);
+  EXPECT_EQ(merge_trials(options_), 0);
+  EXPECT_FALSE(fs::exists(left.parent_path()));
+  EXPECT_EQ(started(), "5\n6\n");
+}
+
+TEST_F(Trials, OfWhomSomebodyWasFirstAreThrownAway) {
+  options_.seeds = {6};
+  EXPECT_EQ(run_trials(options_), 0);
+  const fs::path first = folder_ / "first";
+  fs::rename(options_.out_dir / "m" / "6", first);
+  write_file(first / "mark", "first");
+  run_as(std::string(kProgram) + "mv '" + first.string() +
+         "' \"${dir%/*}/../6\"\n[ $pass = true ]");
+  write_file(first / "inputs.sha256", sha256(read_file(options_.program)) + "  program\n");
+  fs::remove(options_.out_dir / "manifest.jsonl");
+  fs::remove(options_.out_dir / "trials.csv");
+  fs::remove(options_.out_dir / "timing.csv");
+  fs::remove(options_.out_dir / "metrics.json");
+  fs::remove(options_.out_dir / "started");
+  fs::remove(options_.out_dir / "m");
+  EXPECT_EQ(run_shard(options_, {1, 1}), 0);
+  EXPECT_TRUE(fs::exists(options_.out_dir / "m" / "6" / "mark"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(options_.out_dir / "m"), {}), 1);
+}
+
+TEST_F(Trials, KeepTheMetricsAlone) {
+  options_.seeds = {6};
+  options_.keep = Keep::kMetrics;
+  EXPECT_EQ(run_trials(options_), 0);
+  std::vector<std::string> files;
+  for (const auto& entry : fs::directory_iterator(options_.out_dir / "m" / "6")) {
+    files.push_back(entry.path().filename());
+  }
+  EXPECT_THAT(files,
+              testing::UnorderedElementsAre("metrics.json", "mission.yaml", "inputs.sha256"));
+  EXPECT_EQ(run_trials(options_), 0);
+  EXPECT_EQ(started(), "6\n");
+}
+
+TEST_F(Trials, OfOtherShardsAreNotMerged) {
+  options_.seeds = {5, 6};
+  EXPECT_EQ(run_shard(options_, {1, 2}), 0);
+  const std::string manifest = (options_.out_dir / "manifest.jsonl").string();
+  options_.set = {"a=1"};
+  EXPECT_EQ(message_of([&] {
+              run_shard(options_, {2, 2});
+            }),
+            manifest +
+                ": is of other trials than these; leave the missions and settings out to go on "
+                "with those, or name another folder with --out");
+  options_.set = {};
+  write_file(options_.program, std::string(kProgram) + "# another\n");
+  EXPECT_EQ(message_of([&] { merge_trials(options_); }),
+            manifest +
+                ": was planned by another program; run that one, or name another folder with "
+                "--out");
+  write_file(options_.program, kProgram);
+  const std::string run = (options_.out_dir / "m" / "5").string();
+  write_file(run + "/mission.yaml", "of another study");
+  for (const auto& act :
+       {std::function<void()>([&] { merge_trials(options_); }), std::function<void()>([&] {
+          run_shard(options_, {1, 2});
+        })}) {
+    EXPECT_EQ(message_of(act),
+              run +
+                  ": holds a run with other settings or of another version; name another folder "
+                  "with --out");
+  }
+  const std::string lines = read_file(manifest);
+  write_file(manifest, lines.substr(0, lines.size() / 2));
+  EXPECT_THAT(message_of([&] { merge_trials(options_); }),
+              HasSubstr(manifest + ": is no manifest of trials, or damaged ("));
+  fs::remove(manifest);
+  options_.missions.clear();
+  EXPECT_EQ(message_of([&] { merge_trials(options_); }),
+            manifest + ": cannot be read; name the missions or the study, and trials are planned");
+}
+
+TEST(Shards, AreSomeOfHowMany) {
+  EXPECT_EQ(parse_shard("2/8").index, 2);
+  EXPECT_EQ(parse_shard("2/8").count, 8);
+  for (const char* bad : {"", "3", "0/2", "3/2", "1/2/3", "a/b", "1/"}) {
+    EXPECT_EQ(message_of([&] { parse_shard(bad); }),
+              std::string("--shard ") + bad +
+                  ": must be which of how many, as 2/8 is the second of eight");
+  }
+}
+
+TEST_F(Trials, AreResolvedOnceWhereTheSeedIsOneLine) {
+  options_.seeds = {1, 2, 3, 4, 5};
+  int resolved = 0;
+  const auto count = [&](const std::string& more) {
+    resolved = 0;
+    options_.resolve = [&resolved, more](const std::string&, const std::vector<std::string>& set) {
+      ++resolved;
+      const std::string seed = set.back().substr(5);
+      return ResolvedMission{
+          "m", "a: 1\nseed: " + seed + "\n" + (more.empty() ? "" : more + seed), {}, 60};
+    };
+    return plan_trials(options_);
+  };
+  const std::vector<Trial> trials = count("");
+  EXPECT_EQ(resolved, 2);
+  EXPECT_EQ(trials[4].settings_sha256, sha256("a: 1\nseed: 5\n"));
+  EXPECT_EQ(count("room: ").at(4).settings_sha256, sha256("a: 1\nseed: 5\nroom: 5"));
+  EXPECT_EQ(resolved, 5);
+}
+
+TEST_F(Trials, GoToTasksOfAMinuteOrMore) {
+  auto point = std::make_shared<TrialPoint>();
+  point->duration_s = 50;  // a quarter of a minute
+  std::vector<Trial> trials(100);
+  for (Trial& trial : trials) {
+    trial.point = point;
+  }
+  EXPECT_EQ(tasks_for(trials, std::nullopt), 25);
+  EXPECT_EQ(tasks_for(trials, 1), 100);
+  EXPECT_EQ(tasks_for(trials, 1000), 1);
+  point->duration_s = 0.1;
+  EXPECT_EQ(tasks_for(trials, std::nullopt), 1);
+  point->duration_s = 6000;
+  trials.resize(5000, trials[0]);
+  EXPECT_EQ(tasks_for(trials, std::nullopt), 1000);
 }
 
 TEST_F(Trials, TakeWhatRunsFoundOfPlacesTogether) {
@@ -475,11 +659,11 @@ mkdir -p "$dir"
 for word in "$@"; do case $word in seed=*) seed=${word#seed=} ;; esac; done
 if [ "$seed" = 4 ]; then
   trap 'touch "$dir/ended"; exit 130' INT
-  touch "${dir%/*}/waits"
+  touch "${dir%/*}/../waits"
   while true; do sleep 0.02; done
 fi
-until [ -e "${dir%/*}/waits" ]; do sleep 0.02; done
-mkdir "${dir%/*}/../trials.csv.part"  # no table can be written from now on
+until [ -e "${dir%/*}/../waits" ]; do sleep 0.02; done
+mkdir "${dir%/*}/../../trials.csv.part"  # no table can be written from now on
 echo '{"outcome": "completed"}' >"$dir/metrics.json"
 )");
   options_.seeds = {3, 4};

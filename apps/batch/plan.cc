@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "apps/trials/plan.h"
+#include "apps/batch/plan.h"
 
 #include <algorithm>
 #include <charconv>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -11,6 +12,7 @@
 
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/config/sha256.h"
 
 namespace panoptes {
 namespace {
@@ -99,31 +101,67 @@ std::vector<TrialCase> cases_of(const TrialsOptions& options) {
   return cases;
 }
 
-Trial trial_of(const TrialsOptions& options, const TrialCase& one, std::uint64_t seed) {
-  Trial trial;
-  trial.mission_file = one.mission_file;
-  trial.values = one.values;
-  trial.setting = one.setting;
-  trial.cell = one.cell;
-  trial.limits = one.limits;
-  trial.seed = seed;
+std::shared_ptr<TrialPoint> point_of(const TrialsOptions& options, const TrialCase& one) {
+  auto point = std::make_shared<TrialPoint>();
+  point->mission_file = one.mission_file;
+  point->values = one.values;
+  point->setting = one.setting;
+  point->cell = one.cell;
+  point->limits = one.limits;
   // of two settings of one key the later one counts: the command line's before a study's, and what
   // is varied before the command line's
   const auto& first = options.study ? one.settings.set : options.set;
   const auto& then = options.study ? options.set : one.settings.set;
-  trial.set = first;
-  trial.set.insert(trial.set.end(), then.begin(), then.end());
-  trial.set.push_back("seed=" + std::to_string(seed));
-  ResolvedMission resolved = options.resolve(one.mission_file, trial.set);
-  trial.mission = one.mission.empty() ? resolved.name : one.mission;
-  trial.mission_text = std::move(resolved.text);
-  trial.inputs = std::move(resolved.inputs);
-  trial.dir = options.out_dir / as_folder(trial.mission);
-  if (!one.folder.empty()) {
-    trial.dir /= one.folder;
+  point->set = first;
+  point->set.insert(point->set.end(), then.begin(), then.end());
+  return point;
+}
+
+std::string seed_line(std::uint64_t seed) { return "\nseed: " + std::to_string(seed) + "\n"; }
+
+// A mission's text, of another seed; empty where that cannot be told.
+std::optional<std::string> with_seed(const std::string& text, std::uint64_t from,
+                                     std::uint64_t seed) {
+  const std::string line = seed_line(from);
+  const auto at = text.find(line);
+  if (at == std::string::npos || text.find(line, at + 1) != std::string::npos) {
+    return std::nullopt;
   }
-  trial.dir /= std::to_string(seed);
-  return trial;
+  return std::string(text).replace(at, line.size(), seed_line(seed));
+}
+
+// The runs of one case, one a seed. Some missions draw more from the seed than what the line says:
+// the second one resolved tells.
+std::vector<Trial> trials_of(const TrialsOptions& options, const TrialCase& one) {
+  const std::shared_ptr<TrialPoint> point = point_of(options, one);
+  std::vector<Trial> trials;
+  ResolvedMission first;
+  bool only_the_line = false;
+  for (const std::uint64_t seed : options.seeds) {
+    Trial& trial = trials.emplace_back();
+    trial.point = point;
+    trial.seed = seed;
+    const std::optional<std::string> by_line =
+        trials.size() > 1 ? with_seed(first.text, options.seeds.front(), seed) : std::nullopt;
+    if (by_line && only_the_line) {
+      trial.settings_sha256 = sha256(*by_line);
+      continue;
+    }
+    ResolvedMission resolved = options.resolve(one.mission_file, set_of(trial));
+    trial.settings_sha256 = sha256(resolved.text);
+    only_the_line = trials.size() == 2 && by_line == resolved.text;
+    if (trials.size() == 1) {
+      first = std::move(resolved);
+    }
+  }
+  point->mission = one.mission.empty() ? first.name : one.mission;
+  point->inputs = std::move(first.inputs);
+  point->duration_s = first.duration_s;
+  point->folder = as_folder(point->mission);
+  if (!one.folder.empty()) {
+    point->folder /= one.folder;
+  }
+  return trials;
 }
 
 // What the command line says counts: of a fault there the study has no place.
@@ -181,41 +219,47 @@ bool is_done(const Trial& trial) {
   return trial.status != TrialStatus::kWaiting && trial.status != TrialStatus::kRunning;
 }
 
-std::filesystem::path inputs_file(const Trial& trial) {
-  std::filesystem::path file = trial.dir;
-  return file += ".sha256";
+std::filesystem::path folder_of(const Trial& trial, const std::filesystem::path& out_dir) {
+  return out_dir / trial.point->folder / std::to_string(trial.seed);
+}
+
+std::vector<std::string> set_of(const Trial& trial) {
+  std::vector<std::string> set = trial.point->set;
+  set.push_back("seed=" + std::to_string(trial.seed));
+  return set;
 }
 
 std::vector<Trial> plan_trials(const TrialsOptions& options) {
-  std::vector<Trial> trials;
+  std::vector<Trial> all;
   std::map<std::string, std::size_t> missions;  // by name
-  std::set<std::filesystem::path> dirs;
+  std::set<std::filesystem::path> folders;
   StudyFaults faults(options);
   for (const TrialCase& one : cases_of(options)) {
-    for (const std::uint64_t seed : options.seeds) {
-      std::optional<Trial> trial;
-      try {
-        trial = trial_of(options, one, seed);
-      } catch (const ConfigError& error) {
-        if (!options.study) {
-          throw;
-        }
-        faults.add(one, error);
-        break;
+    std::vector<Trial> trials;
+    try {
+      trials = trials_of(options, one);
+    } catch (const ConfigError& error) {
+      if (!options.study) {
+        throw;
       }
-      if (missions.try_emplace(trial->mission, one.mission_at).first->second != one.mission_at) {
-        throw ConfigError(one.mission_file + ": two missions are called " + trial->mission +
-                          "; give one of them another name");
-      }
-      if (!dirs.insert(trial->dir).second) {
-        throw ConfigError(trial->dir.string() +
+      faults.add(one, error);
+      continue;
+    }
+    const std::string& mission = trials.front().point->mission;
+    if (missions.try_emplace(mission, one.mission_at).first->second != one.mission_at) {
+      throw ConfigError(one.mission_file + ": two missions are called " + mission +
+                        "; give one of them another name");
+    }
+    for (const Trial& trial : trials) {
+      if (!folders.insert(folder_of(trial, {})).second) {
+        throw ConfigError(folder_of(trial, options.out_dir).string() +
                           ": two runs would go there; a seed or a value is given twice");
       }
-      trials.push_back(std::move(*trial));
     }
+    std::move(trials.begin(), trials.end(), std::back_inserter(all));
   }
   faults.tell();
-  return trials;
+  return all;
 }
 
 std::vector<std::uint64_t> parse_seeds(std::string_view text) {
@@ -282,6 +326,40 @@ Vary parse_vary(std::string_view text) {
     }
   }
   return vary;
+}
+
+void set_limits(const Study& study, std::vector<Trial>& trials) {
+  const std::vector<StudyCell> cells = cells_of(study);
+  std::shared_ptr<const TrialPoint> before;
+  std::shared_ptr<const TrialPoint> limited;
+  for (Trial& trial : trials) {
+    if (trial.point != before) {
+      before = trial.point;
+      auto point = std::make_shared<TrialPoint>(*before);
+      if (point->cell >= cells.size()) {
+        throw ConfigError(study.file + ": has fewer cells than were planned of it; plan anew");
+      }
+      point->limits = cells[point->cell].limits;
+      limited = std::move(point);
+    }
+    trial.point = limited;
+  }
+}
+
+Shard parse_shard(std::string_view text) {
+  Shard shard;
+  const auto slash = text.find('/');
+  const auto number = [](std::string_view digits, int& value) {
+    const auto end = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    return end.ec == std::errc() && end.ptr == digits.data() + digits.size();
+  };
+  if (slash == std::string_view::npos || !number(text.substr(0, slash), shard.index) ||
+      !number(text.substr(slash + 1), shard.count) || shard.index < 1 ||
+      shard.index > shard.count) {
+    throw ConfigError("--shard " + std::string(text) +
+                      ": must be which of how many, as 2/8 is the second of eight");
+  }
+  return shard;
 }
 
 void add_vary(TrialsOptions& options, const Vary& vary) {
