@@ -693,12 +693,12 @@ Picture SimulatedRobot::take(Camera& camera, const DuePicture& due) {
   if (before != Before::kNothing) {
     // it has seen no floor
   } else if (camera.floor && !is_knocked(faults_, camera.name, due.stamp)) {
-    camera.floor->mark(image.floor_label, then.T_scene_body, seen_);
+    camera.floor->mark(image.floor_label, then.T_scene_body, surroundings_.floor, seen_);
   } else if (maps_floor) {
     RigCamera tilted = camera.rig;
     tilted.T_body_camera =
         T_level * knocked(faults_, camera.name, due.stamp, camera.rig.T_body_camera);
-    SeenFloor(tilted, body_).mark(image.floor_label, then.T_scene_body, seen_);
+    SeenFloor(tilted, body_).mark(image.floor_label, then.T_scene_body, surroundings_.floor, seen_);
   }
   if (truth_options_.depth || truth_options_.labels) {
     keep_truth(camera, due.stamp, instant_at(Duration{}).T_scene_camera, image);

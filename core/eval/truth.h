@@ -73,7 +73,7 @@ struct Truth {
   TruthLayer floor;   ///< 1 cm: 1 where something stands between the floor and 2 cm above it
   TruthLayer body;    ///< 1 cm: 1 where something is between 2 cm and the top of the robot's mast
   TruthLayer seen;    ///< 5 cm: 1 where the mapped part of a floor camera saw the floor or the foot
-                      ///< of a thing, unoccluded, at some frame set
+                      ///< of a thing that stands there, unoccluded, at some frame set
   double path_m = 0;  ///< length of the true path
   /// As it was when the run began; `clock_offset_s` is what its stamps truly are too late.
   std::optional<Rig> rig = {};

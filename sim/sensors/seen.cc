@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "sim/sensors/seen.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -9,6 +10,25 @@
 #include "sim/sensors/floor_pixels.h"
 
 namespace panoptes::sim {
+namespace {
+
+bool anything_stands_in(const TruthLayer& floor, const TruthLayer& seen, int column, int row) {
+  const Vec2 low = seen.point(column, row);
+  const int side = std::max(1, static_cast<int>(std::lround(seen.cell_m / floor.cell_m)));
+  const int first_column =
+      static_cast<int>(std::lround((low.x() - floor.origin.x()) / floor.cell_m));
+  const int first_row = static_cast<int>(std::lround((low.y() - floor.origin.y()) / floor.cell_m));
+  for (int y = first_row; y < first_row + side; ++y) {
+    for (int x = first_column; x < first_column + side; ++x) {
+      if (floor.contains(x, y) && floor(x, y) != 0) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+}  // namespace
 
 SeenFloor::SeenFloor(const RigCamera& true_camera, const Body& body)
     : width_px_(true_camera.intrinsics.width_px),
@@ -26,7 +46,7 @@ SeenFloor::SeenFloor(const RigCamera& true_camera, const Body& body)
   }
 }
 
-void SeenFloor::mark(const cv::Mat& floor_label, const Pose2& T_scene_body,
+void SeenFloor::mark(const cv::Mat& floor_label, const Pose2& T_scene_body, const TruthLayer& floor,
                      TruthLayer& seen) const {
   PANOPTES_CHECK(floor_label.type() == CV_8UC1 && floor_label.cols == width_px_ &&
                      floor_label.rows == height_px_,
@@ -48,20 +68,24 @@ void SeenFloor::mark(const cv::Mat& floor_label, const Pose2& T_scene_body,
         static_cast<std::size_t>(v - top_px_) * static_cast<std::size_t>(width_px_);
     for (int u = 0; u < width_px_; ++u) {
       std::uint8_t& state = column_state[static_cast<std::size_t>(u)];
-      const bool floor = label[u] != 0;
-      const bool foot = !floor && state == kOnFloor;
-      if (!floor && !foot) {
+      const bool shows_floor = label[u] != 0;
+      const bool foot = !shows_floor && state == kOnFloor;
+      if (!shows_floor && !foot) {
         continue;
       }
       if (state != kEnded) {
-        state = floor ? kOnFloor : kEnded;
+        state = shows_floor ? kOnFloor : kEnded;
       }
       const float x = x_body_m_[row_at + static_cast<std::size_t>(u)];
       const float y = y_body_m_[row_at + static_cast<std::size_t>(u)];
       const float column = x0 + c * x - s * y;
       const float row = y0 + s * x + c * y;
       if (column >= 0 && column < columns && row >= 0 && row < rows) {  // false for NaN
-        seen(static_cast<int>(column), static_cast<int>(row)) = 1;
+        std::uint8_t& cell = seen(static_cast<int>(column), static_cast<int>(row));
+        if (cell == 0 && (shows_floor || anything_stands_in(floor, seen, static_cast<int>(column),
+                                                            static_cast<int>(row)))) {
+          cell = 1;
+        }
       }
     }
   }

@@ -20,8 +20,10 @@ class SeenFloor {
 
   /// Marks the cells of the floor pixels (not 0 in `floor_label`, 8 bit, one channel) that lie in
   /// the mapped part, and in each column of the picture the foot of the object that first ends the
-  /// floor, going upwards.
-  void mark(const cv::Mat& floor_label, const Pose2& T_scene_body, TruthLayer& seen) const;
+  /// floor, going upwards. Its pixel shows the object, which may hang over the floor, or be seen
+  /// above its foot: a cell of `seen` in which nothing stands, by `floor`, is not marked by it.
+  void mark(const cv::Mat& floor_label, const Pose2& T_scene_body, const TruthLayer& floor,
+            TruthLayer& seen) const;
 
  private:
   int width_px_;

@@ -24,8 +24,9 @@ namespace {
 constexpr double kFinest_m = 0.01;
 constexpr double kCoarsest_m = 0.2;
 constexpr double kWidest_m = 200;
-constexpr double kStart_m = 0.75;  // floor that is clear about a start, and half a cell
-constexpr double kSheet_m = 0.03;  // of wall behind a face
+constexpr double kStart_m = 0.75;       // floor that is clear about a start, and half a cell
+constexpr double kLeastSheet_m = 0.03;  // of wall behind a face,
+constexpr double kMostSheet_m = 0.1;    // which is half of a wall, so that none is hollow
 constexpr double kLampPitch_m = 3.2;
 constexpr double kLampClear_m = 0.35;  // half a lamp's width
 constexpr double kLampPower = 0.9;
@@ -104,6 +105,24 @@ PlacedMap read_map(const BuildingPlan& plan) {
   }
   // The map's own frame is the scene's, its origin the same and its lengths as the plan says.
   return {std::move(map), {plan.scale * corner.x(), plan.scale * corner.y(), read.yaw_rad}};
+}
+
+/// How much of the wall behind a face is the face's: half of it.
+double sheet_m(const MapWalls& walls, const MapWalls::Face& face) {
+  const Vec2 along = face.to - face.from;
+  const Vec2 behind = Vec2(along.y(), -along.x()).normalized();  // the floor lies to the left
+  const double step_m = walls.floor.cell_m / 4;
+  const int samples = std::max(2, static_cast<int>(along.norm() / walls.floor.cell_m));
+  double least_m = 2 * kMostSheet_m;
+  for (int k = 0; k < samples; ++k) {
+    const Vec2 p = face.from + along * ((k + 0.5) / samples);
+    for (double depth_m = walls.floor.cell_m / 2; depth_m < least_m; depth_m += step_m) {
+      if (walls.floor.at(p + depth_m * behind) != 0) {
+        least_m = depth_m;
+      }
+    }
+  }
+  return std::max(least_m / 2, kLeastSheet_m);
 }
 
 /// Doors, boards, pictures and what else hangs on walls.
@@ -199,11 +218,12 @@ void generate(const BuildingPlan& plan, WorldSettings& into) {
     // left end.
     WallFace face(to, from);
     const Pose2 at = face.at(face.length_m() / 2);
-    const Vec2 middle = at * Vec2(-kSheet_m / 2, 0);
+    const double thick_m = sheet_m(walls, stretch);
+    const Vec2 middle = at * Vec2(-thick_m / 2, 0);
     const std::string& paper = papers[static_cast<std::size_t>(stretch.room)];
     const double repeat_m = wall_repeat_m(paper);
     BoxSettings& sheet =
-        put_box(into, "wall", Vec3(kSheet_m, face.length_m(), kRoomHeight_m),
+        put_box(into, "wall", Vec3(thick_m, face.length_m(), kRoomHeight_m),
                 {middle.x(), middle.y(), at.theta_rad}, 0, paper, Vec2(repeat_m, repeat_m));
     sheet.faces = {{"back", ""}, {"left", ""}, {"right", ""}, {"top", ""}, {"bottom", ""}};
     if (face.length_m() >= kLeastDressed_m) {

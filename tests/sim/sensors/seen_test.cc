@@ -58,7 +58,10 @@ TEST(SeenFloor, MarksTheFloorUpToTheFootOfAWallWithinRange) {
   const SeenFloor watcher(camera, body);
   for (const Pose2 pose : {Pose2{0, 0, 0}, Pose2{1, -0.5, 2.1}}) {
     TruthLayer seen = empty_layer();
-    watcher.mark(label_before_wall(camera, 1.52), pose, seen);
+    TruthLayer wall = empty_layer();
+    const Vec2 foot = pose * Vec2(1.52, 0);
+    wall(wall.column(foot), wall.row(foot)) = 1;
+    watcher.mark(label_before_wall(camera, 1.52), pose, wall, seen);
     const auto seen_at = [&](double x_body, double y_body) {
       return seen.at(pose * Vec2(x_body, y_body));
     };
@@ -66,6 +69,7 @@ TEST(SeenFloor, MarksTheFloorUpToTheFootOfAWallWithinRange) {
     EXPECT_TRUE(seen_at(0.55, 0));
     EXPECT_TRUE(seen_at(1.2, 0.5));
     EXPECT_TRUE(seen_at(1.52, 0)) << "the foot";
+    EXPECT_FALSE(seen_at(1.55, 0.5)) << "something that hangs over a floor that is not seen";
     EXPECT_FALSE(seen_at(1.65, 0)) << "behind the wall";
     EXPECT_FALSE(seen_at(1.2, 2)) << "beside the picture";
   }
@@ -75,7 +79,7 @@ TEST(SeenFloor, IsCutAtItsRange) {
   const RigCamera camera = floor_camera();
   TruthLayer seen = empty_layer();
   const SeenFloor watcher(camera, Body{});
-  watcher.mark(label_before_wall(camera, 1e9), {}, seen);
+  watcher.mark(label_before_wall(camera, 1e9), {}, empty_layer(), seen);
   EXPECT_TRUE(seen.at({3.2, 0}));
   EXPECT_FALSE(seen.at({3.35, 0}));
 }
@@ -90,7 +94,9 @@ TEST(SeenFloor, MarksTheFirstFootOfAColumnOnly) {
   seen.cell_m = 0.01;  // finer than the things
   seen.columns = seen.rows = 1000;
   seen.cells.assign(1'000'000, 0);
-  SeenFloor(camera, Body{}).mark(label, {}, seen);
+  TruthLayer full = seen;
+  full.cells.assign(full.cells.size(), 1);
+  SeenFloor(camera, Body{}).mark(label, {}, full, seen);
   EXPECT_TRUE(seen.at(*floor_under(camera, {160, 140})))
       << "floor beyond the thing is seen as well";
   EXPECT_TRUE(seen.at(*floor_under(camera, {160, 153}))) << "its foot";
@@ -102,7 +108,8 @@ TEST(SeenFloor, LowerHalfMapsTheLowerRowsOnly) {
   RigCamera camera = floor_camera();
   camera.floor->rows = FloorView::Rows::kLowerHalf;
   TruthLayer seen = empty_layer();
-  SeenFloor(camera, Body{}).mark(cv::Mat(240, 320, CV_8UC1, cv::Scalar(255)), {}, seen);
+  SeenFloor(camera, Body{})
+      .mark(cv::Mat(240, 320, CV_8UC1, cv::Scalar(255)), {}, empty_layer(), seen);
   EXPECT_TRUE(seen.at(*floor_under(camera, {160, 122})));
   EXPECT_FALSE(seen.at(*floor_under(camera, {160, 112})));
 }

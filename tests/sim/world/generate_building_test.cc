@@ -144,6 +144,21 @@ TEST_F(Building, TheFloorIsTheMapsAndItsWallsAreClosed) {
   EXPECT_FALSE(is_reached(4.03, 4.15));
 }
 
+TEST_F(Building, WallsAreFull) {
+  OccupancyMap map = unknown_map();
+  fill(map, {1.8, 1.8}, {12.2, 8.2}, Cell::kOccupied);
+  fill(map, {2, 2}, {6.9, 8}, Cell::kFree);
+  fill(map, {7.1, 2}, {12, 8}, Cell::kFree);
+  fill(map, {6.9, 4.5}, {7.1, 5.4}, Cell::kFree);
+  const TruthLayer floor = occupancy(world(plan(map)), 0, kFloorLayerTop_m, 0.01);
+  for (double x_m = 6.91; x_m < 7.1; x_m += 0.01) {
+    EXPECT_TRUE(floor.at(map.origin + Vec2(x_m, 3.2)) != 0) << x_m;
+  }
+  EXPECT_EQ(floor.at(map.origin + Vec2(6.85, 3.2)), 0);
+  EXPECT_EQ(floor.at(map.origin + Vec2(7.15, 3.2)), 0);
+  EXPECT_EQ(floor.at(map.origin + Vec2(7, 5)), 0) << "the doorway";
+}
+
 TEST_F(Building, WallsAslantAreStraight) {
   constexpr double kTurned_rad = 0.12;
   const MapWalls walls = walls_of_map(two_rooms(kTurned_rad));
