@@ -16,6 +16,7 @@
 #include "apps/command/out_dir.h"
 #include "apps/draw/pictures.h"
 #include "apps/mission/file_kind.h"
+#include "apps/place/drives.h"
 #include "apps/place/pareto_picture.h"
 #include "apps/place/place_metrics.h"
 #include "apps/place/placed_rig.h"
@@ -109,6 +110,18 @@ int place_study(const PlaceArguments& args) {
     faults.attempt([&] { write_file(out->path() / "rig_best.yaml", best_rig_file(study, sweep)); });
     faults.attempt(
         [&] { write_file(out->path() / "pareto.png", png(pareto_picture(study, sweep))); });
+  }
+  if (study.drive && !sweep.ranked.empty()) {
+    faults.attempt([&] {
+      ProgressLine of_drives(args.quiet);
+      write_drives(out->path(), study, sweep, [&](double done) {
+        if (of_drives.due()) {
+          of_drives.show(share_line("what calibrating leaves", done, of_drives.wall_s()));
+        }
+      });
+    });
+    std::printf("to drive them: panoptes trials --study %s --seeds 1-8 --jobs 2 --out %s\n",
+                (out->path() / "drives.yaml").c_str(), (out->path() / "drives").c_str());
   }
   constexpr std::size_t kDrawn = 3;
   for (std::size_t k = 0; k < std::min(kDrawn, sweep.ranked.size()); ++k) {

@@ -57,6 +57,17 @@ Limit parse_limit(std::string_view text) {
   return limit;
 }
 
+Limit parse_comparison(std::string_view text) {
+  Limit limit = parse_limit(text);
+  using Op = Requirement::Op;
+  const Op op = limit.requirement.op;
+  if (!limit.divisor.empty() || op == Op::kEqual || op == Op::kNotEqual) {
+    throw ConfigError("'" + std::string(text) +
+                      "': must be a figure, one of < <= > >=, and by how much it may differ");
+  }
+  return limit;
+}
+
 std::optional<double> value_of(const Limit& limit, const std::map<std::string, double>& figures) {
   const auto figure = figures.find(limit.figure);
   if (figure == figures.end()) {

@@ -23,6 +23,9 @@ struct Limit {
 /// Throws ConfigError, in one line that names what is allowed.
 Limit parse_limit(std::string_view text);
 
+/// The same of how much a figure may differ from another run's: no quotient, and no equality.
+Limit parse_comparison(std::string_view text);
+
 /// What is compared; empty where the run has no such figure.
 std::optional<double> value_of(const Limit& limit, const std::map<std::string, double>& figures);
 

@@ -140,6 +140,22 @@ void bind(Fields& f, Nsga2Sweep& o) {
   f("seed", o.seed);
 }
 
+void bind(Fields& f, PlacementDrives& o) {
+  f.needed("missions", o.missions);
+  f.require(!f.present("missions") || !o.missions.empty(), "missions",
+            "must have one entry at least");
+  bind(f, o.settings);
+  f("best", o.best, between(1, 1000));
+  f.texts("against_first", o.against_first, o.against_first_places);
+  for (const std::string& line : o.against_first) {
+    try {
+      parse_comparison(line);
+    } catch (const ConfigError& error) {
+      f.require(false, "against_first", error.what());
+    }
+  }
+}
+
 void bind(Fields& f, PlacementStudy& o) {
   f.require(f.writing() || f.present("rig"), "rig", "missing; it must name the rig's file");
   f.path("rig", o.rig);
@@ -163,6 +179,7 @@ void bind(Fields& f, PlacementStudy& o) {
   }
   f.texts("objectives", o.objectives, o.objective_places);
   f.require(!o.objectives.empty(), "objectives", "must name a score at least");
+  f("drive", o.drive);
 }
 
 PlacementStudy read_placement_study(const std::string& file) {

@@ -54,6 +54,17 @@ struct Nsga2Sweep {
 };
 void bind(Fields& f, Nsga2Sweep& o);
 
+/// How the best rigs are driven, to see what they do to navigation: a study of runs whose first rig
+/// is the one that the placement study begins with.
+struct PlacementDrives {
+  std::vector<StudyMission> missions;
+  StudySettings settings;  ///< of every run
+  int best = 3;            ///< rigs, besides the first
+  std::vector<std::string> against_first;
+  std::vector<std::string> against_first_places;
+};
+void bind(Fields& f, PlacementDrives& o);
+
 /// Where cameras may go: a rig to begin with, what is varied about it, what is good enough, and
 /// what is to be as good as can be.
 struct PlacementStudy {
@@ -67,6 +78,7 @@ struct PlacementStudy {
   std::vector<std::string> require_places;
   std::vector<std::string> objectives{"floor.mapped_m2", "blind.ahead_m"};  ///< scores
   std::vector<std::string> objective_places;
+  std::optional<PlacementDrives> drive;
 };
 void bind(Fields& f, PlacementStudy& o);
 

@@ -186,6 +186,24 @@ void bind(Fields& f, Study& o) {
   some("rigs", o.rigs);
   some("rungs", o.rungs);
   f("limits", o.limits);
+  std::vector<std::string> lines;
+  std::vector<std::string> places;
+  for (const StudyComparison& one : o.against_first) {
+    lines.push_back(one.line);
+    places.push_back(one.place);
+  }
+  f.texts("against_first", lines, places);
+  o.against_first.clear();
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    StudyComparison one{lines[i], places[i], {}};
+    try {
+      one.limit = parse_comparison(lines[i]);
+    } catch (const ConfigError& error) {
+      f.require(false, "against_first", error.what());
+      continue;
+    }
+    o.against_first.push_back(std::move(one));
+  }
 }
 
 Study read_study(const std::string& file) {

@@ -61,6 +61,15 @@ struct StudyLimit {
 };
 void bind(Fields& f, StudyLimit& o);
 
+/// What a figure may differ by from that of the first rig, under the same rung in the same mission,
+/// by runs of the same seeds: `map.coverage >= -0.01` holds where the difference is surely not
+/// below that (one-sided 95 %), `checkpoints.error_mean_m < 0` where the rig is surely better.
+struct StudyComparison {
+  std::string line;
+  std::string place;
+  Limit limit;
+};
+
 /// A table of runs: every rung of errors under every rig in every mission, and what must hold.
 struct Study {
   std::string file;
@@ -69,6 +78,7 @@ struct Study {
   std::vector<StudyRig> rigs;
   std::vector<StudyRung> rungs;
   std::vector<StudyLimit> limits;
+  std::vector<StudyComparison> against_first;
 };
 void bind(Fields& f, Study& o);
 

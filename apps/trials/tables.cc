@@ -18,6 +18,7 @@
 #include "apps/recognition/recognition_table.h"
 #include "apps/report/figure_names.h"
 #include "apps/study/study_table.h"
+#include "apps/trials/against_first.h"
 #include "core/base/text.h"
 #include "core/base/utf8.h"
 #include "core/eval/statistics.h"
@@ -210,29 +211,6 @@ std::vector<TrialGroup> groups_of(const std::vector<Trial>& trials) {
   return groups;
 }
 
-namespace {
-
-std::vector<std::string> scores_of(const TrialGroup& group) {
-  FigureNameUnion all;
-  for (const Trial* run : group.runs) {
-    all.add(run->figures);
-  }
-  std::vector<std::string> scores = all.names();
-  std::erase_if(scores, is_cost);
-  return scores;
-}
-
-std::vector<double> values_of(const TrialGroup& group, const std::string& score) {
-  std::vector<double> values;
-  for (const Trial* run : group.runs) {
-    if (const auto value = run->figures.find(score)) {
-      values.push_back(*value);
-    }
-  }
-  return values;
-}
-
-/// By how much a score is larger than the other group's, by the seeds that both have.
 std::optional<PairedDifference> difference(const TrialGroup& group, const TrialGroup& other,
                                            const std::string& score) {
   std::vector<double> values;
@@ -256,6 +234,28 @@ std::optional<PairedDifference> difference(const TrialGroup& group, const TrialG
     return std::nullopt;
   }
   return paired_difference(values, others);
+}
+
+namespace {
+
+std::vector<std::string> scores_of(const TrialGroup& group) {
+  FigureNameUnion all;
+  for (const Trial* run : group.runs) {
+    all.add(run->figures);
+  }
+  std::vector<std::string> scores = all.names();
+  std::erase_if(scores, is_cost);
+  return scores;
+}
+
+std::vector<double> values_of(const TrialGroup& group, const std::string& score) {
+  std::vector<double> values;
+  for (const Trial* run : group.runs) {
+    if (const auto value = run->figures.find(score)) {
+      values.push_back(*value);
+    }
+  }
+  return values;
 }
 
 /// Of each score, where a difference can be told at all: of two runs or more.
@@ -332,6 +332,15 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
       setting["differences"] = differences_json(group, *first);
     } else {
       first = &group;
+    }
+    if (options.study) {
+      for (const RigComparison& one : compare_with_first(*options.study, groups, group)) {
+        setting["against_first"].push_back({{"line", one.line},
+                                            {"mean", one.mean},
+                                            {"bound", one.bound},
+                                            {"pairs", one.pairs},
+                                            {"holds", one.holds}});
+      }
     }
     settings.push_back(setting);
   }
@@ -491,12 +500,15 @@ void write_study(const TrialsOptions& options, const std::vector<Trial>& trials)
   if (options.study) {
     const std::vector<StudyRun> runs = study_runs(options, trials);
     write_study_csv(options.out_dir / "study.csv", *options.study, runs);
-    write_file(options.out_dir / "study.md", study_page(*options.study, runs));
+    write_file(
+        options.out_dir / "study.md",
+        study_page(*options.study, runs) + comparison_page(*options.study, groups_of(trials)));
   }
 }
 
 void print_study(const TrialsOptions& options, const std::vector<Trial>& trials) {
-  std::printf("%s\n%s\n", study_tables(*options.study, study_runs(options, trials)).c_str(),
+  std::printf("%s%s\n%s\n", study_tables(*options.study, study_runs(options, trials)).c_str(),
+              comparison_page(*options.study, groups_of(trials)).c_str(),
               (options.out_dir / "study.md").c_str());
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/batch/plan.h"
+#include "core/eval/statistics.h"
 
 namespace panoptes {
 
@@ -30,6 +32,11 @@ struct TrialGroup {
   int passed = 0;
 };
 std::vector<TrialGroup> groups_of(const std::vector<Trial>& trials);
+
+/// By how much a score of one group is larger than the other's, by the seeds that both have; empty
+/// where there are none.
+std::optional<PairedDifference> difference(const TrialGroup& group, const TrialGroup& other,
+                                           const std::string& score);
 
 /// metrics.json of all of them: nothing that depends on the machine, or on how they were shared
 /// out.

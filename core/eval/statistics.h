@@ -24,6 +24,9 @@ struct PairedDifference {
   /// A true difference of this size shows four times out of five (Bloom 1995). 0 where all pairs
   /// differ by the same; infinite for one pair.
   double detectable = 0;
+  /// Bounds that the true difference is above and below, each with 95 %; the mean for one pair.
+  double at_least = 0;
+  double at_most = 0;
 
   /// The interval keeps clear of 0.
   bool shows() const { return mean.count > 1 && (mean.low > 0 || mean.high < 0); }

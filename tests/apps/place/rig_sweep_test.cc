@@ -8,6 +8,7 @@
 
 #include <gmock/gmock.h>
 
+#include "apps/place/drives.h"
 #include "apps/place/sweep_report.h"
 #include "core/base/error.h"
 #include "core/io/csv.h"
@@ -136,6 +137,31 @@ TEST_F(RigSweeps, LeaveTheBestRigAsAFileThatScoresTheSame) {
   for (std::size_t i = 0; i < again.size(); ++i) {
     EXPECT_EQ(again[i].value, best.scores[i]) << again[i].key;
   }
+}
+
+TEST_F(RigSweeps, LeaveAStudyThatDrivesTheBest) {
+  std::ofstream(path("m.yaml")) << "drive: none\n";
+  const PlacementStudy of = study(
+      "drive:\n  missions: [{name: here, mission: m.yaml, set: [\"until.duration_s=9\"]}]\n"
+      "  set: [\"a={b: 1}\"]\n  best: 2\n  against_first: [\"map.coverage >= -0.01\"]\n");
+  const RigSweep sweep = swept(of);
+  int told = 0;
+  write_drives(folder_ / "out", of, sweep, [&](double) { ++told; });
+  EXPECT_EQ(told, 3);
+  const Study drives = read_study((folder_ / "out" / "drives.yaml").string());
+  ASSERT_EQ(drives.rigs.size(), 3U);
+  EXPECT_EQ(drives.rigs[0].name, "first");
+  EXPECT_EQ(drives.rigs[1].name, "rig-" + std::to_string(sweep.ranked[0] + 1));
+  EXPECT_THAT(drives.rigs[1].settings.set[0], HasSubstr("platform.mounting_error={sigma_deg: 0.0"));
+  EXPECT_EQ(drives.missions[0].settings.set[0], "until.duration_s=9");
+  EXPECT_EQ(drives.settings.set[0], "a={b: 1}");
+  EXPECT_EQ(drives.against_first[0].line, "map.coverage >= -0.01");
+  const Rig best = read_settings<Rig>(drives.rigs[1].file);
+  const Rig wanted = rig_of(of, sweep.rigs[sweep.ranked[0]].point);
+  EXPECT_TRUE(best.cameras.at("floor").T_body_camera.rotation.isApprox(
+      wanted.cameras.at("floor").T_body_camera.rotation));
+  EXPECT_LT(best.cameras.at("floor").sigma.rotation_rad.maxCoeff(), deg_to_rad(0.1))
+      << "as a programmed motion leaves it";
 }
 
 TEST_F(RigSweeps, AreRefusedWhereTheStudyNamesWhatIsNot) {

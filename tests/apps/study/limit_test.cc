@@ -37,6 +37,13 @@ TEST(Limit, ComparesAFigureWithAnother) {
   EXPECT_EQ(broken(0, 0).find(limit.text), 0U) << "nothing against nothing is no proof";
 }
 
+TEST(Limit, OfADifferenceIsABound) {
+  EXPECT_EQ(parse_comparison("map.coverage >= -0.01").figure, "map.coverage");
+  for (const char* bad : {"loops.false == 0", "map.coverage / loops.false >= 1"}) {
+    EXPECT_THROW(parse_comparison(bad), ConfigError) << bad;
+  }
+}
+
 TEST(Limit, IsBrokenByAnAbsentFigure) {
   EXPECT_EQ(broken_by(parse_limit("loops.recall_same >= 0.9"), {}),
             "loops.recall_same >= 0.9, no such figure");

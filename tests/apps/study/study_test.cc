@@ -152,10 +152,16 @@ TEST_F(StudyTest, RefusesSettingsAndLimitsThatAreNone) {
   EXPECT_THAT(faults("loops.false == 0", "loops.wrong == 0"),
               ElementsAre("study.yaml:13:15: limits[0].require: limit 'loops.wrong == 0': no run "
                           "has a figure 'loops.wrong', got loops.wrong == 0"));
+  EXPECT_THAT(
+      faults("set: [until", "against_first: [loops.false == 0]\nset: [until"),
+      ElementsAre("study.yaml:4:16: against_first: 'loops.false == 0': must be a figure, one "
+                  "of < <= > >=, and by how much it may differ"));
 }
 
 TEST_F(StudyTest, IsWrittenAsItIsRead) {
-  const std::string text = write_settings(read(kStudy));
+  const std::string text =
+      write_settings(read(std::string(kStudy) + "against_first: [map.coverage >= -0.01]\n"));
+  EXPECT_NE(text.find("map.coverage >= -0.01"), std::string::npos);
   EXPECT_EQ(write_settings(read(text)), text);
 }
 

@@ -572,6 +572,42 @@ TEST_F(Trials, FailWhereALimitOfAStudyIsBroken) {
   EXPECT_EQ(run_trials(options_), 1) << "a figure that is absent breaks a limit";
 }
 
+TEST_F(Trials, CompareTheRigsOfAStudyWithItsFirst) {
+  options_.missions.clear();
+  Study study = small_study();
+  study.rigs[1].settings = {{"paint=better"}, {"s.yaml:3:9"}};  // by 0.05 to 0.06
+  study.rungs.resize(1);
+  for (const char* line :
+       {"map.coverage >= -0.01", "map.coverage > 0.055", "map.coverage <= 0.01"}) {
+    study.against_first.push_back({line, "s.yaml:9:1", parse_comparison(line)});
+  }
+  options_.study = study;
+  options_.seeds = {5, 6, 7, 8};
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_trials(options_), 0);
+  const std::string said = testing::internal::GetCapturedStdout();
+  EXPECT_THAT(said, HasSubstr("Against on the axis"));
+  EXPECT_THAT(read_file(options_.out_dir / "study.md"), HasSubstr("| map.coverage > 0.055 | "));
+  const json settings = metrics()["settings"];
+  EXPECT_FALSE(settings[0].contains("against_first"));
+  const json told = settings[1]["against_first"];
+  ASSERT_EQ(told.size(), 3U);
+  EXPECT_EQ(told[0]["holds"], true);
+  EXPECT_EQ(told[1]["holds"], false) << "the mean is 0.055, the bound is below";
+  EXPECT_EQ(told[2]["holds"], false);
+  EXPECT_EQ(told[0]["pairs"], 4);
+  EXPECT_NEAR(told[0]["mean"].get<double>(), 0.055, kRoundoff);
+  EXPECT_LT(told[0]["bound"].get<double>(), 0.055);
+  EXPECT_GT(told[2]["bound"].get<double>(), 0.055);
+
+  options_.seeds = {5};
+  options_.out_dir = folder_ / "one";
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_trials(options_), 0);
+  testing::internal::GetCapturedStdout();
+  EXPECT_EQ(metrics()["settings"][1]["against_first"][0]["holds"], false) << "of one pair";
+}
+
 TEST_F(Trials, GoOnWithAStudy) {
   options_.missions.clear();
   options_.study = small_study();

@@ -67,6 +67,7 @@ TEST(PairedDifference, TellsWhatItCouldHaveSeen) {
   // difference of the size that they call detectable on the mean.
   constexpr int kStudies = 4000;
   int false_alarms = 0;
+  int beyond_bound = 0;
   double detectable = 0;
   const auto study = [&](double truth) {
     std::vector<double> values;
@@ -78,6 +79,8 @@ TEST(PairedDifference, TellsWhatItCouldHaveSeen) {
   for (int i = 0; i < kStudies; ++i) {
     const PairedDifference nothing = study(0);
     false_alarms += nothing.shows() ? 1 : 0;
+    beyond_bound += nothing.at_least > 0 ? 1 : 0;
+    beyond_bound += nothing.at_most < 0 ? 1 : 0;
     detectable += nothing.detectable / kStudies;
   }
   int found = 0;
@@ -85,6 +88,7 @@ TEST(PairedDifference, TellsWhatItCouldHaveSeen) {
     found += study(detectable).shows() ? 1 : 0;
   }
   EXPECT_NEAR(static_cast<double>(false_alarms) / kStudies, 0.05, 0.012);
+  EXPECT_NEAR(static_cast<double>(beyond_bound) / (2 * kStudies), 0.05, 0.01);
   EXPECT_NEAR(static_cast<double>(found) / kStudies, 0.8, 0.03);
 }
 

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "apps/place/drives.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "core/base/text.h"
+#include "core/eval/calibratability.h"
+#include "core/io/file.h"
+
+namespace panoptes {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct DrivenRig {
+  std::string name;
+  std::string what;  // of its parameters
+  Rig rig;
+};
+
+std::string values_text(const PlacementStudy& study, const PlacementPoint& point) {
+  std::vector<std::string> words;
+  std::size_t i = 0;
+  for (const auto& [name, parameter] : study.parameters) {
+    words.push_back(name + " " + point.values[i++]);
+  }
+  return joined(words);
+}
+
+std::vector<DrivenRig> driven_rigs(const PlacementStudy& study, const RigSweep& sweep) {
+  std::vector<DrivenRig> rigs;
+  rigs.push_back({"first", study.rig, rig_of(study, PlacementPoint{})});
+  const std::size_t best =
+      std::min(sweep.ranked.size(), static_cast<std::size_t>(study.drive->best));
+  for (std::size_t k = 0; k < best; ++k) {
+    const PlacementPoint& point = sweep.rigs[sweep.ranked[k]].point;
+    rigs.push_back({fmt::format("rig-{}", sweep.ranked[k] + 1), values_text(study, point),
+                    rig_of(study, point)});
+  }
+  return rigs;
+}
+
+// A list of one-line settings, as YAML has it.
+std::string settings_text(const StudySettings& settings, const char* indent) {
+  std::string text;
+  for (const std::string& setting : settings.set) {
+    text += fmt::format("{}- {}\n", indent, in_quotes(setting));
+  }
+  return text;
+}
+
+// One sigma, of a rig's worst camera.
+struct Mounting {
+  double rotation_rad = 0;
+  double position_m = 0;
+};
+
+Mounting left_by_calibration(const PlacementStudy& study, const Rig& rig) {
+  CalibratabilityOptions motion;
+  motion.plan.room_m = study.scores.motion.room_m;
+  const Calibratability left = calibratability(motion, rig, study.robot);
+  // surer than this no robot's rig was ever known
+  constexpr double kLeast_deg = 0.01;
+  constexpr double kLeast_m = 0.0003;
+  return {std::max(deg_to_rad(kLeast_deg), left.rotation_rad), std::max(kLeast_m, left.position_m)};
+}
+
+}  // namespace
+
+void write_drives(const fs::path& out_dir, const PlacementStudy& study, const RigSweep& sweep,
+                  const std::function<void(double done)>& progress) {
+  const std::vector<DrivenRig> rigs = driven_rigs(study, sweep);
+  fs::create_directories(out_dir / "rigs");
+  std::string text = fmt::format(
+      "# What the best rigs of {} do to navigation, and the one that it begins with:\n"
+      "#   panoptes trials --study {} --seeds 1-8 --jobs 2 --out {}\n"
+      "# What is believed of a rig is off as a programmed motion would leave it.\nmissions:\n",
+      study.file, (out_dir / "drives.yaml").string(), (out_dir / "drives").string());
+  for (const StudyMission& mission : study.drive->missions) {
+    text += fmt::format("  - name: {}\n    mission: {}\n", mission.name,
+                        in_quotes(fs::absolute(mission.file).string()));
+    if (!mission.settings.set.empty()) {
+      text += "    set:\n" + settings_text(mission.settings, "      ");
+    }
+  }
+  if (!study.drive->settings.set.empty()) {
+    text += "set:\n" + settings_text(study.drive->settings, "  ");
+  }
+  text += "rigs:\n";
+  for (std::size_t i = 0; i < rigs.size(); ++i) {
+    const Mounting left = left_by_calibration(study, rigs[i].rig);
+    Rig rig = rigs[i].rig;
+    for (auto& [name, camera] : rig.cameras) {
+      camera.sigma.rotation_rad.setConstant(left.rotation_rad);
+      camera.sigma.position_m.setConstant(left.position_m);
+    }
+    write_file(out_dir / "rigs" / (rigs[i].name + ".yaml"),
+               "# " + rigs[i].what + "\n" + write_settings(rig));
+    text += fmt::format(
+        "  - name: {0}  # {1}\n    rig: rigs/{0}.yaml\n    set:\n"
+        "      - \"platform.mounting_error={{sigma_deg: {2:.3g}, sigma_m: {3:.3g}}}\"\n",
+        rigs[i].name, rigs[i].what, rad_to_deg(left.rotation_rad), left.position_m);
+    progress(static_cast<double>(i + 1) / static_cast<double>(rigs.size()));
+  }
+  text += "rungs:\n  - name: calibrated\n";
+  if (!study.drive->against_first.empty()) {
+    text += "against_first:\n";
+    for (const std::string& line : study.drive->against_first) {
+      text += fmt::format("  - {}\n", in_quotes(line));
+    }
+  }
+  write_file(out_dir / "drives.yaml", text);
+}
+
+}  // namespace panoptes
