@@ -31,7 +31,8 @@ std::string values_text(const PlacementStudy& study, const PlacementPoint& point
 
 std::vector<DrivenRig> driven_rigs(const PlacementStudy& study, const RigSweep& sweep) {
   std::vector<DrivenRig> rigs;
-  rigs.push_back({"first", study.rig, rig_of(study, PlacementPoint{})});
+  const std::string& against = study.drive->against.empty() ? study.rig : study.drive->against;
+  rigs.push_back({fs::path(against).stem().string(), against, read_settings<Rig>(against)});
   const std::size_t best =
       std::min(sweep.ranked.size(), static_cast<std::size_t>(study.drive->best));
   for (std::size_t k = 0; k < best; ++k) {
@@ -74,7 +75,7 @@ void write_drives(const fs::path& out_dir, const PlacementStudy& study, const Ri
   const std::vector<DrivenRig> rigs = driven_rigs(study, sweep);
   fs::create_directories(out_dir / "rigs");
   std::string text = fmt::format(
-      "# What the best rigs of {} do to navigation, and the one that it begins with:\n"
+      "# What the best rigs of {} do to navigation, against the first one:\n"
       "#   panoptes trials --study {} --seeds 1-8 --jobs 2 --out {}\n"
       "# What is believed of a rig is off as a programmed motion would leave it.\nmissions:\n",
       study.file, (out_dir / "drives.yaml").string(), (out_dir / "drives").string());

@@ -10,9 +10,8 @@ namespace panoptes {
 
 /// What the best rigs of a placement study do to navigation is for runs to tell: leaves in
 /// `out_dir` the rigs as files of their own and drives.yaml, a study of runs (`panoptes trials
-/// --study`). Its first rig is the one that the placement study begins with. What the robot
-/// believes of each is off as a programmed motion would leave it: by calibratability(). Takes
-/// seconds a rig; `progress` is told the share that is done.
+/// --study`). What the robot believes of each is off as a programmed motion would leave it: by
+/// calibratability(). Takes seconds a rig; `progress` is told the share that is done.
 void write_drives(const std::filesystem::path& out_dir, const PlacementStudy& study,
                   const RigSweep& sweep, const std::function<void(double done)>& progress);
 

@@ -141,6 +141,7 @@ void bind(Fields& f, Nsga2Sweep& o) {
 }
 
 void bind(Fields& f, PlacementDrives& o) {
+  f.path("against", o.against);
   f.needed("missions", o.missions);
   f.require(!f.present("missions") || !o.missions.empty(), "missions",
             "must have one entry at least");

@@ -54,12 +54,12 @@ struct Nsga2Sweep {
 };
 void bind(Fields& f, Nsga2Sweep& o);
 
-/// How the best rigs are driven, to see what they do to navigation: a study of runs whose first rig
-/// is the one that the placement study begins with.
+/// How the best rigs are driven, to see what they do to navigation: a study of runs.
 struct PlacementDrives {
+  std::string against;  ///< file of its first rig; empty: that of the placement study
   std::vector<StudyMission> missions;
   StudySettings settings;  ///< of every run
-  int best = 3;            ///< rigs, besides the first
+  int best = 3;            ///< rigs, beside that one
   std::vector<std::string> against_first;
   std::vector<std::string> against_first_places;
 };

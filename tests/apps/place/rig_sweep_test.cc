@@ -150,12 +150,13 @@ TEST_F(RigSweeps, LeaveAStudyThatDrivesTheBest) {
   EXPECT_EQ(told, 3);
   const Study drives = read_study((folder_ / "out" / "drives.yaml").string());
   ASSERT_EQ(drives.rigs.size(), 3U);
-  EXPECT_EQ(drives.rigs[0].name, "first");
+  EXPECT_EQ(drives.rigs[0].name, "front-back-floor");
   EXPECT_EQ(drives.rigs[1].name, "rig-" + std::to_string(sweep.ranked[0] + 1));
   EXPECT_THAT(drives.rigs[1].settings.set[0], HasSubstr("platform.mounting_error={sigma_deg: 0.0"));
   EXPECT_EQ(drives.missions[0].settings.set[0], "until.duration_s=9");
   EXPECT_EQ(drives.settings.set[0], "a={b: 1}");
   EXPECT_EQ(drives.against_first[0].line, "map.coverage >= -0.01");
+  EXPECT_EQ(read_settings<Rig>(drives.rigs[0].file).cameras.size(), 3U);
   const Rig best = read_settings<Rig>(drives.rigs[1].file);
   const Rig wanted = rig_of(of, sweep.rigs[sweep.ranked[0]].point);
   EXPECT_TRUE(best.cameras.at("floor").T_body_camera.rotation.isApprox(
