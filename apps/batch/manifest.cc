@@ -37,6 +37,7 @@ Json asked_json(const TrialsOptions& options) {
   return {{"missions", options.missions},
           {"study", study},
           {"study_sha256", study.empty() ? "" : sha256(read_file(study))},
+          {"seeds", numbers_text(options.seeds)},
           {"vary", vary_json(options.vary)},
           {"set", options.set},
           {"keep", options.keep == Keep::kMetrics ? "metrics" : "all"}};

@@ -13,7 +13,7 @@ namespace panoptes {
 /// asked for and of which program, a line a point (its settings, its files with their SHA-256),
 /// and a line a run (its point, its seed, the SHA-256 of its settings).
 struct Manifest {
-  std::string asked;         ///< missions, study, settings, as JSON
+  std::string asked;         ///< missions, study, seeds, settings, as JSON
   std::string study_file;    ///< empty: none
   std::string study_sha256;  ///< of the file then
   std::vector<Vary> vary;
@@ -34,7 +34,7 @@ void write_manifest(const TrialsOptions& options, const std::string& program_sha
 /// Its study is not read again. Throws ConfigError where the file is none, or of another form.
 Manifest read_manifest(const std::filesystem::path& out_dir);
 
-/// That a manifest is of what these options ask for, its runs aside. Throws ConfigError.
+/// That a manifest is of what these options ask for. Throws ConfigError.
 void check_asked_for(const Manifest& manifest, const TrialsOptions& options);
 
 /// That the runs of a manifest that is there are among these. Throws ConfigError.

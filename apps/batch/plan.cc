@@ -10,6 +10,8 @@
 #include <system_error>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/config/sha256.h"
@@ -303,6 +305,20 @@ std::vector<std::uint64_t> parse_seeds(std::string_view text) {
     }
     rest.remove_prefix(1);
   }
+}
+
+std::string numbers_text(const std::vector<std::uint64_t>& numbers) {
+  std::vector<std::string> words;
+  for (std::size_t i = 0; i < numbers.size();) {
+    std::size_t last = i;
+    while (last + 1 < numbers.size() && numbers[last + 1] == numbers[last] + 1) {
+      ++last;
+    }
+    words.push_back(last > i ? fmt::format("{}-{}", numbers[i], numbers[last])
+                             : std::to_string(numbers[i]));
+    i = last + 1;
+  }
+  return joined(words, ",");
 }
 
 Vary parse_vary(std::string_view text) {

@@ -62,6 +62,9 @@ struct TrialsOptions {
 /// `1-5,101` is 1 2 3 4 5 101. Throws ConfigError.
 std::vector<std::uint64_t> parse_seeds(std::string_view text);
 
+/// The reverse, for numbers of any kind: as short as can be, in their order.
+std::string numbers_text(const std::vector<std::uint64_t>& numbers);
+
 /// `key.path=v1,v2`; commas inside brackets do not divide. Throws ConfigError.
 Vary parse_vary(std::string_view text);
 

@@ -84,21 +84,6 @@ std::string submit(const SlurmOptions& slurm, const fs::path& script, const std:
   return number;
 }
 
-// Numbers of tasks, as sbatch takes them.
-std::string ranges(const std::vector<int>& numbers) {
-  std::vector<std::string> words;
-  for (std::size_t i = 0; i < numbers.size();) {
-    std::size_t last = i;
-    while (last + 1 < numbers.size() && numbers[last + 1] == numbers[last] + 1) {
-      ++last;
-    }
-    words.push_back(last == i ? std::to_string(numbers[i])
-                              : fmt::format("{}-{}", numbers[i], numbers[last]));
-    i = last + 1;
-  }
-  return joined(words, ",");
-}
-
 class Submission {
  public:
   Submission(const TrialsOptions& options, const SlurmOptions& slurm)
@@ -165,11 +150,11 @@ class Submission {
     return remember(submit(slurm_, script("light", "", lines), ""));
   }
 
-  std::string submit_array(const std::vector<int>& tasks, const std::string& after) {
+  std::string submit_array(const std::vector<std::uint64_t>& tasks, const std::string& after) {
     const std::string heads = fmt::format(
         "#SBATCH --array={}\n#SBATCH --cpus-per-task={}\n#SBATCH --requeue\n"
         "#SBATCH --signal=B:TERM@60\n",
-        ranges(tasks), options_.jobs);
+        numbers_text(tasks), options_.jobs);
     const std::string line = fmt::format(
         "exec {} trials --shard \"$SLURM_ARRAY_TASK_ID/{}\" --out {} --jobs {}{} --quiet\n",
         quoted(program_.string()), shards_, quoted(out_dir_.string()), options_.jobs,
@@ -217,17 +202,17 @@ class Submission {
 };
 
 // The shards that have a run which waits.
-std::vector<int> shards_left(const std::vector<Trial>& trials, int shards) {
+std::vector<std::uint64_t> shards_left(const std::vector<Trial>& trials, int shards) {
   std::vector<bool> left(static_cast<std::size_t>(shards), false);
   for (std::size_t i = 0; i < trials.size(); ++i) {
     if (!is_done(trials[i])) {
       left[i % left.size()] = true;
     }
   }
-  std::vector<int> numbers;
-  for (int shard = 1; shard <= shards; ++shard) {
-    if (left[static_cast<std::size_t>(shard - 1)]) {
-      numbers.push_back(shard);
+  std::vector<std::uint64_t> numbers;
+  for (std::size_t shard = 0; shard < left.size(); ++shard) {
+    if (left[shard]) {
+      numbers.push_back(shard + 1);
     }
   }
   return numbers;
@@ -260,7 +245,7 @@ int submit_to_slurm(const TrialsOptions& options, const SlurmOptions& slurm,
     submission.set_shards(tasks_for(trials, slurm.chunk));
     after = submission.submit_light(trials);
   }
-  const std::vector<int> tasks = shards_left(trials, submission.shards());
+  const std::vector<std::uint64_t> tasks = shards_left(trials, submission.shards());
   if (!tasks.empty()) {
     after = submission.submit_array(tasks, after);
   }

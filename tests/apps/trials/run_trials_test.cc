@@ -49,6 +49,9 @@ TEST(Seeds, AreNumbersAndRanges) {
   EXPECT_EQ(
       message_of([] { parse_seeds("7,1-1000000000000"); }),
       "--seeds 7,1-1000000000000: 1-1000000000000 makes too many; at most 100000 may be given");
+  for (const char* text : {"7", "1-3,101,5", "3,2,1", "0-1"}) {
+    EXPECT_EQ(numbers_text(parse_seeds(text)), text);
+  }
   EXPECT_EQ(parse_seeds("0-99999").size(), 100000U);
   EXPECT_EQ(message_of([] { parse_seeds("0-99999,100000"); }),
             "--seeds 0-99999,100000: 100000-100000 makes too many; at most 100000 may be given");
@@ -414,6 +417,12 @@ TEST_F(Trials, OfOtherShardsAreNotMerged) {
                 ": is of other trials than these; leave the missions and settings out to go on "
                 "with those, or name another folder with --out");
   options_.set = {};
+  options_.seeds = {5, 6, 7};
+  EXPECT_THAT(message_of([&] {
+                run_shard(options_, {2, 2});
+              }),
+              HasSubstr("is of other trials than these"));
+  options_.seeds = {5, 6};
   write_file(options_.program, std::string(kProgram) + "# another\n");
   EXPECT_EQ(message_of([&] { merge_trials(options_); }),
             manifest +
