@@ -257,7 +257,7 @@ class Bundle {
     if (!jumps() && contradicted()) {
       converge(most_agreed());
     }
-    for (int round = 0; round < 2; ++round) {
+    for (int round = 0; round < (jumps() ? 1 : 2); ++round) {
       sum_up(free());
       const double gain = step();
       place_bodies();
@@ -341,11 +341,14 @@ class Bundle {
     }
     depth_prior_.assign(tracks_.size(), kDepthPrior);
     trusts_.assign(tracks_.size(), 1);
+    const int gentle = jumps() ? 1 : 2;  // the poses of a jump's bundle are near already
     for (int iteration = 0; iteration < options_.iterations; ++iteration) {
       place_bodies();
       settle_points();
       // from forgiving to strict
-      const double most = iteration < 2 ? kForgiving : iteration < 4 ? kCareful : kStrict;
+      const double most = iteration < gentle       ? kForgiving
+                          : iteration < 2 * gentle ? kCareful
+                                                   : kStrict;
       const double kernel = kernel_sigmas(most, by_camera);
       weigh(kernel, by_camera);
       sum_up(free());
