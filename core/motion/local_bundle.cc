@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -18,6 +20,7 @@ namespace {
 
 using Mat23 = Eigen::Matrix<double, 2, 3>;
 using CameraJacobian = Eigen::Matrix<double, 2, kCameraStates>;
+using MountingJacobian = Eigen::Matrix<double, 2, kMountingStates>;
 
 constexpr double kBehind =
     0.05;  // of the depth at the first keyframe: too near the picture's plane
@@ -36,6 +39,7 @@ constexpr double kFarthest_per_m = -0.2;  // beyond infinity: what noise may mak
 constexpr double kStrict = 3;  // sigmas at which a track's weight is a quarter
 constexpr double kCareful = 5;
 constexpr double kForgiving = 8;
+constexpr int kNoJump = -1;
 constexpr double kSettled = 0.01;  // gain of chi2: a tenth of a sigma of one unknown
 
 const Mat2 kQuarter = (Mat2() << 0, -1, 1, 0).finished();
@@ -69,6 +73,7 @@ struct CameraModel {
   Vec3 origin_body;
   Vec2 focal_px;
   Vec2 centre_px;
+  bool jumped = false;
 };
 
 // A residual and what it changes with.
@@ -82,9 +87,10 @@ struct Residual {
   Mat23 by_anchor;        // x, y, theta of the keyframe that saw it first
   Mat23 by_frame;
   CameraJacobian by_camera;
+  MountingJacobian by_jump;  // of the camera's mounting
 };
 
-// How a camera at one keyframe sees what it saw first at another.
+// How a camera at one keyframe sees what it saw first at another, where it may have sat otherwise.
 struct Sight {
   Mat3 M = Mat3::Identity();             // the later body's axes from the first one's
   Mat3 turn = Mat3::Identity();          // the later camera's axes from the first one's
@@ -93,15 +99,16 @@ struct Sight {
   Vec3 baseline = Vec3::Zero();          // the first camera from the later one, in its axes
 };
 
-Sight sight_of(const CameraModel& camera, const PictureBody& anchor, const PictureBody& body) {
+Sight sight_of(const CameraModel& before, const CameraModel& camera, const PictureBody& anchor,
+               const PictureBody& body) {
   Sight sight;
   const Mat3 R_camera_body = camera.R_body_camera.transpose();
   sight.M = body.R.transpose() * anchor.R;
-  sight.turn = R_camera_body * sight.M * camera.R_body_camera;
+  sight.turn = R_camera_body * sight.M * before.R_body_camera;
   sight.baseline_body = body.R.transpose() * (anchor.t - body.t);
   sight.baseline_on_axis = R_camera_body * sight.baseline_body;
   sight.baseline =
-      R_camera_body * (sight.M * camera.origin_body + sight.baseline_body - camera.origin_body);
+      R_camera_body * (sight.M * before.origin_body + sight.baseline_body - camera.origin_body);
   return sight;
 }
 
@@ -126,12 +133,13 @@ bool observe(const CameraModel& camera, const Sight& sight, const Point& point, 
 }
 
 // What the residual of `observe` changes with besides the point.
-void differentiate(const CameraModel& camera, const PictureBody& anchor, const PictureBody& body,
-                   const Sight& sight, bool same_frame, const Point& point, Residual& out) {
+void differentiate(const CameraModel& before, const CameraModel& camera, const PictureBody& anchor,
+                   const PictureBody& body, const Sight& sight, bool same_frame, const Point& point,
+                   Residual& out) {
   const double rho = point.z();
   const Mat3& M = sight.M;
-  const Vec3 direction = camera.R_body_camera * Vec3(point.x(), point.y(), 1);
-  const Vec3 at_anchor = rho * camera.origin_body + direction;
+  const Vec3 direction = before.R_body_camera * Vec3(point.x(), point.y(), 1);
+  const Vec3 at_anchor = rho * before.origin_body + direction;
   const Vec3 from_camera = camera.R_body_camera * out.from_camera;
   const Vec3 at_body = from_camera + rho * camera.origin_body;
   const Mat23 by_body = out.project * camera.R_body_camera.transpose();
@@ -149,10 +157,19 @@ void differentiate(const CameraModel& camera, const PictureBody& anchor, const P
   out.by_anchor = by_body * anchor_body;
   out.by_frame = by_body * frame_body;
   out.by_camera.setZero();
+  out.by_jump.setZero();
   if (!same_frame) {
     out.by_camera.middleCols<3>(kRotation) =
         by_body * (cross_matrix(from_camera) - M * cross_matrix(direction));
     out.by_camera.middleCols<2>(kPosition) = by_body * rho * (M - Mat3::Identity()).leftCols<2>();
+    // a mounting that changes between the two moves the later picture alone
+    if (before.jumped != camera.jumped) {
+      out.by_jump.leftCols<3>() = by_body * cross_matrix(from_camera);
+      out.by_jump.rightCols<3>() = -rho * by_body;
+    } else if (camera.jumped) {
+      out.by_jump.leftCols<3>() = out.by_camera.middleCols<3>(kRotation);
+      out.by_jump.rightCols<3>() = by_body * rho * (M - Mat3::Identity());
+    }
     // a stamp that is late puts both pictures too late on the path
     const Vec3 by_clock =
         -(anchor_body.leftCols<2>() * anchor.velocity.head<2>() +
@@ -166,16 +183,20 @@ void differentiate(const CameraModel& camera, const PictureBody& anchor, const P
   out.by_camera.middleCols<2>(kCentre) = Mat2::Identity();
 }
 
-// Where each unknown lies: three of each keyframe but the first, and the rig's states.
+// Where each unknown lies: three of each keyframe but the first, the rig's states, and by how much
+// each camera's mounting jumps, where one is asked for.
 struct Columns {
   int poses = 0;  // of all keyframes together
   int states = 0;
   int wheels = 0;
+  int jumps = 0;
 
   int pose(int frame) const { return 3 * (frame - 1); }
   int camera(int camera) const { return poses + camera_state(camera); }
   int wheel() const { return poses + wheels; }
-  int size() const { return poses + states; }
+  int jump(int camera) const { return poses + states + camera * kMountingStates; }
+  bool is_jump(int column) const { return column >= poses + states; }
+  int size() const { return poses + states + jumps; }
 };
 
 // A Gaussian in all unknowns.
@@ -212,27 +233,31 @@ class Bundle {
  public:
   Bundle(const BundleOptions& options, const LoopCameras& believed, const RigPriorState& prior,
          const std::vector<BundleFrame>& frames, const std::vector<Track>& tracks,
-         const std::vector<Pose2>& start)
+         const std::vector<Pose2>& start, int jump_at)
       : options_(options),
         believed_(believed),
         prior_(prior),
         state_(prior.state),
         frames_(frames),
         tracks_(tracks),
-        start_(start) {
+        start_(start),
+        jump_at_(jump_at) {
     columns_.poses = 3 * (static_cast<int>(frames.size()) - 1);
     columns_.states = rig_states(believed.size());
     columns_.wheels = wheel_state(believed.size());
+    columns_.jumps = jumps() ? kMountingStates * static_cast<int>(believed.size()) : 0;
+    jump_ = Eigen::VectorXd::Zero(kMountingStates * static_cast<Eigen::Index>(believed.size()));
     systems_.resize(tracks.size());
     variance_px2_ = options_.noise_px * options_.noise_px;
   }
 
-  BundleSolution solve() {
+  // To where all unknowns explain the inliers best.
+  void adjust() {
     converge(kAll);
-    if (contradicted()) {
+    if (!jumps() && contradicted()) {
       converge(most_agreed());
     }
-    for (int round = 0; round < 2; ++round) {
+    for (int round = 0; round < (jumps() ? 1 : 2); ++round) {
       sum_up(free());
       const double gain = step();
       place_bodies();
@@ -243,11 +268,60 @@ class Bundle {
       }
     }
     learn_noise();
+    keeps_scores_ = jumps();
     sum_up(true);
-    return solution();
+  }
+
+  BundleSolution solution() const {
+    BundleSolution s;
+    s.T_first_frame = poses_;
+    s.state = state_;
+    s.information = sum_.information;
+    s.gradient = sum_.gradient;
+    s.noise_px = std::sqrt(variance_px2_);
+    for (const double trust : trusts_) {
+      s.inlier.push_back(trust > 0);
+    }
+    return s;
+  }
+
+  MountingJump jump() const {
+    MountingJump out;
+    const int rest = columns_.poses + columns_.states;
+    Eigen::MatrixXd known = sum_.information - of_tracks_;  // by wheels and prior
+    known.block(columns_.poses, columns_.poses, columns_.states, columns_.states) +=
+        prior_.information;
+    const Eigen::MatrixXd all = known + of_tracks_;
+    // what is left of the jumps' columns when poses and states have been integrated out
+    Eigen::MatrixXd left = Eigen::MatrixXd::Identity(columns_.size(), columns_.jumps);
+    left.topRows(rest) =
+        -all.topLeftCorner(rest, rest).ldlt().solve(all.topRightCorner(rest, columns_.jumps));
+    left.bottomRows(columns_.jumps).setIdentity();
+    out.information = left.transpose() * all.rightCols(columns_.jumps);
+    Eigen::VectorXd gradient = sum_.gradient;
+    gradient.segment(columns_.poses, columns_.states) +=
+        prior_.information * (state_ - prior_.state);
+    out.pull = out.information * jump_ - left.transpose() * gradient;
+    out.scatter = left.transpose() * known * left;
+    for (const Eigen::VectorXd& score : scores_) {
+      const Eigen::VectorXd of_jumps = left.transpose() * score;
+      out.scatter += of_jumps * of_jumps.transpose();
+    }
+    out.crossing.assign(believed_.size(), 0);
+    out.fitting.assign(believed_.size(), 0);
+    for (std::size_t t = 0; t < tracks_.size(); ++t) {
+      const std::vector<Track::Seen>& seen = tracks_[t].seen;
+      if (seen.front().frame < jump_at_ && seen.back().frame >= jump_at_) {
+        ++out.crossing[tracks_[t].camera];
+        out.fitting[tracks_[t].camera] += trusts_[t] > 0 ? 1 : 0;
+      }
+    }
+    return out;
   }
 
  private:
+  bool jumps() const { return jump_at_ != kNoJump; }
+
   /// The states are estimated along.
   bool free() const { return prior_.information.size() > 0; }
 
@@ -257,6 +331,7 @@ class Bundle {
   void converge(int by_camera) {
     poses_ = start_;
     state_ = prior_.state;
+    jump_.setZero();
     place_cameras();
     points_.clear();
     for (const Track& track : tracks_) {
@@ -266,11 +341,14 @@ class Bundle {
     }
     depth_prior_.assign(tracks_.size(), kDepthPrior);
     trusts_.assign(tracks_.size(), 1);
+    const int gentle = jumps() ? 1 : 2;  // the poses of a jump's bundle are near already
     for (int iteration = 0; iteration < options_.iterations; ++iteration) {
       place_bodies();
       settle_points();
       // from forgiving to strict
-      const double most = iteration < 2 ? kForgiving : iteration < 4 ? kCareful : kStrict;
+      const double most = iteration < gentle       ? kForgiving
+                          : iteration < 2 * gentle ? kCareful
+                                                   : kStrict;
       const double kernel = kernel_sigmas(most, by_camera);
       weigh(kernel, by_camera);
       sum_up(free());
@@ -287,7 +365,7 @@ class Bundle {
   // to have a word.
   std::vector<double> shares() const {
     constexpr int kFewest = 12;
-    const std::size_t cameras = cameras_.size();
+    const std::size_t cameras = believed_.size();
     std::vector<int> shown(frames_.size() * cameras, 0);
     std::vector<int> fits(shown.size(), 0);
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
@@ -312,7 +390,7 @@ class Bundle {
   bool contradicted() const {
     constexpr double kLeast = 0.5;
     const std::vector<double> all = shares();
-    return cameras_.size() > 1 &&
+    return believed_.size() > 1 &&
            std::any_of(all.begin(), all.end(), [](double share) { return share < kLeast; });
   }
 
@@ -326,7 +404,7 @@ class Bundle {
     };
     int best = kAll;
     double most = agreement() / kClearly;
-    for (int camera = 0; camera < static_cast<int>(cameras_.size()); ++camera) {
+    for (int camera = 0; camera < static_cast<int>(believed_.size()); ++camera) {
       converge(camera);
       if (const double agreed = agreement(); agreed > most) {
         most = agreed;
@@ -340,34 +418,48 @@ class Bundle {
     return by_camera == kAll || tracks_[t].camera == by_camera;
   }
 
+  std::vector<CameraModel> models(const RigState& state, bool jumped) const {
+    std::vector<CameraModel> models;
+    for (const LoopCamera& camera : corrected(believed_, state)) {
+      models.push_back({camera.T_body_camera.rotation.toRotationMatrix(),
+                        camera.T_body_camera.translation,
+                        {camera.intrinsics.fx_px, camera.intrinsics.fy_px},
+                        {camera.intrinsics.cx_px, camera.intrinsics.cy_px},
+                        jumped});
+    }
+    return models;
+  }
+
   void place_cameras() {
-    cameras_.clear();
-    for (const LoopCamera& camera : corrected(believed_, state_)) {
-      cameras_.push_back({camera.T_body_camera.rotation.toRotationMatrix(),
-                          camera.T_body_camera.translation,
-                          {camera.intrinsics.fx_px, camera.intrinsics.fy_px},
-                          {camera.intrinsics.cx_px, camera.intrinsics.cy_px}});
+    cameras_ = models(state_, false);
+    if (jumps()) {
+      RigState after = state_;
+      for (int camera = 0; camera < static_cast<int>(believed_.size()); ++camera) {
+        after.segment<kMountingStates>(camera_state(camera)) +=
+            jump_.segment<kMountingStates>(camera * kMountingStates);
+      }
+      jumped_cameras_ = models(after, true);
     }
   }
 
   void place_bodies() {
-    bodies_.assign(frames_.size() * cameras_.size(), {});
+    bodies_.assign(frames_.size() * believed_.size(), {});
     for (std::size_t frame = 0; frame < frames_.size(); ++frame) {
-      for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
+      for (std::size_t camera = 0; camera < believed_.size(); ++camera) {
         const double after_s = frames_[frame].taken.late_s[camera] -
                                state_[camera_state(static_cast<int>(camera)) + kClock];
-        bodies_[frame * cameras_.size() + camera] =
+        bodies_[frame * believed_.size() + camera] =
             picture_body(poses_[frame], frames_[frame], after_s);
       }
     }
     const int frames = static_cast<int>(frames_.size());
     sights_.clear();
-    for (int camera = 0; camera < static_cast<int>(cameras_.size()); ++camera) {
+    for (int camera = 0; camera < static_cast<int>(believed_.size()); ++camera) {
       for (int first = 0; first < frames; ++first) {
         for (int frame = 0; frame < frames; ++frame) {
-          sights_.push_back(
-              frame >= first ? sight_of(cameras_[camera], body(first, camera), body(frame, camera))
-                             : Sight{});
+          sights_.push_back(frame >= first ? sight_of(model(first, camera), model(frame, camera),
+                                                      body(first, camera), body(frame, camera))
+                                           : Sight{});
         }
       }
     }
@@ -378,13 +470,17 @@ class Bundle {
     return sights_[(static_cast<std::size_t>(camera) * frames + first) * frames + frame];
   }
 
+  const CameraModel& model(int frame, int camera) const {
+    return jumps() && frame >= jump_at_ ? jumped_cameras_[camera] : cameras_[camera];
+  }
+
   const PictureBody& body(int frame, int camera) const {
-    return bodies_[static_cast<std::size_t>(frame) * cameras_.size() + camera];
+    return bodies_[static_cast<std::size_t>(frame) * believed_.size() + camera];
   }
 
   bool residual(const Track& track, const Track::Seen& seen, const Point& point,
                 Residual& out) const {
-    return observe(cameras_[track.camera],
+    return observe(model(seen.frame, track.camera),
                    sight(track.camera, track.seen.front().frame, seen.frame), point, seen.px, out);
   }
 
@@ -507,7 +603,8 @@ class Bundle {
     const Track& track = tracks_[t];
     const int first = track.seen.front().frame;
     const int poses = 3 * (track.seen.back().frame - first + 1);
-    const int size = poses + (with_states ? kCameraStates : 0);
+    const int jump = poses + kCameraStates;
+    const int size = with_states ? jump + (jumps() ? kMountingStates : 0) : poses;
     scratch_.assign(static_cast<std::size_t>(size) * (size + 4), 0);
     Eigen::Map<Eigen::MatrixXd> H(scratch_.data(), size, size);
     Eigen::Map<Eigen::VectorXd> g(H.data() + H.size(), size);
@@ -522,9 +619,9 @@ class Bundle {
         return;
       }
       const bool moves = seen.frame != first;
-      differentiate(cameras_[track.camera], body(first, track.camera),
-                    body(seen.frame, track.camera), sight(track.camera, first, seen.frame), !moves,
-                    points_[t], here);
+      differentiate(model(first, track.camera), model(seen.frame, track.camera),
+                    body(first, track.camera), body(seen.frame, track.camera),
+                    sight(track.camera, first, seen.frame), !moves, points_[t], here);
       const Mat23 by_point = weight * here.by_point;
       H_point += by_point.transpose() * here.by_point;
       g_point += by_point.transpose() * here.r;
@@ -553,6 +650,17 @@ class Bundle {
           H.block<kCameraStates, 3>(poses, 0) += camera.transpose() * here.by_anchor;
         }
       }
+      if (with_states && jumps()) {
+        const MountingJacobian jumped = weight * here.by_jump;
+        H.block<kMountingStates, kMountingStates>(jump, jump) += jumped.transpose() * here.by_jump;
+        H.block<kMountingStates, kCameraStates>(jump, poses) += jumped.transpose() * here.by_camera;
+        g.segment<kMountingStates>(jump) += jumped.transpose() * here.r;
+        B.middleRows<kMountingStates>(jump) += jumped.transpose() * here.by_point;
+        if (moves) {
+          H.block<kMountingStates, 3>(jump, at) += jumped.transpose() * here.by_frame;
+          H.block<kMountingStates, 3>(jump, 0) += jumped.transpose() * here.by_anchor;
+        }
+      }
     }
     H_point(2, 2) += trusts_[t] * depth_prior_[t];
     g_point[2] += trusts_[t] * depth_prior_[t] * (points_[t].z() - kDepthMean_per_m);
@@ -579,11 +687,29 @@ class Bundle {
     sum.information.block(pose_at, pose_at, moved, moved) += H.block(held, held, moved, moved);
     if (with_states) {
       const int states_at = columns_.camera(track.camera);
-      sum.gradient.segment<kCameraStates>(states_at) += g.tail<kCameraStates>();
+      sum.gradient.segment<kCameraStates>(states_at) += g.segment<kCameraStates>(poses);
       sum.information.block(states_at, pose_at, kCameraStates, moved) +=
           H.block(poses, held, kCameraStates, moved);
       sum.information.block<kCameraStates, kCameraStates>(states_at, states_at) +=
-          H.bottomRightCorner<kCameraStates, kCameraStates>();
+          H.block<kCameraStates, kCameraStates>(poses, poses);
+      if (jumps()) {
+        const int jump_at = columns_.jump(track.camera);
+        sum.gradient.segment<kMountingStates>(jump_at) += g.segment<kMountingStates>(jump);
+        sum.information.block(jump_at, pose_at, kMountingStates, moved) +=
+            H.block(jump, held, kMountingStates, moved);
+        sum.information.block<kMountingStates, kCameraStates>(jump_at, states_at) +=
+            H.block<kMountingStates, kCameraStates>(jump, poses);
+        sum.information.block<kMountingStates, kMountingStates>(jump_at, jump_at) +=
+            H.block<kMountingStates, kMountingStates>(jump, jump);
+      }
+    }
+    if (keeps_scores_) {
+      Eigen::VectorXd score = Eigen::VectorXd::Zero(columns_.size());
+      score.segment(pose_at, moved) = g.segment(held, moved);
+      score.segment<kCameraStates>(columns_.camera(track.camera)) = g.segment<kCameraStates>(poses);
+      score.segment<kMountingStates>(columns_.jump(track.camera)) =
+          g.segment<kMountingStates>(jump);
+      (depth_shown ? scores_ : unshown_scores_).push_back(std::move(score));
     }
   }
 
@@ -621,12 +747,14 @@ class Bundle {
   // Where the path does not show a depth, a baseline and the depth explain noise together, the
   // better the longer the baseline: thousands of such depths would claim one that is not there
   // (Neyman and Scott 1948). What such tracks say of the headings, all else given, is kept, and
-  // what they say of baselines and of the rig is not.
-  void keep_headings(NormalEquations& of) const {
+  // what they say of baselines and of the rig is not; nor does a jump's turn need a baseline.
+  void keep_headings(NormalEquations& of) {
     std::vector<int> headings;
     std::vector<int> rest;
     for (int k = 0; k < columns_.size(); ++k) {
-      (k < columns_.poses && k % 3 == 2 ? headings : rest).push_back(k);
+      const bool turns = columns_.is_jump(k) ? (k - columns_.jump(0)) % kMountingStates < kPosition
+                                             : k < columns_.poses && k % 3 == 2;
+      (turns ? headings : rest).push_back(k);
     }
     Eigen::MatrixXd among = of.information(headings, headings);
     among.diagonal().array() += 1e-9 * (1 + among.trace());
@@ -634,6 +762,9 @@ class Bundle {
     const Eigen::MatrixXd K = among.ldlt().solve(across);
     of.information(rest, rest) = across.transpose() * K;
     of.gradient(rest) = K.transpose() * of.gradient(headings);
+    for (Eigen::VectorXd& score : unshown_scores_) {
+      score(rest) = (K.transpose() * score(headings)).eval();
+    }
   }
 
   void sum_up(bool with_states) {
@@ -649,8 +780,10 @@ class Bundle {
       one->information.triangularView<Eigen::StrictlyUpper>() = one->information.transpose();
     }
     keep_headings(unshown_);
+    std::move(unshown_scores_.begin(), unshown_scores_.end(), std::back_inserter(scores_));
     sum_.information += unshown_.information;
     sum_.gradient += unshown_.gradient;
+    of_tracks_ = sum_.information;
     for (int frame = 1; frame < static_cast<int>(frames_.size()); ++frame) {
       add_odometry(frame);
     }
@@ -660,12 +793,17 @@ class Bundle {
   // sigmas was to gain by it.
   double step() {
     const int states = free() ? columns_.states : 0;
-    const int moved = columns_.poses + states;
+    const int moved = free() ? columns_.size() : columns_.poses;
     Eigen::MatrixXd H = sum_.information.topLeftCorner(moved, moved);
     Eigen::VectorXd g = sum_.gradient.head(moved);
     if (free()) {
-      H.bottomRightCorner(states, states) += prior_.information;
-      g.tail(states) += prior_.information * (state_ - prior_.state);
+      H.block(columns_.poses, columns_.poses, states, states) += prior_.information;
+      g.segment(columns_.poses, states) += prior_.information * (state_ - prior_.state);
+      for (int k = 0; k < columns_.jumps; ++k) {
+        const double sigma = mounting_jump_sigmas()[k % kMountingStates];
+        H(columns_.jump(0) + k, columns_.jump(0) + k) += 1 / (sigma * sigma);
+        g[columns_.jump(0) + k] += jump_[k] / (sigma * sigma);
+      }
     }
     Eigen::VectorXd all = Eigen::VectorXd::Zero(columns_.size());
     all.head(moved) = -H.ldlt().solve(g);
@@ -677,7 +815,8 @@ class Bundle {
       Pose2& pose = poses_[frame];
       pose = {pose.x_m + d.x(), pose.y_m + d.y(), wrap_angle(pose.theta_rad + d.z())};
     }
-    state_ += all.tail(columns_.states);
+    state_ += all.segment(columns_.poses, columns_.states);
+    jump_.head(columns_.jumps) += all.tail(columns_.jumps);
     place_cameras();
     for (std::size_t t = 0; t < tracks_.size(); ++t) {
       const auto& by_rest = systems_[t].point_by_rest;
@@ -692,25 +831,16 @@ class Bundle {
       d += by_rest.middleCols(held, poses - held) *
            all.segment(columns_.pose(first) + held, poses - held);
       if (by_rest.cols() > poses) {
-        d += by_rest.rightCols<kCameraStates>() *
+        d += by_rest.middleCols<kCameraStates>(poses) *
              all.segment<kCameraStates>(columns_.camera(track.camera));
+      }
+      if (by_rest.cols() > poses + kCameraStates) {
+        d += by_rest.rightCols<kMountingStates>() *
+             all.segment<kMountingStates>(columns_.jump(track.camera));
       }
       move(points_[t], d);
     }
     return -g.dot(all.head(moved));
-  }
-
-  BundleSolution solution() const {
-    BundleSolution s;
-    s.T_first_frame = poses_;
-    s.state = state_;
-    s.information = sum_.information;
-    s.gradient = sum_.gradient;
-    s.noise_px = std::sqrt(variance_px2_);
-    for (const double trust : trusts_) {
-      s.inlier.push_back(trust > 0);
-    }
-    return s;
   }
 
   BundleOptions options_;
@@ -721,7 +851,10 @@ class Bundle {
   const std::vector<Track>& tracks_;
   Columns columns_;
   const std::vector<Pose2>& start_;
+  int jump_at_;
+  Eigen::VectorXd jump_;
   std::vector<CameraModel> cameras_;
+  std::vector<CameraModel> jumped_cameras_;
   std::vector<Pose2> poses_;
   std::vector<Point> points_;
   double variance_px2_ = 1;
@@ -735,20 +868,52 @@ class Bundle {
   std::vector<double> scratch_;
   NormalEquations sum_{0};
   NormalEquations unshown_{0};  // of the tracks whose depth the path does not show
+  Eigen::MatrixXd of_tracks_;   // information in `sum_`, and the gradients that make up its own:
+  bool keeps_scores_ = false;
+  std::vector<Eigen::VectorXd> scores_;
+  std::vector<Eigen::VectorXd> unshown_scores_;
 };
 
-}  // namespace
-
-BundleSolution adjust_bundle(const BundleOptions& options, const LoopCameras& believed,
-                             const RigPriorState& prior, const std::vector<BundleFrame>& frames,
-                             const std::vector<Track>& tracks,
-                             const std::vector<Pose2>& start_T_first_frame) {
+void check(const std::vector<BundleFrame>& frames, const std::vector<Track>& tracks,
+           const std::vector<Pose2>& start_T_first_frame) {
   PANOPTES_CHECK(frames.size() >= 2 && start_T_first_frame.size() == frames.size(),
                  "a pose for each of two keyframes or more");
   for (const Track& track : tracks) {
     PANOPTES_CHECK(track.seen.size() >= 2, "a track is seen twice");
   }
-  return Bundle(options, believed, prior, frames, tracks, start_T_first_frame).solve();
+}
+
+}  // namespace
+
+MountingChange mounting_jump_sigmas() {
+  constexpr double kTurned_rad = deg_to_rad(2);
+  constexpr double kShifted_m = 0.02;
+  MountingChange sigmas;
+  sigmas << kTurned_rad, kTurned_rad, kTurned_rad, kShifted_m, kShifted_m, kShifted_m;
+  return sigmas;
+}
+
+BundleSolution adjust_bundle(const BundleOptions& options, const LoopCameras& believed,
+                             const RigPriorState& prior, const std::vector<BundleFrame>& frames,
+                             const std::vector<Track>& tracks,
+                             const std::vector<Pose2>& start_T_first_frame) {
+  check(frames, tracks, start_T_first_frame);
+  Bundle bundle(options, believed, prior, frames, tracks, start_T_first_frame, kNoJump);
+  bundle.adjust();
+  return bundle.solution();
+}
+
+MountingJump mounting_jump(const BundleOptions& options, const LoopCameras& believed,
+                           const RigPriorState& prior, const std::vector<BundleFrame>& frames,
+                           const std::vector<Track>& tracks,
+                           const std::vector<Pose2>& start_T_first_frame, int jump_at) {
+  check(frames, tracks, start_T_first_frame);
+  PANOPTES_CHECK(
+      jump_at > 0 && jump_at < static_cast<int>(frames.size()) && prior.information.size() > 0,
+      "a jump between two of the keyframes, of a rig that is not held");
+  Bundle bundle(options, believed, prior, frames, tracks, start_T_first_frame, jump_at);
+  bundle.adjust();
+  return bundle.jump();
 }
 
 }  // namespace panoptes

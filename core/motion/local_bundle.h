@@ -56,6 +56,20 @@ struct RigPriorState {
   Eigen::MatrixXd information;  ///< inverse covariance; empty: the states are held
 };
 
+/// By how much each camera's mounting changed between two keyframes of a bundle: a Gaussian in
+/// kMountingStates of each, poses, depths and states integrated out.
+struct MountingJump {
+  Eigen::MatrixXd information;
+  Eigen::VectorXd pull;     ///< information times what explains all best
+  Eigen::MatrixXd scatter;  ///< of the pull, as the tracks show it that make it up: the same as the
+                            ///< information where their noise is what it is taken for
+  std::vector<int> crossing;  ///< how many tracks of each camera go from before to after it,
+  std::vector<int> fitting;   ///< and how many of these are inliers
+};
+
+/// One sigma of a mounting's change before anything is seen of it.
+MountingChange mounting_jump_sigmas();
+
 /// Poses and depths that explain the tracks and the wheels best, and the states of the rig where
 /// they are not held.
 /// Each thing is a point of unknown bearing and inverse depth at the first keyframe that saw it
@@ -65,5 +79,13 @@ BundleSolution adjust_bundle(const BundleOptions& options, const LoopCameras& be
                              const RigPriorState& prior, const std::vector<BundleFrame>& frames,
                              const std::vector<Track>& tracks,
                              const std::vector<Pose2>& start_T_first_frame);
+
+/// The same where each camera's mounting may be another from frame `jump_at` on. The scatter is of
+/// what whole tracks say (White 1980, Liang and Zeger 1986), so that neither a feature that slips
+/// the same way in all of its pictures nor one that is noisier than others makes it too sure.
+MountingJump mounting_jump(const BundleOptions& options, const LoopCameras& believed,
+                           const RigPriorState& prior, const std::vector<BundleFrame>& frames,
+                           const std::vector<Track>& tracks,
+                           const std::vector<Pose2>& start_T_first_frame, int jump_at);
 
 }  // namespace panoptes

@@ -33,6 +33,10 @@ enum WheelParameter : int {
   kWheelStates = 3
 };
 
+/// What one camera's mounting can be changed by: the first of its states.
+inline constexpr int kMountingStates = kFocal;
+using MountingChange = Eigen::Matrix<double, kMountingStates, 1>;
+
 using WheelJacobian = Eigen::Matrix<double, 3, kWheelStates>;
 
 using CameraCorrection = Eigen::Matrix<double, kCameraStates, 1>;  ///< the states of one camera

@@ -2,6 +2,7 @@
 #include "core/nav/keyframe_odometry.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <utility>
 
 #include "core/base/check.h"
@@ -35,8 +36,8 @@ KeyframeOdometry::KeyframeOdometry(const BundleOdometryOptions& options,
       cameras_(std::move(cameras)),
       noise_px_(options.bundle.noise_px) {}
 
-// Of all keyframes from `first` on, with what was seen from two of them or more.
-BundleSolution KeyframeOdometry::adjust(int first, const RigPriorState& rig) const {
+// Frames numbered from `first` on; what was seen from two of them or more.
+std::vector<Track> KeyframeOdometry::tracks_since(int first) const {
   std::vector<Track> tracks;
   for (const Track& track : tracks_) {
     Track part{track.camera, {}};
@@ -49,15 +50,57 @@ BundleSolution KeyframeOdometry::adjust(int first, const RigPriorState& rig) con
       tracks.push_back(std::move(part));
     }
   }
-  const auto skipped = first - kept_first_;
-  const std::vector<BundleFrame> frames(frames_.begin() + skipped, frames_.end());
-  std::vector<Pose2> start{Pose2{}};
-  for (auto step = T_before_here_.begin() + skipped + 1; step != T_before_here_.end(); ++step) {
-    start.push_back(start.back() * *step);
+  return tracks;
+}
+
+std::vector<BundleFrame> KeyframeOdometry::frames_since(int first) const {
+  return {frames_.begin() + (first - kept_first_), frames_.end()};
+}
+
+std::vector<Pose2> KeyframeOdometry::path_since(int first) const {
+  std::vector<Pose2> path{Pose2{}};
+  for (auto step = T_before_here_.begin() + (first - kept_first_) + 1; step != T_before_here_.end();
+       ++step) {
+    path.push_back(path.back() * *step);
   }
+  return path;
+}
+
+// Of all keyframes from `first` on.
+BundleSolution KeyframeOdometry::adjust(int first, const RigPriorState& rig) const {
   BundleOptions options = options_.bundle;
   options.noise_px = noise_px_;
-  return adjust_bundle(options, cameras_, rig, frames, tracks, start);
+  return adjust_bundle(options, cameras_, rig, frames_since(first), tracks_since(first),
+                       path_since(first));
+}
+
+MountingJump KeyframeOdometry::jump(const RigPriorState& rig, int at, int before, int most,
+                                    const std::optional<PictureThird>& without) const {
+  const int first = at - before;
+  PANOPTES_CHECK(first >= kept_first_ && at > first && at <= newest_, "keyframes it remembers");
+  std::vector<Track> tracks = tracks_since(first);
+  if (without) {
+    const double third_px = cameras_[without->camera].intrinsics.width_px / 3.0;
+    std::erase_if(tracks, [&](const Track& track) {
+      const auto after =
+          std::find_if(track.seen.begin(), track.seen.end(),
+                       [&](const Track::Seen& seen) { return seen.frame >= before; });
+      return track.camera == without->camera && after != track.seen.begin() &&
+             after != track.seen.end() &&
+             static_cast<int>(after->px.x() / third_px) == without->third;
+    });
+  }
+  std::stable_sort(tracks.begin(), tracks.end(),
+                   [](const Track& a, const Track& b) { return a.seen.size() > b.seen.size(); });
+  std::vector<int> begun((newest_ - first + 1) * cameras_.size(), 0);
+  std::erase_if(tracks, [&](const Track& track) {
+    return ++begun[track.seen.front().frame * cameras_.size() + track.camera] > most;
+  });
+  BundleOptions options = options_.bundle;
+  options.noise_px = noise_px_;
+  options.iterations = 3;  // from a path that has been adjusted
+  return mounting_jump(options, cameras_, rig, frames_since(first), tracks, path_since(first),
+                       before);
 }
 
 // Takes in the next keyframe: its features go on the tracks, its motion by the wheels is a start.
@@ -181,7 +224,9 @@ void KeyframeOdometry::begin_bundle() {
   open_.clear();
   bundle_first_ = newest_;
   const int forget =
-      std::max(kept_first_, std::min(newest_ - options_.before, part_first_)) - kept_first_;
+      std::max(kept_first_,
+               std::min({newest_ - options_.before, part_first_, newest_ - kRemembered + 1})) -
+      kept_first_;
   frames_.erase(frames_.begin(), frames_.begin() + forget);
   T_before_here_.erase(T_before_here_.begin(), T_before_here_.begin() + forget);
   kept_first_ += forget;

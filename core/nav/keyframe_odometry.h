@@ -46,6 +46,22 @@ class KeyframeOdometry {
   /// all keyframes since the last part are remembered.
   std::optional<JointEdge> part(const RigPriorState& rig);
 
+  /// A vertical third of one camera's picture: what somebody fills who walks by.
+  struct PictureThird {
+    int camera = 0;
+    int third = 0;  ///< from the left
+  };
+
+  static constexpr int kRemembered = 32;  ///< keyframes that jump() can look back on
+
+  /// By how much each camera's mounting changed right before keyframe `at`, by the newest keyframes
+  /// from `before` before it on. Of the tracks of a camera that begin at one keyframe the `most`
+  /// longest are asked; none that shows what is in `without` where it goes past `at`.
+  MountingJump jump(const RigPriorState& rig, int at, int before, int most,
+                    const std::optional<PictureThird>& without) const;
+
+  int newest() const { return newest_; }
+
   /// Ends the open bundle at the newest keyframe, at least one after its first.
   JointEdge close(const RigPriorState& rig);
 
@@ -58,6 +74,9 @@ class KeyframeOdometry {
   void follow(const BundleFrame& frame, const PlaceFeatures& features, const RigState& state);
   bool is_full() const;
   void begin_bundle();
+  std::vector<Track> tracks_since(int first) const;
+  std::vector<BundleFrame> frames_since(int first) const;
+  std::vector<Pose2> path_since(int first) const;
   BundleSolution adjust(int first, const RigPriorState& rig) const;
 
   BundleOdometryOptions options_;

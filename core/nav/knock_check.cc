@@ -9,7 +9,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
-#include "core/geometry/pose2.h"
+#include "core/motion/local_bundle.h"
 
 namespace panoptes {
 namespace {
@@ -23,8 +23,6 @@ constexpr double kLeastGain = 25;
 constexpr double kPlainly = 2;  // times what any other camera's jump would explain
 // The first bundles are linearised about a rig that is hardly known.
 constexpr int kSettled = 8;
-constexpr double kTurned_rad = deg_to_rad(2);
-constexpr double kShifted_m = 0.02;
 
 StateSystem at_state(const StateSystem& shows, const RigState& of, const RigState& state) {
   return {shows.information, shows.gradient + shows.information * (state - of)};
@@ -56,9 +54,7 @@ KnockCheck::Gain KnockCheck::gain(const Bundle& before, const StateSystem& shown
   using Square = Eigen::Matrix<double, kMountingStates, kMountingStates>;
   Square information = known.middleRows(first, kMountingStates);
   information = 0.5 * (information + information.transpose()).eval();
-  MountingChange sigmas;
-  sigmas << kTurned_rad, kTurned_rad, kTurned_rad, kShifted_m, kShifted_m, kShifted_m;
-  information.diagonal() += sigmas.cwiseAbs2().cwiseInverse();
+  information.diagonal() += mounting_jump_sigmas().cwiseAbs2().cwiseInverse();
   const MountingChange right = off.segment<kMountingStates>(first);
   Gain of;
   of.change = information.ldlt().solve(right);

@@ -11,10 +11,6 @@
 
 namespace panoptes {
 
-/// What one camera's mounting can be changed by: the first of its states.
-inline constexpr int kMountingStates = kFocal;
-using MountingChange = Eigen::Matrix<double, kMountingStates, 1>;
-
 /// A camera that sits otherwise than it did.
 struct Knock {
   int camera = 0;

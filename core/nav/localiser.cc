@@ -230,11 +230,35 @@ void Localiser::check_for_knock() {
       knock_check_.add(*part, graph_.state, known_covariance(state_information_, variance_factor_),
                        variance_factor_);
   if (knock) {
-    if (graph_.joints.empty() || last_of(graph_.joints.back()) < last_of(*part)) {
-      take_in(keyframe_odometry_.close(rig), {});
-    }
-    begin_anew(*knock);
+    take_note(*knock);
   }
+}
+
+JumpCheck::Shows Localiser::shown_jumps() const {
+  const RigPriorState rig{graph_.state,
+                          known_covariance(state_information_, variance_factor_).inverse()};
+  return [this, rig](int at, int before, int most,
+                     const std::optional<KeyframeOdometry::PictureThird>& without) {
+    return keyframe_odometry_.jump(rig, at, before, most, without);
+  };
+}
+
+// The keyframes that are to be judged, one at a time.
+void Localiser::judge_jump() {
+  if (const std::optional<Knock> knock =
+          jump_check_.judge(keyframe_odometry_.newest(), shown_jumps())) {
+    take_note(*knock);
+  }
+}
+
+// All bundles end before it is asked what they say.
+void Localiser::take_note(const Knock& knock) {
+  const int newest = keyframe_odometry_.newest();
+  if (graph_.joints.empty() || last_of(graph_.joints.back()) < newest) {
+    take_in(keyframe_odometry_.close({graph_.state, state_information_}), {});
+  }
+  begin_anew(knock);
+  jump_check_.begin_anew(newest);
 }
 
 // A bundle from what its keyframes saw, but for one camera.
@@ -353,6 +377,7 @@ void Localiser::add_keyframe(const Observation& seen, const LoopPlace& place, Lo
     }
   }
   to_check_for_knock_ = true;
+  to_look_for_jump_ = true;
   to_look_back_ = true;
   to_look_for_loops_ = true;
   loops_to_close_ = true;
@@ -432,6 +457,11 @@ void Localiser::close_loops(const ContourSource& contours, Located& out) {
 void Localiser::catch_up(const ContourSource& contours, Located& out) {
   if (to_check_for_knock_) {
     check_for_knock();
+  } else if (to_look_for_jump_) {
+    to_look_for_jump_ = false;
+    jump_check_.look(keyframe_odometry_.newest(), shown_jumps());
+  } else if (jump_check_.to_judge(keyframe_odometry_.newest())) {
+    judge_jump();
   } else if (to_look_back_) {
     look_back();
   } else if (to_look_for_loops_) {
@@ -478,8 +508,9 @@ Located Localiser::step(const Observation& seen, const ContourSource& contours,
       place.partial = std::find(views->begin(), views->end(), nullptr) != views->end();
       place.signature = signature_of(*views);
       if (keyframes_.empty() || keyframe_due(out.T_last_body, place)) {
-        while (to_check_for_knock_ || to_look_back_ || to_look_for_loops_ || loops_to_close_ ||
-               bundle_to_relax_) {
+        while (to_check_for_knock_ || to_look_for_jump_ ||
+               jump_check_.to_judge(keyframe_odometry_.newest()) || to_look_back_ ||
+               to_look_for_loops_ || loops_to_close_ || bundle_to_relax_) {
           catch_up(contours, out);
         }
         place.features = features_of(*views);

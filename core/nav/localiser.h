@@ -15,6 +15,7 @@
 #include "core/motion/rig_check.h"
 #include "core/motion/rig_estimate.h"
 #include "core/nav/heading_edge.h"
+#include "core/nav/jump_check.h"
 #include "core/nav/keyframe_odometry.h"
 #include "core/nav/knock_check.h"
 #include "core/nav/stage.h"
@@ -112,6 +113,9 @@ class Localiser {
                                    double variance_factor) const;
   void take_in(std::optional<JointEdge> closed, const std::vector<SharedEdge>& open);
   void check_for_knock();
+  JumpCheck::Shows shown_jumps() const;
+  void judge_jump();
+  void take_note(const Knock& knock);
   JointEdge adjusted_anew(const JointEdge& joint, const RigPriorState& rig, int without) const;
   void linearise_again();
   void begin_anew(const Knock& knock);
@@ -126,6 +130,7 @@ class Localiser {
   std::vector<Facing> facings_;
   RigCheck rig_check_;
   KnockCheck knock_check_;
+  JumpCheck jump_check_;
   std::vector<KnockReport> knocks_;
   KeyframeOdometry keyframe_odometry_;
   LoopCloser closer_;
@@ -134,6 +139,7 @@ class Localiser {
   std::vector<RigState> adjusted_about_;  // of each of the graph's joints: the rig as it was known
   // What a keyframe leaves to do is spread over the frames after it:
   bool to_check_for_knock_ = false;
+  bool to_look_for_jump_ = false;
   bool to_look_back_ = false;
   bool to_look_for_loops_ = false;
   bool loops_to_close_ = false;

@@ -2,6 +2,7 @@
 #include "core/motion/local_bundle.h"
 
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,8 +50,15 @@ WheelJacobian wheels_of(const Pose2& T) {
   return J;
 }
 
+/// Cameras that sit otherwise from one keyframe on.
+struct Knocked {
+  int from = 0;
+  LoopCameras cameras;
+};
+
 Seen drive(const SyntheticRoom& room, const LoopCameras& cameras, const std::vector<Pose2>& steps,
-           double noise_px, const WheelError& wheels, const Rng& rng) {
+           double noise_px, const WheelError& wheels, const Rng& rng,
+           const std::optional<Knocked>& knocked = {}) {
   Seen seen;
   const Pose2 T_map_first{-0.4, 0.3, 0.2};
   std::vector<PlaceFeatures> features;
@@ -70,8 +78,10 @@ Seen drive(const SyntheticRoom& room, const LoopCameras& cameras, const std::vec
       frame.by_wheels = wheels_of;
     }
     seen.frames.push_back(frame);
-    features.push_back(
-        room.seen_from(cameras, T_map_first * seen.truth.back(), noise_px, 0, draw.fork("sees")));
+    const bool before = !knocked || static_cast<int>(k) < knocked->from;
+    features.push_back(room.seen_from(before ? cameras : knocked->cameras,
+                                      T_map_first * seen.truth.back(), noise_px, 0,
+                                      draw.fork("sees")));
     tracks.emplace_back();
     for (std::size_t camera = 0; camera < cameras.size(); ++camera) {
       tracks.back().emplace_back(features.back()[camera].px.size(), -1);
@@ -374,6 +384,71 @@ TEST(LocalBundle, GoesByTheWheelsWhereNothingIsSeen) {
   const BundleSolution found =
       adjust_bundle({}, cameras, held(cameras), seen.frames, seen.tracks, seen.by_wheels());
   EXPECT_LT(error_of(found, seen.by_wheels()).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+// A drive with a turn, then on.
+std::vector<Pose2> about_a_corner() {
+  std::vector<Pose2> steps(5, Pose2{0.2, 0, 0});
+  steps.insert(steps.end(), 3, Pose2{0, 0, 0.26});
+  steps.insert(steps.end(), 4, Pose2{0.2, 0, 0.05});
+  return steps;
+}
+
+// How far the jump of a camera is from `change`, in sigmas, that of the other none.
+double jump_error_sigmas(const MountingJump& jump, int camera, const MountingChange& change) {
+  const int first = camera * kMountingStates;
+  const Eigen::MatrixXd information =
+      jump.information.block<kMountingStates, kMountingStates>(first, first);
+  const MountingChange off =
+      information.ldlt().solve(jump.pull.segment<kMountingStates>(first)) - change;
+  return std::sqrt(off.dot(information * off));
+}
+
+TEST(LocalBundle, ShowsByHowMuchACameraJumped) {
+  constexpr int kFrom = 4;
+  constexpr double kFarOff_sigmas = 5;  // six freedoms: once in 10^3
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(1500, 3, Rng(30));
+  RigPriorState known{RigState::Zero(rig_states(cameras.size())), {}};
+  known.information = 1e6 * Eigen::MatrixXd::Identity(known.state.size(), known.state.size());
+  for (int camera = 0; camera < 2; ++camera) {
+    for (const int state : {kRotation + 2, kPosition + 0, kPosition + 1}) {
+      RigState now = known.state;
+      MountingChange change = MountingChange::Zero();
+      change[state] = state < kPosition ? deg_to_rad(1.5) : 0.015;
+      now.segment<kMountingStates>(camera_state(camera)) = change;
+      const Seen seen = drive(room, cameras, about_a_corner(), kNoise_px, {1, 0.001, 0.002},
+                              Rng(31 + state), Knocked{kFrom, corrected(cameras, now)});
+      const MountingJump jump =
+          mounting_jump({}, cameras, known, seen.frames, seen.tracks, seen.by_wheels(), kFrom);
+      EXPECT_LT(jump_error_sigmas(jump, camera, change), kFarOff_sigmas) << camera << state;
+      EXPECT_GT(jump_error_sigmas(jump, camera, MountingChange::Zero()), 2 * kFarOff_sigmas)
+          << camera << state;
+      EXPECT_GT(jump.fitting[camera], 0.8 * jump.crossing[camera]);
+    }
+  }
+}
+
+TEST(LocalBundle, ShowsNoJumpWhereThereIsNoneAndAsSurelyAsTracksAgree) {
+  constexpr int kFrom = 4;
+  const LoopCameras cameras = front_and_back();
+  const SyntheticRoom room(1500, 3, Rng(40));
+  RigPriorState known{RigState::Zero(rig_states(cameras.size())), {}};
+  known.information = 1e6 * Eigen::MatrixXd::Identity(known.state.size(), known.state.size());
+  for (int run = 0; run < 5; ++run) {
+    const Seen seen =
+        drive(room, cameras, about_a_corner(), kNoise_px, {1, 0.001, 0.002}, Rng(41 + run));
+    const MountingJump jump =
+        mounting_jump({}, cameras, known, seen.frames, seen.tracks, seen.by_wheels(), kFrom);
+    constexpr double kFarOff_sigmas = 5;
+    for (int camera = 0; camera < 2; ++camera) {
+      EXPECT_LT(jump_error_sigmas(jump, camera, MountingChange::Zero()), kFarOff_sigmas);
+    }
+    // independent noise: the scatter is the information but for chance
+    const double share = jump.scatter.trace() / jump.information.trace();
+    EXPECT_GT(share, 0.5);
+    EXPECT_LT(share, 1.5);
+  }
 }
 
 }  // namespace
