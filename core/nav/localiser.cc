@@ -104,6 +104,7 @@ void bind(Fields& f, LocaliserOptions& o) {
   f("bundle", o.bundle);
   f("wheel_prior", o.wheel_prior);
   f("visual_heading", o.visual_heading);
+  f("knocks_at_once", o.knocks_at_once);
   f("loops", o.loops);
 }
 
@@ -377,7 +378,7 @@ void Localiser::add_keyframe(const Observation& seen, const LoopPlace& place, Lo
     }
   }
   to_check_for_knock_ = true;
-  to_look_for_jump_ = true;
+  to_look_for_jump_ = options_.knocks_at_once;
   to_look_back_ = true;
   to_look_for_loops_ = true;
   loops_to_close_ = true;
