@@ -332,7 +332,14 @@ TEST_F(RunApp, TrialsTakeMissionsOrAStudy) {
     EXPECT_EQ(said.status, 2);
     return said.err;
   };
-  EXPECT_EQ(refused({}), "MISSION is missing; name mission files, or a study with --study FILE\n");
+  EXPECT_EQ(
+      refused({}),
+      "MISSION is missing; name mission files, a study with --study FILE, or trials that were "
+      "begun with --out DIR\n");
+  EXPECT_EQ(refused({kOffice, "--merge", "--shard", "1/2"}),
+            "--shard, --merge and --engine: only one of them may be given\n");
+  EXPECT_EQ(refused({kOffice, "--resume"}),
+            "--resume, --wait, --chunk and --sbatch: are of --engine slurm\n");
   EXPECT_EQ(refused({kOffice, "--study", study}),
             "--study " + study + ": missions must not be given beside it, got " + kOffice +
                 "; the study names its missions and what is varied\n");
