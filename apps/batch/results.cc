@@ -151,7 +151,7 @@ void Results::check_what_is_there(const Trial& trial) {
   };
   std::error_code ignored;
   if (std::filesystem::exists(folder / "mission.yaml", ignored) &&
-      !has_settings_of(trial, folder)) {
+      !std::filesystem::exists(folder / kEndFile, ignored) && !has_settings_of(trial, folder)) {
     refuse("a run with other settings or of another version");
   }
   if (trial.status == TrialStatus::kPassed || trial.status == TrialStatus::kFailed) {

@@ -640,26 +640,24 @@ class Bundle {
         B.middleRows<3>(at) += later.transpose() * here.by_point;
         B.middleRows<3>(0) += anchor.transpose() * here.by_point;
       }
-      if (with_states) {
-        const CameraJacobian camera = weight * here.by_camera;
-        H.block<kCameraStates, kCameraStates>(poses, poses) += camera.transpose() * here.by_camera;
-        g.segment<kCameraStates>(poses) += camera.transpose() * here.r;
-        B.middleRows<kCameraStates>(poses) += camera.transpose() * here.by_point;
+      // what it says of more unknowns, from a row on, and of them together with the poses
+      const auto add = [&]<int kCount>(int row, const Eigen::Matrix<double, 2, kCount>& by) {
+        const Eigen::Matrix<double, 2, kCount> weighted = weight * by;
+        H.block<kCount, kCount>(row, row) += weighted.transpose() * by;
+        g.segment<kCount>(row) += weighted.transpose() * here.r;
+        B.middleRows<kCount>(row) += weighted.transpose() * here.by_point;
         if (moves) {
-          H.block<kCameraStates, 3>(poses, at) += camera.transpose() * here.by_frame;
-          H.block<kCameraStates, 3>(poses, 0) += camera.transpose() * here.by_anchor;
+          H.block<kCount, 3>(row, at) += weighted.transpose() * here.by_frame;
+          H.block<kCount, 3>(row, 0) += weighted.transpose() * here.by_anchor;
         }
+      };
+      if (with_states) {
+        add(poses, here.by_camera);
       }
       if (with_states && jumps()) {
+        add(jump, here.by_jump);
         const MountingJacobian jumped = weight * here.by_jump;
-        H.block<kMountingStates, kMountingStates>(jump, jump) += jumped.transpose() * here.by_jump;
         H.block<kMountingStates, kCameraStates>(jump, poses) += jumped.transpose() * here.by_camera;
-        g.segment<kMountingStates>(jump) += jumped.transpose() * here.r;
-        B.middleRows<kMountingStates>(jump) += jumped.transpose() * here.by_point;
-        if (moves) {
-          H.block<kMountingStates, 3>(jump, at) += jumped.transpose() * here.by_frame;
-          H.block<kMountingStates, 3>(jump, 0) += jumped.transpose() * here.by_anchor;
-        }
       }
     }
     H_point(2, 2) += trusts_[t] * depth_prior_[t];
@@ -685,22 +683,19 @@ class Bundle {
     const int pose_at = columns_.pose(first) + held;
     sum.gradient.segment(pose_at, moved) += g.segment(held, moved);
     sum.information.block(pose_at, pose_at, moved, moved) += H.block(held, held, moved, moved);
+    const auto sum_unknowns = [&](int to, int from, int count) {
+      sum.gradient.segment(to, count) += g.segment(from, count);
+      sum.information.block(to, pose_at, count, moved) += H.block(from, held, count, moved);
+      sum.information.block(to, to, count, count) += H.block(from, from, count, count);
+    };
     if (with_states) {
       const int states_at = columns_.camera(track.camera);
-      sum.gradient.segment<kCameraStates>(states_at) += g.segment<kCameraStates>(poses);
-      sum.information.block(states_at, pose_at, kCameraStates, moved) +=
-          H.block(poses, held, kCameraStates, moved);
-      sum.information.block<kCameraStates, kCameraStates>(states_at, states_at) +=
-          H.block<kCameraStates, kCameraStates>(poses, poses);
+      sum_unknowns(states_at, poses, kCameraStates);
       if (jumps()) {
         const int jump_at = columns_.jump(track.camera);
-        sum.gradient.segment<kMountingStates>(jump_at) += g.segment<kMountingStates>(jump);
-        sum.information.block(jump_at, pose_at, kMountingStates, moved) +=
-            H.block(jump, held, kMountingStates, moved);
+        sum_unknowns(jump_at, jump, kMountingStates);
         sum.information.block<kMountingStates, kCameraStates>(jump_at, states_at) +=
             H.block<kMountingStates, kCameraStates>(jump, poses);
-        sum.information.block<kMountingStates, kMountingStates>(jump_at, jump_at) +=
-            H.block<kMountingStates, kMountingStates>(jump, jump);
       }
     }
     if (keeps_scores_) {

@@ -49,7 +49,7 @@ struct LocaliserOptions {
   WheelNoise wheels;
   bool visual_heading = true;   ///< pictures correct the wheels' heading between keyframes
   bool knocks_at_once = false;  ///< a knocked camera is looked for by what is followed across the
-                                ///< knock, too: sooner, for a tenth more CPU time
+                                ///< knock, too: sooner, for a fifth more CPU time
   LoopOptions loops;
 };
 void bind(Fields& f, LocaliserOptions& o);
