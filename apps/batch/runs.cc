@@ -119,7 +119,6 @@ void Runs::start(Trial& trial) {
 
 std::vector<double> Runs::collect() {
   std::vector<double> took_s;
-  std::vector<Running> still;
   const std::vector<Running> all = std::exchange(running_, {});
   for (std::size_t i = 0; i < all.size(); ++i) {
     int status = 0;

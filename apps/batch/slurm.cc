@@ -140,14 +140,16 @@ class Submission {
         continue;
       }
       const fs::path pictures = folder_ / fmt::format("light-{}", known.size());
-      lines += fmt::format("{} render {} --quiet --out {}", quoted(program_.string()),
+      // wherever it is drawn from, all of a world's light is worked out
+      lines += fmt::format("{} render {} --pose=0,0,0 --quiet --out {}", quoted(program_.string()),
                            quoted(trial.point->mission_file), quoted(pictures.string()));
       for (const std::string& word : set_of(trial)) {
         lines += " --set " + quoted(word);
       }
-      lines += "\nrm -rf " + quoted(pictures.string()) + "\n";
+      lines += fmt::format(" && echo light of {} || failed=1\nrm -rf {}\n",
+                           quoted(trial.point->mission_file), quoted(pictures.string()));
     }
-    return remember(submit(slurm_, script("light", "", lines), ""));
+    return remember(submit(slurm_, script("light", "", lines + "exit ${failed:-0}\n"), ""));
   }
 
   std::string submit_array(const std::vector<std::uint64_t>& tasks, const std::string& after) {

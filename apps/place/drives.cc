@@ -62,7 +62,7 @@ Mounting left_by_calibration(const PlacementStudy& study, const Rig& rig) {
   CalibratabilityOptions motion;
   motion.plan.room_m = study.scores.motion.room_m;
   const Calibratability left = calibratability(motion, rig, study.robot);
-  // surer than this no robot's rig was ever known
+  // however long the drive
   constexpr double kLeast_deg = 0.01;
   constexpr double kLeast_m = 0.0003;
   return {std::max(deg_to_rad(kLeast_deg), left.rotation_rad), std::max(kLeast_m, left.position_m)};
