@@ -15,6 +15,10 @@ namespace {
 
 constexpr float kUnseen = -1;
 
+// Where a pixel covers more of the floor, its texture is not seen well enough to tell how it moves:
+// from 1.2 m on for a wide lens half a metre high, from 1.8 m for a narrow one.
+constexpr double kPixelMost_cells = 1.5;
+
 constexpr int kColours = 3;              // Gaussians for what proved to be flat in one picture
 constexpr std::size_t kBlockStride = 4;  // of a block's colours, those that are compared
 constexpr double kAlike = 11.3;          // chi-square of three degrees, one in a hundred
@@ -77,10 +81,14 @@ FloorParallax::FloorParallax(const FloorParallaxOptions& options,
       const auto c = static_cast<int>(at.x());
       const auto r = static_cast<int>(at.y());
       if (c < p.cell_columns && r < p.cell_rows) {
-        sample_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                static_cast<std::size_t>(column)] =
+        const std::int32_t s =
             p.sample[static_cast<std::size_t>(r) * static_cast<std::size_t>(p.cell_columns) +
                      static_cast<std::size_t>(c)];
+        if (s >= 0 &&
+            p.depth_m[static_cast<std::size_t>(s)] <= kPixelMost_cells * options_.cell_m) {
+          sample_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                  static_cast<std::size_t>(column)] = s;
+        }
       }
     }
   }
@@ -97,6 +105,9 @@ FloorParallax::FloorParallax(const FloorParallaxOptions& options,
       }
       const std::size_t cell = static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
                                static_cast<std::size_t>(column);
+      if (sample_[cell] < 0) {
+        continue;
+      }
       pixel_.push_back(p.pixel[static_cast<std::size_t>(s)]);
       cell_.push_back(static_cast<std::int32_t>(cell));
       ++pixels_in[cell];

@@ -17,7 +17,7 @@ namespace panoptes {
 
 struct FloorParallaxOptions {
   double cell_m = 0.02;  ///< of the rectified pictures that are compared
-  double range_m = 1.6;  ///< from the nearest mapped floor; beyond, a pixel is larger than a cell
+  double range_m = 1.6;  ///< from the nearest mapped floor, and no farther than pixels are small
   double step_m = 0.04;  ///< a rectified picture is kept this often
   double baseline_m = 0.16;        ///< pictures this far apart are compared
   double turn_max_rad = 0.5;       ///< and turned by no more than this

@@ -31,8 +31,8 @@ Cell resampled(int parts_a_side, const Part& part) {
   return 2 * free >= parts_a_side * parts_a_side ? Cell::kFree : Cell::kUnknown;
 }
 
-/// Makes the cells occupied whose centres are within `radius_m` of `p`.
-inline void occupy_disc(OccupancyMap& map, const Vec2& p, double radius_m) {
+/// Makes the cells whose centres are within `radius_m` of `p` what `cell` says.
+inline void fill_disc(OccupancyMap& map, const Vec2& p, double radius_m, Cell cell) {
   const Vec2 low = p - Vec2::Constant(radius_m);
   const int first_column = map.column(low);
   const int first_row = map.row(low);
@@ -40,7 +40,7 @@ inline void occupy_disc(OccupancyMap& map, const Vec2& p, double radius_m) {
   for (int row = first_row; row < first_row + count; ++row) {
     for (int column = first_column; column < first_column + count; ++column) {
       if (map.contains(column, row) && (map.centre(column, row) - p).norm() <= radius_m) {
-        map(column, row) = Cell::kOccupied;
+        map(column, row) = cell;
       }
     }
   }

@@ -179,7 +179,7 @@ Mapped Mapper::step(const Observation& seen, const Located& located,
   out.local_odom =
       local_.map(open_, keyframes[static_cast<std::size_t>(open_keyframe_)].T_odom_body,
                  located.T_odom_body.position());
-  remember_known(out.local_odom, seen.stamp);
+  remember_known(out.local_odom, keyframes.front().T_odom_body, seen.stamp);
   for (const FloorCamera& camera : floor_cameras_) {
     camera.newcomers.occupy(out.local_odom);
   }
@@ -191,12 +191,17 @@ bool Mapper::something_came() const {
                      [](const FloorCamera& camera) { return camera.newcomers.ever(); });
 }
 
-// What was known before somebody came, and was not seen wrongly from afar just now.
-void Mapper::remember_known(const OccupancyMap& local_odom, Time stamp) {
+// What was known before somebody came, and was not seen wrongly from afar just now. What is assumed
+// at the start nobody has seen: a floor of another colour begins there as well as somebody.
+void Mapper::remember_known(const OccupancyMap& local_odom, const Pose2& T_odom_start, Time stamp) {
   constexpr double kBefore_s = 1.5;
   constexpr double kStep_s = 0.25;
   if (known_.empty() || to_seconds(stamp - known_.back().at) >= kStep_s) {
     known_.push_back({stamp, local_odom});
+    if (open_keyframe_ <= options_.local_keyframes) {
+      fill_disc(known_.back().local_odom, T_odom_start.position(),
+                start_radius_m() + options_.local_cell_m, Cell::kUnknown);
+    }
   }
   while (known_.size() > 1 && to_seconds(stamp - known_[1].at) >= kBefore_s) {
     known_.pop_front();

@@ -89,7 +89,7 @@ class Mapper {
   void check_camera(std::size_t camera, const cv::Mat& bgr, const FloorReading& reading,
                     const Pose2& T_odom_body, const Twist2& twist_body);
   GridCrop open_crop() const;
-  void remember_known(const OccupancyMap& local_odom, Time stamp);
+  void remember_known(const OccupancyMap& local_odom, const Pose2& T_odom_start, Time stamp);
   void forget_obstacles();
   std::size_t first_of_late() const;
   void take_back(const std::vector<Vec2>& proved_floor_open,

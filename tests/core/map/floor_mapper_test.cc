@@ -154,6 +154,28 @@ TEST(FloorMapper, LearnsASecondCarpetByDrivingTowardsIt) {
   EXPECT_LT(shares(reading, Vec2(0.61, 0.4), Vec2(1.2, 0.85)).free, 0.02);
 }
 
+// Far away a pixel of a wide lens covers more floor than its texture is wide, which tells nothing.
+TEST(FloorMapper, LearnsASecondCarpetThroughAWideLens) {
+  Rng rng(4);
+  RigCamera camera = office_floor_camera();
+  camera.intrinsics = pinhole(320, 240, deg_to_rad(110));
+  camera.T_body_camera = mounted_camera(Vec3(0.2, 0, 0.55), 0, deg_to_rad(24));
+  FloorMapper mapper({}, camera, {});
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  scene.second_carpet = kBrown;
+  scene.second_carpet.contrast = 0.3;
+  scene.seam_x_m = 1.2;
+  scene.boxes = {kFarWall};
+  double learned_at_m = -1;
+  for (double x = 0; x <= 0.7 && learned_at_m < 0; x += 0.027) {
+    if (mapper.read(draw(scene, camera, {x, 0, 0}, rng), {x, 0, 0}, true).learned_new_floor) {
+      learned_at_m = x;
+    }
+  }
+  EXPECT_GE(learned_at_m, 0);
+}
+
 TEST(FloorMapper, FurnitureOfItsColourDoesNotForbidACarpet) {
   Rng rng(11);
   const RigCamera camera = office_floor_camera();

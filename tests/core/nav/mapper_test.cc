@@ -342,6 +342,23 @@ TEST(Mapper, WhoComesToStandOnKnownFloorIsInTheLocalMapInThreePictures) {
   EXPECT_EQ(mapped.local_odom.at(Vec2(feet.low.x() - 0.3, 0)), Cell::kFree);
 }
 
+// The floor behind the start is of another colour, and is not known for floor at first. Nobody
+// came.
+TEST(Mapper, AnotherFloorThatBeginsAtTheStartIsNobodyWhoCame) {
+  FloorScene scene = carpet();
+  scene.seam_x_m = -0.4;
+  scene.second_carpet = scene.carpet;
+  scene.carpet = {Vec3(60, 40, 150), 0.08, 4};  // behind the seam
+  Ride ride({}, one_floor_camera(), scene);
+  Mapped mapped = ride.keyframe(ride.look({}));
+  for (double heading_rad = 0; heading_rad < std::numbers::pi; heading_rad += 0.067) {
+    mapped = ride.step(ride.look({0, 0, heading_rad}));
+  }
+  EXPECT_EQ(mapped.local_odom.at(Vec2(-kStart_m - 0.05, 0)), Cell::kOccupied);
+  EXPECT_EQ(mapped.local_odom.at(Vec2(-0.36, 0)), Cell::kFree);
+  EXPECT_FALSE(ride.mapper.something_came());
+}
+
 TEST(Mapper, AThingOfTheFloorsColourIsNoFloorOnceTheRobotHasComeNear) {
   const double by_colour_m2 = leaked_m2(false);
   EXPECT_GT(by_colour_m2, 0.3);
