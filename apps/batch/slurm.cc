@@ -207,7 +207,7 @@ class Submission {
 std::vector<std::uint64_t> shards_left(const std::vector<Trial>& trials, int shards) {
   std::vector<bool> left(static_cast<std::size_t>(shards), false);
   for (std::size_t i = 0; i < trials.size(); ++i) {
-    if (!is_done(trials[i])) {
+    if (!is_done(trials[i]) && !trials[i].left_out) {
       left[i % left.size()] = true;
     }
   }

@@ -112,6 +112,11 @@ void write_drives(const fs::path& out_dir, const PlacementStudy& study, const Ri
       text += fmt::format("  - {}\n", in_quotes(line));
     }
   }
+  if (study.drive->halving) {
+    const StudyHalving& halving = *study.drive->halving;
+    text += fmt::format("halving: {{seeds: {}, keep: {}, {}: {}}}\n", halving.seeds, halving.keep,
+                        halving.most.empty() ? "least" : "most", halving.figure());
+  }
   write_file(out_dir / "drives.yaml", text);
 }
 

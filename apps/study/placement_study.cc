@@ -155,6 +155,7 @@ void bind(Fields& f, PlacementDrives& o) {
       f.require(false, "against_first", error.what());
     }
   }
+  f("halving", o.halving);
 }
 
 void bind(Fields& f, PlacementStudy& o) {

@@ -62,6 +62,7 @@ struct PlacementDrives {
   int best = 3;            ///< rigs, beside that one
   std::vector<std::string> against_first;
   std::vector<std::string> against_first_places;
+  std::optional<StudyHalving> halving;
 };
 void bind(Fields& f, PlacementDrives& o);
 

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/report/figure_names.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 
@@ -113,6 +114,10 @@ std::vector<std::string> faults_of(const Study& study) {
     faults.check(rig.settings);
   }
   for (const StudyRung& rung : study.rungs) {
+    if (study.halving && !rung.rigs.empty()) {
+      faults.say(rung.rig_places.front(), "rungs.rigs",
+                 "must not be given beside halving, which compares rigs over all rungs");
+    }
     faults.check(rung.settings);
     faults.check("rungs.rigs", rung.rigs, rung.rig_places, rigs);
   }
@@ -176,6 +181,19 @@ void bind(Fields& f, StudyLimit& o) {
   f.texts("rungs", o.rungs, o.rung_places);
 }
 
+void bind(Fields& f, StudyHalving& o) {
+  f("seeds", o.seeds, at_least(1));
+  f("keep", o.keep, at_least(1));
+  f("least", o.least);
+  f("most", o.most);
+  f.require(o.least.empty() != o.most.empty(), o.least.empty() ? "least" : "most",
+            o.least.empty() ? "missing; least or most must name the figure to compare rigs by"
+                            : "must not be given beside least");
+  const std::string near = nearest_word(o.figure(), figure_names());
+  f.require(o.figure().empty() || is_figure(o.figure()), o.least.empty() ? "most" : "least",
+            near.empty() ? "must be a figure of a run" : "must be a figure of a run, as " + near);
+}
+
 void bind(Fields& f, Study& o) {
   const auto some = [&f](const char* key, auto& entries) {
     f.needed(key, entries);
@@ -204,6 +222,7 @@ void bind(Fields& f, Study& o) {
     }
     o.against_first.push_back(std::move(one));
   }
+  f("halving", o.halving);
 }
 
 Study read_study(const std::string& file) {

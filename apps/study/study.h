@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -70,6 +71,19 @@ struct StudyComparison {
   Limit limit;
 };
 
+/// Not every rig is run with every seed: of those beside the first, the better half goes on to
+/// twice as many seeds, until so few are left as are to be kept.
+struct StudyHalving {
+  int seeds = 2;      ///< of the first round
+  int keep = 1;       ///< rigs that go on to the last seed
+  std::string least;  ///< the figure by which they are compared, the less the better, or
+  std::string most;   ///< the more the better; one of the two
+
+  const std::string& figure() const { return least.empty() ? most : least; }
+};
+/// {seeds, keep, least, most}
+void bind(Fields& f, StudyHalving& o);
+
 /// A table of runs: every rung of errors under every rig in every mission, and what must hold.
 struct Study {
   std::string file;
@@ -79,6 +93,7 @@ struct Study {
   std::vector<StudyRung> rungs;
   std::vector<StudyLimit> limits;
   std::vector<StudyComparison> against_first;
+  std::optional<StudyHalving> halving;
 };
 void bind(Fields& f, Study& o);
 

@@ -26,6 +26,7 @@
 #include "apps/process/fault.h"
 #include "apps/process/progress.h"
 #include "apps/process/stage_clock.h"
+#include "apps/trials/halving.h"
 #include "apps/trials/tables.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
@@ -217,7 +218,7 @@ bool make_runs(const TrialsOptions& options, const std::vector<Trial*>& trials, 
     }
     while (passed_on == 0 && under_way.under_way() < options.jobs && next != trials.end()) {
       Trial& trial = **next++;
-      if (trial.status == TrialStatus::kWaiting) {
+      if (trial.status == TrialStatus::kWaiting && !trial.left_out) {
         under_way.start(trial);
       }
     }
@@ -236,7 +237,7 @@ std::string missing_text(const std::vector<Trial>& trials) {
   std::size_t missing = 0;
   std::vector<std::string> names;
   for (const Trial& trial : trials) {
-    if (!is_done(trial) && ++missing <= kNamed) {
+    if (!is_done(trial) && !trial.left_out && ++missing <= kNamed) {
       names.push_back(folder_of(trial, {}).string());
     }
   }
@@ -253,7 +254,7 @@ int report(const TrialsOptions& options, const std::vector<Trial>& trials, bool 
   write_tables(options, trials);
   const std::vector<TrialGroup> groups = groups_of(trials);
   const bool all_passed = std::all_of(trials.begin(), trials.end(), [](const Trial& trial) {
-    return trial.status == TrialStatus::kPassed;
+    return trial.status == TrialStatus::kPassed || trial.left_out;
   });
   const std::string missing = missing_text(trials);
   write_metrics(options, trials, groups,
@@ -284,6 +285,16 @@ int report(const TrialsOptions& options, const std::vector<Trial>& trials, bool 
   return interrupted ? kInterrupted : all_passed ? 0 : 1;
 }
 
+/// Says which runs a study leaves out; how many rounds of its halving are over.
+std::size_t leave_out(const TrialsOptions& options, std::vector<Trial>& trials) {
+  return options.study ? leave_out(*options.study, trials) : 0;
+}
+
+std::vector<Trial*> due(std::vector<Trial*> trials) {
+  std::erase_if(trials, [](const Trial* trial) { return trial->left_out; });
+  return trials;
+}
+
 std::vector<Trial*> pointers(std::vector<Trial>& trials, const Shard& shard = {}) {
   std::vector<Trial*> all;
   for (std::size_t i = static_cast<std::size_t>(shard.index) - 1; i < trials.size();
@@ -308,14 +319,25 @@ int run_planned(const TrialsOptions& options, std::vector<Trial>& trials, Result
   fs::remove(options.out_dir / "metrics.json");  // until all of them are done
   double written_s = steady_s();
   double writing_s = 0;
-  const bool interrupted = make_runs(options, pointers(trials), results, [&] {
+  const auto write_now_and_then = [&] {
     constexpr double kShare = 0.02;  // of the time at most goes into tables of what is done so far
     if (const double now_s = steady_s(); writing_s < kShare * (now_s - written_s)) {
       write_tables(options, trials);
       written_s = steady_s();
       writing_s = written_s - now_s;
     }
-  });
+  };
+  if (options.study && options.study->halving && !options.quiet) {
+    std::fprintf(stderr, "rigs drop out: %zu of %zu runs are made\n",
+                 runs_of_halving(*options.study, trials), trials.size());
+  }
+  bool interrupted = false;
+  std::size_t rounds_over = leave_out(options, trials);
+  for (bool more = true; more;) {
+    interrupted = make_runs(options, due(pointers(trials)), results, write_now_and_then);
+    const std::size_t before = std::exchange(rounds_over, leave_out(options, trials));
+    more = !interrupted && rounds_over > before;
+  }
   if (interrupted) {  // what was cut short is run again next time
     for (Trial& trial : trials) {
       if (trial.status == TrialStatus::kBroken) {
@@ -323,6 +345,7 @@ int run_planned(const TrialsOptions& options, std::vector<Trial>& trials, Result
         trial.figures = {};
       }
     }
+    leave_out(options, trials);
   }
   remove_left_over(options, trials);
   return report(options, trials, interrupted);
@@ -370,7 +393,11 @@ int run_trials(TrialsOptions options) {
 int run_shard(TrialsOptions options, const Shard& shard) {
   Results results(options);
   std::vector<Trial> trials = planned_runs(options, results);
-  const std::vector<Trial*> mine = pointers(trials, shard);
+  if (options.study && options.study->halving) {
+    take_finished(pointers(trials), results);  // what decides which runs are due
+  }
+  leave_out(options, trials);
+  const std::vector<Trial*> mine = due(pointers(trials, shard));
   const int there = take_finished(mine, results);
   const bool interrupted = make_runs(options, mine, results, [] {});
   int broken = 0;
@@ -398,6 +425,7 @@ int merge_trials(TrialsOptions options) {
     results.take(trial);
     results.check_what_is_there(trial);
   }
+  leave_out(options, trials);
   return with_faults_told(options, [&] {
     remove_left_over(options, trials);
     return report(options, trials, false);
@@ -409,6 +437,7 @@ int submit_trials(TrialsOptions options, const SlurmOptions& slurm) {
   std::vector<Trial> trials = planned_runs(options, results);
   check_junit(options);
   take_finished(pointers(trials), results);
+  leave_out(options, trials);
   return submit_to_slurm(options, slurm, trials);
 }
 

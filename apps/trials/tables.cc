@@ -19,6 +19,7 @@
 #include "apps/report/figure_names.h"
 #include "apps/study/study_table.h"
 #include "apps/trials/against_first.h"
+#include "apps/trials/halving.h"
 #include "core/base/text.h"
 #include "core/base/utf8.h"
 #include "core/eval/statistics.h"
@@ -172,7 +173,8 @@ void write_junit(const TrialsOptions& options, const std::vector<Trial>& trials)
     cases += ">\n";
     if (!is_done(trial)) {
       ++skipped;
-      cases += "    <skipped message=\"interrupted\"/>\n";
+      cases += trial.left_out ? "    <skipped message=\"its rig dropped out\"/>\n"
+                              : "    <skipped message=\"interrupted\"/>\n";
     } else {
       const bool broken = trial.status == TrialStatus::kBroken;
       ++(broken ? errors : failures);
@@ -294,7 +296,7 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
       seeds.push_back(trial.seed);
     }
     run_s += trial.figures.find("run_s").value_or(0);
-    missing += is_done(trial) ? 0 : 1;
+    missing += is_done(trial) || trial.left_out ? 0 : 1;
   }
   metrics["seed"] = seeds.front();
   metrics["seeds"] = seeds;
@@ -500,16 +502,17 @@ void write_study(const TrialsOptions& options, const std::vector<Trial>& trials)
   if (options.study) {
     const std::vector<StudyRun> runs = study_runs(options, trials);
     write_study_csv(options.out_dir / "study.csv", *options.study, runs);
-    write_file(
-        options.out_dir / "study.md",
-        study_page(*options.study, runs) + comparison_page(*options.study, groups_of(trials)));
+    write_file(options.out_dir / "study.md",
+               study_page(*options.study, runs) +
+                   comparison_page(*options.study, groups_of(trials)) +
+                   halving_page(*options.study, trials));
   }
 }
 
 void print_study(const TrialsOptions& options, const std::vector<Trial>& trials) {
-  std::printf("%s%s\n%s\n", study_tables(*options.study, study_runs(options, trials)).c_str(),
+  std::printf("%s%s%s\n%s\n", study_tables(*options.study, study_runs(options, trials)).c_str(),
               comparison_page(*options.study, groups_of(trials)).c_str(),
-              (options.out_dir / "study.md").c_str());
+              halving_page(*options.study, trials).c_str(), (options.out_dir / "study.md").c_str());
 }
 
 void report_recognition(const TrialsOptions& options, const std::vector<Trial>& trials) {

@@ -143,7 +143,8 @@ TEST_F(RigSweeps, LeaveAStudyThatDrivesTheBest) {
   std::ofstream(path("m.yaml")) << "drive: none\n";
   const PlacementStudy of = study(
       "drive:\n  missions: [{name: here, mission: m.yaml, set: [\"until.duration_s=9\"]}]\n"
-      "  set: [\"a={b: 1}\"]\n  best: 2\n  against_first: [\"map.coverage >= -0.01\"]\n");
+      "  set: [\"a={b: 1}\"]\n  best: 2\n  against_first: [\"map.coverage >= -0.01\"]\n"
+      "  halving: {seeds: 3, least: exploration.t90_s}\n");
   const RigSweep sweep = swept(of);
   int told = 0;
   write_drives(folder_ / "out", of, sweep, [&](double) { ++told; });
@@ -156,6 +157,8 @@ TEST_F(RigSweeps, LeaveAStudyThatDrivesTheBest) {
   EXPECT_EQ(drives.missions[0].settings.set[0], "until.duration_s=9");
   EXPECT_EQ(drives.settings.set[0], "a={b: 1}");
   EXPECT_EQ(drives.against_first[0].line, "map.coverage >= -0.01");
+  EXPECT_EQ(drives.halving->seeds, 3);
+  EXPECT_EQ(drives.halving->least, "exploration.t90_s");
   EXPECT_EQ(read_settings<Rig>(drives.rigs[0].file).cameras.size(), 3U);
   const Rig best = read_settings<Rig>(drives.rigs[1].file);
   const Rig wanted = rig_of(of, sweep.rigs[sweep.ranked[0]].point);

@@ -158,9 +158,33 @@ TEST_F(StudyTest, RefusesSettingsAndLimitsThatAreNone) {
                   "of < <= > >=, and by how much it may differ"));
 }
 
+TEST_F(StudyTest, RefusesAHalvingThatCannotDecide) {
+  const auto with = [&](const std::string& halving) {
+    return faults("limits:", "halving: " + halving + "\nlimits:");
+  };
+  const std::string of_rungs =
+      "study.yaml:11:25: rungs.rigs: must not be given beside halving, which compares rigs over "
+      "all rungs";
+  EXPECT_THAT(with("{least: map.coverage}"), ElementsAre(of_rungs));
+  EXPECT_THAT(with("{seeds: 2}"),
+              ElementsAre("study.yaml:12:10: halving.least: missing; least or most must name the "
+                          "figure to compare rigs by"));
+  EXPECT_THAT(with("{seeds: 2, least: map.coverage, most: map.coverage}"),
+              ElementsAre("study.yaml:12:48: halving.most: must not be given beside least, got "
+                          "map.coverage"));
+  EXPECT_THAT(
+      with("{seeds: 2, most: map.coverag}"),
+      ElementsAre("study.yaml:12:27: halving.most: must be a figure of a run, as map.coverage, "
+                  "got map.coverag"));
+}
+
 TEST_F(StudyTest, IsWrittenAsItIsRead) {
+  std::string whole = kStudy;
+  whole.replace(whole.find(", rigs: [axis]"), 14, "");
   const std::string text =
-      write_settings(read(std::string(kStudy) + "against_first: [map.coverage >= -0.01]\n"));
+      write_settings(read(whole + "against_first: [map.coverage >= -0.01]\n"
+                                  "halving: {seeds: 3, most: map.coverage}\n"));
+  EXPECT_EQ(read(text).halving->seeds, 3);
   EXPECT_NE(text.find("map.coverage >= -0.01"), std::string::npos);
   EXPECT_EQ(write_settings(read(text)), text);
 }

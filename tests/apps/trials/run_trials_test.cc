@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "apps/batch/manifest.h"
+#include "apps/trials/halving.h"
 #include "apps/trials/tables.h"
 #include "core/base/error.h"
 #include "core/config/sha256.h"
@@ -25,6 +26,7 @@ using nlohmann::json;
 using testing::ContainsRegex;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Pair;
 
 constexpr double kRoundoff = 1e-9;
 
@@ -128,6 +130,12 @@ class Trials : public ScratchTest {
   void run_as(const std::string& program) {
     write_file(options_.program, program);
     std::filesystem::permissions(options_.program, std::filesystem::perms::owner_all);
+  }
+  int merge_quietly() {
+    testing::internal::CaptureStdout();
+    const int status = merge_trials(options_);
+    testing::internal::GetCapturedStdout();
+    return status;
   }
   json metrics() { return json::parse(read_file(options_.out_dir / "metrics.json")); }
   /// Seeds that were really run, in order.
@@ -615,6 +623,79 @@ TEST_F(Trials, CompareTheRigsOfAStudyWithItsFirst) {
   EXPECT_EQ(run_trials(options_), 0);
   testing::internal::GetCapturedStdout();
   EXPECT_EQ(metrics()["settings"][1]["against_first"][0]["holds"], false) << "of one pair";
+}
+
+Study halving_study() {
+  Study study = small_study();
+  study.rungs.resize(1);
+  study.rigs.resize(4);
+  study.rigs[1] = {"plain", "", "", "", {}};
+  study.rigs[2] = {"better", "", "", "", {{"paint=better"}, {"s.yaml:3:9"}}};
+  study.rigs[3] = {"other", "", "", "", {{"paint=other"}, {"s.yaml:4:9"}}};
+  study.halving = StudyHalving{1, 1, "", "map.coverage"};
+  return study;
+}
+
+TEST_F(Trials, ByHalvingDropTheWorseHalfOfTheRigs) {
+  options_.missions.clear();
+  options_.study = halving_study();
+  options_.seeds = {5, 6, 7, 8};  // other is the best with 5 and the worst with 6
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_trials(options_), 0);
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("| 1 | other, better | plain |"));
+  const CsvTable table = read_csv(options_.out_dir / "trials.csv");
+  std::map<std::string, std::string> seeds;
+  for (const auto& row : table.rows) {
+    seeds[row[table.column("rig")]] += row[table.column("seed")];
+  }
+  EXPECT_THAT(seeds, ElementsAre(Pair("better", "5678"), Pair("on the axis", "5678"),
+                                 Pair("other", "56"), Pair("plain", "5")));
+  EXPECT_THAT(read_file(options_.out_dir / "study.md"), HasSubstr("| 2 | better | other |"));
+  EXPECT_FALSE(metrics().contains("missing"));
+  EXPECT_EQ(metrics()["outcome"], "completed");
+  EXPECT_EQ(runs_of_halving(*options_.study, plan_trials(options_)), 11U);
+  EXPECT_THAT(read_file(options_.junit), HasSubstr("skipped=\"5\""));
+
+  const std::string whole = read_file(options_.out_dir / "metrics.json");
+  EXPECT_EQ(merge_quietly(), 0);
+  EXPECT_EQ(read_file(options_.out_dir / "metrics.json"), whole);
+}
+
+TEST_F(Trials, ByHalvingCountRunsThatFailBeforeFigures) {
+  options_.missions.clear();
+  options_.study = halving_study();
+  options_.study->halving = StudyHalving{2, 1, "map.coverage", ""};
+  StudyLimit limit;  // plain has the least coverage, and breaks it with seed 5
+  limit.limit = parse_limit("map.coverage >= 0.505");
+  limit.rigs = {"plain"};
+  options_.study->limits = {limit};
+  options_.seeds = {5, 6, 7};
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_trials(options_), 0) << "a rig that has dropped out is not judged";
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("| 2 | other, better | plain |"));
+}
+
+TEST_F(Trials, ByHalvingAreMadeInShardsARoundAtATime) {
+  options_.missions.clear();
+  options_.study = halving_study();
+  options_.seeds = {5, 6, 7, 8};
+  const auto make_round = [&] {
+    testing::internal::CaptureStdout();
+    for (int i = 1; i <= 2; ++i) {
+      EXPECT_EQ(run_shard(options_, {i, 2}), 0);
+    }
+    const int status = merge_trials(options_);
+    testing::internal::GetCapturedStdout();
+    return status;
+  };
+  EXPECT_EQ(make_round(), 1);
+  EXPECT_GT(metrics()["missing"], 0) << "of a later round";
+  int rounds = 1;
+  while (make_round() != 0 && rounds < 3) {
+    ++rounds;
+  }
+  EXPECT_EQ(metrics()["runs"], 11);
+  EXPECT_FALSE(metrics().contains("missing"));
 }
 
 TEST_F(Trials, GoOnWithAStudy) {
