@@ -49,6 +49,10 @@ void score_one(const PlacementStudy& study, const std::vector<Line>& lines, Swep
   for (const NamedScore& score : named_scores(score_rig(study.scores, rig, study.robot))) {
     swept.scores.push_back(score.value);
   }
+  if (has_prices(study)) {
+    swept.scores.push_back(swept.point.price + study.camera_price.value_or(0) *
+                                                   static_cast<double>(rig.cameras.size()));
+  }
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const std::optional<double>& value = swept.scores[lines[i].score];
     if (!value || !holds(lines[i].requirement, *value)) {
@@ -197,6 +201,9 @@ RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
   sweep.names = named_scores(score_rig(study.scores, Rig(), study.robot));
   for (NamedScore& name : sweep.names) {
     name.value.reset();
+  }
+  if (has_prices(study)) {
+    sweep.names.push_back({"price", "price", "", 1, 0, Better::kLower, {}});
   }
   for (std::size_t i = 0; i < study.objectives.size(); ++i) {
     const std::string place =

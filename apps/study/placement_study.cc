@@ -56,7 +56,9 @@ PlacementPoint point_with(const PlacementStudy& study, std::vector<std::string> 
   for (const auto& [name, parameter] : study.parameters) {
     const std::string& value = values[i++];
     const auto choice = parameter.choices.find(value);
-    const StudySettings& from = choice == parameter.choices.end() ? parameter.set : choice->second;
+    const bool chosen = choice != parameter.choices.end();
+    const StudySettings& from = chosen ? choice->second.settings : parameter.set;
+    point.price += chosen ? choice->second.price : 0;
     for (std::size_t k = 0; k < from.set.size(); ++k) {
       point.settings.set.push_back(filled(from.set[k], value));
       point.settings.places.push_back(from.places[k]);
@@ -93,6 +95,20 @@ std::vector<PlacementPoint> grid_of(const PlacementStudy& study) {
 }
 
 }  // namespace
+
+void bind(Fields& f, PlacementChoice& o) {
+  bind(f, o.settings);
+  f("price", o.price, not_negative);
+}
+
+bool has_prices(const PlacementStudy& study) {
+  return study.camera_price ||
+         std::any_of(study.parameters.begin(), study.parameters.end(), [](const auto& parameter) {
+           const auto& choices = parameter.second.choices;
+           return std::any_of(choices.begin(), choices.end(),
+                              [](const auto& choice) { return choice.second.price > 0; });
+         });
+}
 
 void bind(Fields& f, PlacementParameter& o) {
   f.texts("set", o.set.set, o.set.places);
@@ -166,6 +182,7 @@ void bind(Fields& f, PlacementStudy& o) {
   f.needed("parameters", o.parameters);
   f.require(!f.present("parameters") || !o.parameters.empty(), "parameters",
             "must have one at least");
+  f("camera_price", o.camera_price, not_negative);
   f.choice("sweep", o.sweep);
   for (const auto& [name, parameter] : o.parameters) {
     f.require(!std::holds_alternative<GridSweep>(o.sweep) || !parameter.range || parameter.step > 0,

@@ -16,6 +16,14 @@
 
 namespace panoptes {
 
+/// One way that a rig can be built: settings of it, and what that costs.
+struct PlacementChoice {
+  StudySettings settings;
+  double price = 0;  ///< in whatever money the study counts
+};
+/// {set, price}
+void bind(Fields& f, PlacementChoice& o);
+
 /// Something about a rig that is tried in several ways: settings of the rig with `{}` where the
 /// value stands, and the values, one after another or from a range; or choices by name, each with
 /// settings of its own (a lens, one camera more, another role).
@@ -25,7 +33,7 @@ struct PlacementParameter {
   std::vector<std::string> value_places;
   std::optional<Vec2> range;
   double step = 0;  ///< of the range, on a grid
-  std::map<std::string, StudySettings> choices;
+  std::map<std::string, PlacementChoice> choices;
 };
 void bind(Fields& f, PlacementParameter& o);
 
@@ -74,6 +82,7 @@ struct PlacementStudy {
   Body robot;
   RigScoreOptions scores;
   std::map<std::string, PlacementParameter> parameters;
+  std::optional<double> camera_price;  ///< of each camera that a rig has
   std::variant<GridSweep, RandomSweep, Nsga2Sweep> sweep;
   std::vector<std::string> require;  ///< lines about scores
   std::vector<std::string> require_places;
@@ -91,7 +100,11 @@ PlacementStudy read_placement_study(const std::string& file);
 struct PlacementPoint {
   std::vector<std::string> values;  ///< of the parameters, in order of their names
   StudySettings settings;           ///< of the rig
+  double price = 0;                 ///< of what was chosen, without cameras
 };
+
+/// Whether anything is said of what a rig costs: its score `price`.
+bool has_prices(const PlacementStudy& study);
 
 inline constexpr std::size_t kMostPlacementPoints = 200'000;
 

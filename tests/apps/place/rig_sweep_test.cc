@@ -81,6 +81,26 @@ TEST_F(RigSweeps, RefuseWhatCannotBeAndRankTheRest) {
   }
 }
 
+TEST_F(RigSweeps, WeighWhatARigCostsAgainstWhatItSees) {
+  const PlacementStudy of = study(
+      "  lens: {choices: {dear: {set: [\"cameras.floor.fov_deg=80\"], price: 90},\n"
+      "                   cheap: {set: [\"cameras.floor.fov_deg=80\"], price: 20},\n"
+      "                   narrow: {set: [\"cameras.floor.fov_deg=40\"]}}}\n"
+      "camera_price: 300\nobjectives: [floor.mapped_m2, price]\n");
+  const RigSweep sweep = swept(of);
+  EXPECT_EQ(sweep.names.back().key, "price");
+  for (const SweptRig& rig : sweep.rigs) {
+    if (!rig.refused.empty()) {
+      continue;
+    }
+    const std::string& lens = rig.point.values[1];
+    EXPECT_EQ(*rig.scores.back(), 3 * 300 + (lens == "dear" ? 90 : lens == "cheap" ? 20 : 0));
+    EXPECT_FALSE(lens == "dear" && rig.pareto) << "sees no more than the cheap one";
+  }
+  EXPECT_EQ(sweep.rigs[sweep.ranked[0]].point.values[1], "cheap");
+  EXPECT_EQ(swept(study("")).names.size() + 1, sweep.names.size()) << "where nothing is priced";
+}
+
 TEST_F(RigSweeps, AreTheSameBytesForAnyNumberOfJobs) {
   const PlacementStudy of = study("sweep: {kind: random, rigs: 40, seed: 2}\n");
   write_sweep_csv(path("one.csv"), of, swept(of, 1));
