@@ -52,6 +52,15 @@ std::string settings_text(const StudySettings& settings, const char* indent) {
   return text;
 }
 
+std::vector<StudyRung> rungs_of(const PlacementDrives& drive) {
+  if (!drive.rungs.empty()) {
+    return drive.rungs;
+  }
+  StudyRung calibrated;
+  calibrated.name = "calibrated";
+  return {calibrated};
+}
+
 // One sigma, of a rig's worst camera.
 struct Mounting {
   double rotation_rad = 0;
@@ -105,7 +114,13 @@ void write_drives(const fs::path& out_dir, const PlacementStudy& study, const Ri
         rigs[i].name, rigs[i].what, rad_to_deg(left.rotation_rad), left.position_m);
     progress(static_cast<double>(i + 1) / static_cast<double>(rigs.size()));
   }
-  text += "rungs:\n  - name: calibrated\n";
+  text += "rungs:\n";
+  for (const StudyRung& rung : rungs_of(*study.drive)) {
+    text += fmt::format("  - name: {}\n", rung.name);
+    if (!rung.settings.set.empty()) {
+      text += "    set:\n" + settings_text(rung.settings, "      ");
+    }
+  }
   if (!study.drive->against_first.empty()) {
     text += "against_first:\n";
     for (const std::string& line : study.drive->against_first) {

@@ -163,6 +163,10 @@ void bind(Fields& f, PlacementDrives& o) {
             "must have one entry at least");
   bind(f, o.settings);
   f("best", o.best, between(1, 1000));
+  f("rungs", o.rungs);
+  for (const StudyRung& rung : o.rungs) {
+    f.require(rung.rigs.empty(), "rungs", "must be of every rig: nobody knows yet which are best");
+  }
   f.texts("against_first", o.against_first, o.against_first_places);
   for (const std::string& line : o.against_first) {
     try {

@@ -68,6 +68,8 @@ struct PlacementDrives {
   std::vector<StudyMission> missions;
   StudySettings settings;  ///< of every run
   int best = 3;            ///< rigs, beside that one
+  std::vector<StudyRung>
+      rungs;  ///< what else they are tried under; none: as calibrating leaves them
   std::vector<std::string> against_first;
   std::vector<std::string> against_first_places;
   std::optional<StudyHalving> halving;

@@ -164,7 +164,8 @@ TEST_F(RigSweeps, LeaveAStudyThatDrivesTheBest) {
   const PlacementStudy of = study(
       "drive:\n  missions: [{name: here, mission: m.yaml, set: [\"until.duration_s=9\"]}]\n"
       "  set: [\"a={b: 1}\"]\n  best: 2\n  against_first: [\"map.coverage >= -0.01\"]\n"
-      "  halving: {seeds: 3, least: exploration.t90_s}\n");
+      "  halving: {seeds: 3, least: exploration.t90_s}\n"
+      "  rungs: [{name: calibrated}, {name: 2 degrees, set: [\"e=2\"]}]\n");
   const RigSweep sweep = swept(of);
   int told = 0;
   write_drives(folder_ / "out", of, sweep, [&](double) { ++told; });
@@ -177,6 +178,9 @@ TEST_F(RigSweeps, LeaveAStudyThatDrivesTheBest) {
   EXPECT_EQ(drives.missions[0].settings.set[0], "until.duration_s=9");
   EXPECT_EQ(drives.settings.set[0], "a={b: 1}");
   EXPECT_EQ(drives.against_first[0].line, "map.coverage >= -0.01");
+  ASSERT_EQ(drives.rungs.size(), 2U);
+  EXPECT_EQ(drives.rungs[1].name, "2 degrees");
+  EXPECT_EQ(drives.rungs[1].settings.set[0], "e=2");
   EXPECT_EQ(drives.halving->seeds, 3);
   EXPECT_EQ(drives.halving->least, "exploration.t90_s");
   EXPECT_EQ(read_settings<Rig>(drives.rigs[0].file).cameras.size(), 3U);
