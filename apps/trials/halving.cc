@@ -85,7 +85,9 @@ class Halving {
       : study_(study), order_(order_of_seeds(trials)), all_seeds_(static_cast<int>(order_.size())) {
     contenders_ = contenders_of(study);
     seeds_ = std::min(study.halving->seeds, all_seeds_);
-    while (seeds_ < all_seeds_ && is_over(trials)) {
+    bool more = true;
+    while (more && is_over(trials) && (seeds_ < all_seeds_ || contenders_.size() > keep())) {
+      more = seeds_ < all_seeds_;
       end_round(trials);
     }
   }
@@ -96,6 +98,8 @@ class Halving {
   const std::vector<HalvingRound>& rounds() const { return rounds_; }
 
  private:
+  std::size_t keep() const { return static_cast<std::size_t>(study_.halving->keep); }
+
   bool is_over(const std::vector<Trial>& trials) const {
     return std::all_of(trials.begin(), trials.end(),
                        [this](const Trial& trial) { return is_done(trial) || leaves_out(trial); });
@@ -104,8 +108,9 @@ class Halving {
   void end_round(const std::vector<Trial>& trials) {
     rank(*study_.halving, trials, order_, seeds_, contenders_);
     HalvingRound round{seeds_, contenders_, {}};
-    const auto stay = static_cast<std::ptrdiff_t>(
-        std::min(round.stay.size(), half_of(round.stay.size(), *study_.halving)));
+    const std::size_t most =
+        seeds_ < all_seeds_ ? half_of(round.stay.size(), *study_.halving) : keep();
+    const auto stay = static_cast<std::ptrdiff_t>(std::min(round.stay.size(), most));
     round.drop_out.assign(round.stay.begin() + stay, round.stay.end());
     round.stay.erase(round.stay.begin() + stay, round.stay.end());
     contenders_ = round.stay;

@@ -220,22 +220,28 @@ void EvidenceSum::drive_over(const PlacedGrid& placed, int sign) {
 void EvidenceSum::add(const PlacedGrid& placed) { apply<1>(placed); }
 void EvidenceSum::subtract(const PlacedGrid& placed) { apply<-1>(placed); }
 
-Cell EvidenceSum::verdict(const Sum& sum, double finer_m) const {
+int EvidenceSum::cells_across() const {
+  return std::max(1, static_cast<int>(std::lround(cell_m() / finer_m_)));
+}
+
+Cell EvidenceSum::verdict(const Sum& sum, int cells_across) {
   if (sum.traversed > 0) {
     return Cell::kFree;
   }
-  // A wall one grid cell thick fills one of `ratio` grid cells of a coarser cell, so its evidence
-  // counts that much more; half of the cell's floor must have been seen to call it free.
-  const int ratio = std::max(1, static_cast<int>(std::lround(cell_m() / finer_m)));
-  const std::int64_t occupied = static_cast<std::int64_t>(sum.occupied) * ratio;
-  const std::int64_t decided = static_cast<std::int64_t>(kDecided) * ratio * ratio;
+  // A wall one grid cell thick fills one of `cells_across` grid cells of a coarser cell, so its
+  // evidence counts that much more; half of the cell's floor must have been seen to call it free.
+  const std::int64_t occupied = static_cast<std::int64_t>(sum.occupied) * cells_across;
+  const std::int64_t decided = static_cast<std::int64_t>(kDecided) * cells_across * cells_across;
   if (occupied > sum.free) {
     return occupied - sum.free >= decided ? Cell::kOccupied : Cell::kUnknown;
   }
-  return 2 * (sum.free - occupied) >= decided * (ratio > 1 ? 1 : 2) ? Cell::kFree : Cell::kUnknown;
+  return 2 * (sum.free - occupied) >= decided * (cells_across > 1 ? 1 : 2) ? Cell::kFree
+                                                                           : Cell::kUnknown;
 }
 
-Cell EvidenceSum::at(int column, int row) const { return verdict(sums_.at(column, row), finer_m_); }
+Cell EvidenceSum::at(int column, int row) const {
+  return verdict(sums_.at(column, row), cells_across());
+}
 
 OccupancyMap EvidenceSum::map() const {
   const CellBox& box = sums_.box();
@@ -272,11 +278,16 @@ OccupancyMap EvidenceSum::map(const Vec2& low, const Vec2& high) const {
   const CellBox& box = sums_.box();
   const int begin = std::max(window.low_column, box.low_column);
   const int end = std::min(window.end_column, box.end_column);
+  if (begin >= end) {
+    return out;
+  }
+  const int across = cells_across();
   for (int row = std::max(window.low_row, box.low_row); row < std::min(window.end_row, box.end_row);
        ++row) {
-    for (int column = begin; column < end; ++column) {
-      out(column - window.low_column, row - window.low_row) =
-          verdict(sums_.data()[box.index(column, row)], finer_m_);
+    const Sum* sum = sums_.row(row) + (begin - box.low_column);
+    Cell* cell = &out.cells[out.index(begin - window.low_column, row - window.low_row)];
+    for (int column = begin; column < end; ++column, ++sum, ++cell) {
+      *cell = verdict(*sum, across);
     }
   }
   return out;

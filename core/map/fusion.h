@@ -55,7 +55,8 @@ class EvidenceSum {
   void apply(const PlacedGrid& placed);
   void drive_over(const PlacedGrid& placed, int sign);
   void reserve(const CellBox& asked);
-  Cell verdict(const Sum& sum, double finer_m) const;
+  int cells_across() const;  // of the grids, in one of its own
+  static Cell verdict(const Sum& sum, int cells_across);
 
   Traversed traversed_;
   double finer_m_ = 0.01;  // cell of the grids

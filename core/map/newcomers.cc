@@ -42,6 +42,8 @@ void Newcomers::add(const FloorReading& reading, const Pose2& T_odom_body,
                     const OccupancyMap& known_odom, Time stamp) {
   const FloorProjection& p = *reading.projection;
   const Pose2 T_odom_view = T_odom_body * p.T_body_view;
+  const Mat2 R_odom_view = T_odom_view.rotation();
+  const Vec2 view_odom = T_odom_view.position();
   const auto key = [](const Vec2& p_odom) {
     return Key(static_cast<int>(std::floor(p_odom.x() / kPlace_m)),
                static_cast<int>(std::floor(p_odom.y() / kPlace_m)));
@@ -58,7 +60,7 @@ void Newcomers::add(const FloorReading& reading, const Pose2& T_odom_body,
       if ((p_view - p.foot_view).norm() > kFar_m) {
         continue;
       }
-      const Vec2 p_odom = T_odom_view * p_view;
+      const Vec2 p_odom = view_odom + R_odom_view * p_view;
       const Key at = key(p_odom);
       const bool is_place = places_.contains(at);
       if (evidence > 0) {

@@ -68,10 +68,16 @@ std::vector<Pose2> KeyframeOdometry::path_since(int first) const {
 
 // Of all keyframes from `first` on.
 BundleSolution KeyframeOdometry::adjust(int first, const RigPriorState& rig) const {
+  return adjust_from(path_since(first), false, first, rig);
+}
+
+BundleSolution KeyframeOdometry::adjust_from(const std::vector<Pose2>& start_T_first_frame,
+                                             bool near, int first, const RigPriorState& rig) const {
   BundleOptions options = options_.bundle;
   options.noise_px = noise_px_;
+  options.starts_near = near;
   return adjust_bundle(options, cameras_, rig, frames_since(first), tracks_since(first),
-                       path_since(first));
+                       start_T_first_frame);
 }
 
 MountingJump KeyframeOdometry::jump(const RigPriorState& rig, int at, int before, int most,
@@ -98,7 +104,8 @@ MountingJump KeyframeOdometry::jump(const RigPriorState& rig, int at, int before
   });
   BundleOptions options = options_.bundle;
   options.noise_px = noise_px_;
-  options.iterations = 3;  // from a path that has been adjusted
+  options.iterations = 3;
+  options.starts_near = true;
   return mounting_jump(options, cameras_, rig, frames_since(first), tracks, path_since(first),
                        before);
 }
@@ -139,15 +146,19 @@ void KeyframeOdometry::follow(const BundleFrame& frame, const PlaceFeatures& fea
                             wrap_angle(frame.T_before_here.theta_rad + by_state.z())});
 }
 
-JointEdge KeyframeOdometry::bundle(int first, const std::vector<BundleFrame>& frames,
-                                   const std::vector<PlaceFeatures>& features,
-                                   const RigPriorState& rig) const {
+JointEdge KeyframeOdometry::bundle_again(const JointEdge& before,
+                                         const std::vector<BundleFrame>& frames,
+                                         const std::vector<PlaceFeatures>& features,
+                                         const RigPriorState& rig, bool near) const {
   KeyframeOdometry alone(options_, features_, cameras_);
   alone.noise_px_ = noise_px_;
   for (std::size_t k = 0; k < frames.size(); ++k) {
     alone.follow(frames[k], features[k], rig.state);
   }
-  return joint_edge(first, alone.adjust(0, rig));
+  std::vector<Pose2> start_T_first_frame{Pose2{}};
+  start_T_first_frame.insert(start_T_first_frame.end(), before.T_first_node.begin(),
+                             before.T_first_node.end());
+  return joint_edge(before.first, alone.adjust_from(start_T_first_frame, near, 0, rig));
 }
 
 // Things that are seen during a turn on the spot alone show next to nothing of their depths, which

@@ -65,10 +65,11 @@ class KeyframeOdometry {
   /// Ends the open bundle at the newest keyframe, at least one after its first.
   JointEdge close(const RigPriorState& rig);
 
-  /// One bundle of keyframes, each with what is seen from it: what add() would make of them now,
-  /// were they the newest. `first` is the number of the first keyframe.
-  JointEdge bundle(int first, const std::vector<BundleFrame>& frames,
-                   const std::vector<PlaceFeatures>& features, const RigPriorState& rig) const;
+  /// A bundle of keyframes once more, each with what is seen from it: what add() would make of
+  /// them now, were they the newest. `near`: what is known of the rig has hardly changed since.
+  JointEdge bundle_again(const JointEdge& before, const std::vector<BundleFrame>& frames,
+                         const std::vector<PlaceFeatures>& features, const RigPriorState& rig,
+                         bool near) const;
 
  private:
   void follow(const BundleFrame& frame, const PlaceFeatures& features, const RigState& state);
@@ -78,6 +79,8 @@ class KeyframeOdometry {
   std::vector<BundleFrame> frames_since(int first) const;
   std::vector<Pose2> path_since(int first) const;
   BundleSolution adjust(int first, const RigPriorState& rig) const;
+  BundleSolution adjust_from(const std::vector<Pose2>& start_T_first_frame, bool near, int first,
+                             const RigPriorState& rig) const;
 
   BundleOdometryOptions options_;
   FeatureOptions features_;

@@ -263,8 +263,8 @@ void Localiser::take_note(const Knock& knock) {
 }
 
 // A bundle from what its keyframes saw, but for one camera.
-JointEdge Localiser::adjusted_anew(const JointEdge& joint, const RigPriorState& rig,
-                                   int without) const {
+JointEdge Localiser::adjusted_anew(const JointEdge& joint, const RigPriorState& rig, int without,
+                                   bool near) const {
   const int last = last_of(joint);
   std::vector<PlaceFeatures> features;
   for (int k = joint.first; k <= last; ++k) {
@@ -274,8 +274,8 @@ JointEdge Localiser::adjusted_anew(const JointEdge& joint, const RigPriorState& 
       features.back()[without] = {};
     }
   }
-  return keyframe_odometry_.bundle(
-      joint.first, {frames_.begin() + joint.first, frames_.begin() + last + 1}, features, rig);
+  return keyframe_odometry_.bundle_again(
+      joint, {frames_.begin() + joint.first, frames_.begin() + last + 1}, features, rig, near);
 }
 
 // The first bundles were linearised about a rig that was hardly known. The first of those from
@@ -299,7 +299,7 @@ void Localiser::linearise_again() {
   for (std::size_t k = settled_; k < graph_.joints.size(); ++k) {
     JointEdge& joint = graph_.joints[k];
     if (((graph_.state - adjusted_about_[k]).cwiseAbs().array() > far.array()).any()) {
-      joint = adjusted_anew(joint, {graph_.state, state_information_}, -1);
+      joint = adjusted_anew(joint, {graph_.state, state_information_}, -1, true);
       adjusted_about_[k] = graph_.state;
       return;
     }
@@ -332,7 +332,7 @@ void Localiser::begin_anew(const Knock& knock) {
   std::for_each(joints.begin(), during,
                 [&](JointEdge& joint) { hold(joint, state, kMountingStates, before); });
   for (auto joint = during; joint != joints.end(); ++joint) {
-    *joint = adjusted_anew(*joint, now, joint < after ? knock.camera : -1);
+    *joint = adjusted_anew(*joint, now, joint < after ? knock.camera : -1, false);
     adjusted_about_[joint - joints.begin()] = now.state;
   }
   settled_ = std::max(0, static_cast<int>(after - joints.begin()));

@@ -118,7 +118,8 @@ class Localiser {
   JumpCheck::Shows shown_jumps() const;
   void judge_jump();
   void take_note(const Knock& knock);
-  JointEdge adjusted_anew(const JointEdge& joint, const RigPriorState& rig, int without) const;
+  JointEdge adjusted_anew(const JointEdge& joint, const RigPriorState& rig, int without,
+                          bool near) const;
   void linearise_again();
   void begin_anew(const Knock& knock);
   int keyframe_turned_by(double turn_rad) const;

@@ -214,7 +214,7 @@ TEST(KeyframeOdometry, MakesABundleOnceMore) {
     closed = odometry.add(frames.back(), features.back(), exact(cameras)).closed;
   }
   ASSERT_TRUE(closed);
-  const JointEdge again = odometry.bundle(0, frames, features, exact(cameras));
+  const JointEdge again = odometry.bundle_again(*closed, frames, features, exact(cameras), true);
   ASSERT_EQ(again.T_first_node.size(), closed->T_first_node.size());
   for (std::size_t k = 0; k < again.T_first_node.size(); ++k) {
     const Pose2 off = closed->T_first_node[k].inverse() * again.T_first_node[k];
@@ -225,7 +225,8 @@ TEST(KeyframeOdometry, MakesABundleOnceMore) {
   for (PlaceFeatures& place : features) {
     place[0] = {};
   }
-  const JointEdge by_other = odometry.bundle(0, frames, features, exact(cameras));
+  const JointEdge by_other =
+      odometry.bundle_again(*closed, frames, features, exact(cameras), false);
   EXPECT_LT(by_other.information.diagonal().head<3>().maxCoeff(),
             0.8 * again.information.diagonal().head<3>().maxCoeff());
 }
