@@ -41,6 +41,10 @@ struct RigEstimate {
 /// the states of all cameras; nothing of the wheels.
 Eigen::MatrixXd systematic_covariance(const LoopCameras& cameras);
 
+/// That a loop camera is found where no measuring, and no knock, puts it off by so much: the rig
+/// file is of another rig. In words; empty while none is.
+std::string not_this_rig(const LoopCameras& believed, const RigState& state);
+
 /// The rig that was believed, its loop cameras corrected, with the sigmas that are left. What no
 /// state tells of (distortion, cameras that recognise no places) stays, and so does a lens
 /// that the correction would make impossible. Sigmas are marginal: what was learned of yaw and

@@ -356,6 +356,9 @@ void Localiser::relax_bundle(Located& out) {
   state_information_ = state_covariance(graph_).inverse();
   variance_factor_ = variance_factor(graph_);
   bundle_to_relax_ = false;
+  if (not_this_rig_.empty()) {
+    not_this_rig_ = not_this_rig(believed_, graph_.state);
+  }
   out.relaxed = true;
 }
 

@@ -93,8 +93,10 @@ class Localiser {
   /// What has been learned of the rig and the wheels, and how surely: as keyframes disagree on it,
   /// and no surer than pictures are.
   RigEstimate rig_estimate() const;
-  /// See RigCheck.
-  const std::string& rig_fault() const { return rig_check_.fault(); }
+  /// See RigCheck and not_this_rig().
+  const std::string& rig_fault() const {
+    return rig_check_.fault().empty() ? not_this_rig_ : rig_check_.fault();
+  }
   const std::vector<KnockReport>& knocks() const { return knocks_; }
   const LoopCameras& cameras() const { return believed_; }
   const LoopPlace& place(int keyframe) const { return closer_.place(keyframe); }
@@ -132,6 +134,7 @@ class Localiser {
   LoopCameras believed_;
   std::vector<Facing> facings_;
   RigCheck rig_check_;
+  std::string not_this_rig_;
   KnockCheck knock_check_;
   JumpCheck jump_check_;
   std::vector<KnockReport> knocks_;

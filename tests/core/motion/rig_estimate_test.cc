@@ -138,6 +138,19 @@ TEST(RigEstimate, LeavesOutHowCamerasWereKnownTogether) {
 }
 
 // Where a lens' centre lies is told from where its camera looks only by how its pictures bend.
+TEST(RigEstimate, SaysThatTheFileIsOfAnotherRig) {
+  Rig rig = believed_rig();
+  RigEstimate estimate = nothing_learned(rig);
+  const int x = camera_state(0) + kPosition;  // of front
+  estimate.state[x] = 0.1;
+  EXPECT_EQ(not_this_rig(estimate.believed, estimate.state), "");
+  estimate.state[x] = 0.39;
+  EXPECT_EQ(not_this_rig(estimate.believed, estimate.state).find("front looks mounted 39 cm from"),
+            0U);
+  rig.cameras["front"].sigma.position_m.setConstant(0.2);  // known that roughly
+  EXPECT_EQ(not_this_rig(nothing_learned(rig).believed, estimate.state), "");
+}
+
 TEST(SystematicCovariance, IsWideWhereCentreAndMountingGoTogether) {
   const LoopCameras cameras = testing::front_and_back();
   const Eigen::MatrixXd covariance = systematic_covariance(cameras);
