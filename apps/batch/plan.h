@@ -98,10 +98,10 @@ struct Trial {
   std::string settings_sha256;  ///< of what its mission.yaml will hold
 
   TrialStatus status = TrialStatus::kWaiting;
-  std::string outcome;              ///< of metrics.json; of a broken one how it ended
-  bool cut_short = false;           ///< by what the machine lacked, or a bug
-  bool left_out = false;            ///< of a study's halving: not to be made, or judged
-  std::vector<std::string> broken;  ///< requirements, with the values
+  std::string outcome;     ///< of metrics.json; of a broken one how it ended
+  bool cut_short = false;  ///< by what the machine lacked, or a bug
+  bool left_out = false;   ///< by a study's halving: not to be made, and no part of the verdict
+  std::vector<std::string> broken;                     ///< requirements, with the values
   std::vector<std::pair<std::string, bool>> required;  ///< all of them, and whether they are met
   double wall_s = 0;
   FigureRow figures;

@@ -203,13 +203,21 @@ class Submission {
   Json jobs_ = Json::object();
 };
 
+std::size_t count_due(const std::vector<Trial>& trials) {
+  return static_cast<std::size_t>(std::count_if(
+      trials.begin(), trials.end(), [](const Trial& trial) { return !trial.left_out; }));
+}
+
 // The shards that have a run which waits.
 std::vector<std::uint64_t> shards_left(const std::vector<Trial>& trials, int shards) {
   std::vector<bool> left(static_cast<std::size_t>(shards), false);
-  for (std::size_t i = 0; i < trials.size(); ++i) {
-    if (!is_done(trials[i]) && !trials[i].left_out) {
-      left[i % left.size()] = true;
+  std::size_t i = 0;
+  for (const Trial& trial : trials) {
+    if (trial.left_out) {
+      continue;
     }
+    const std::size_t shard = i++ % left.size();
+    left[shard] = left[shard] || !is_done(trial);
   }
   std::vector<std::uint64_t> numbers;
   for (std::size_t shard = 0; shard < left.size(); ++shard) {
@@ -252,7 +260,7 @@ int submit_to_slurm(const TrialsOptions& options, const SlurmOptions& slurm,
     after = submission.submit_array(tasks, after);
   }
   const std::string depends = after.empty() ? "" : "--dependency=afterany:" + after;
-  std::printf("%zu runs in %zu tasks, job %s; %s\n", trials.size(), tasks.size(), after.c_str(),
+  std::printf("%zu runs in %zu tasks, job %s; %s\n", count_due(trials), tasks.size(), after.c_str(),
               submission.folder().c_str());
   std::fflush(stdout);
   const fs::path script = submission.merge_script();

@@ -86,10 +86,12 @@ void write_drives(const fs::path& out_dir, const PlacementStudy& study, const Ri
   std::string text = fmt::format(
       "# What the best rigs of {} do to navigation, against the first one:\n"
       "#   panoptes trials --study {} --seeds 1-8 --jobs 2 --out {}\n"
-      "# What is believed of a rig is off as a programmed motion would leave it.\nmissions:\n",
+      "# What is believed of a rig is off as a programmed motion would leave it, but for what a "
+      "rung "
+      "says.\nmissions:\n",
       study.file, (out_dir / "drives.yaml").string(), (out_dir / "drives").string());
   for (const StudyMission& mission : study.drive->missions) {
-    text += fmt::format("  - name: {}\n    mission: {}\n", mission.name,
+    text += fmt::format("  - name: {}\n    mission: {}\n", in_quotes(mission.name),
                         in_quotes(fs::absolute(mission.file).string()));
     if (!mission.settings.set.empty()) {
       text += "    set:\n" + settings_text(mission.settings, "      ");
@@ -116,7 +118,7 @@ void write_drives(const fs::path& out_dir, const PlacementStudy& study, const Ri
   }
   text += "rungs:\n";
   for (const StudyRung& rung : rungs_of(*study.drive)) {
-    text += fmt::format("  - name: {}\n", rung.name);
+    text += fmt::format("  - name: {}\n", in_quotes(rung.name));
     if (!rung.settings.set.empty()) {
       text += "    set:\n" + settings_text(rung.settings, "      ");
     }

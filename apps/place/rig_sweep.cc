@@ -31,8 +31,9 @@ std::size_t index_of(const RigSweep& sweep, const std::string& key, const std::s
   }
   const std::string near = nearest_word(key, known);
   throw ConfigError(place + ": " + said_by + ": there is no score " + key + "; " +
-                    (near.empty() ? "panoptes place RIG --out DIR writes all of them"
-                                  : "did you mean " + near + "?"));
+                    (key == "price" ? "camera_price or the price of a choice makes it"
+                     : near.empty() ? "panoptes place RIG --out DIR writes all of them"
+                                    : "did you mean " + near + "?"));
 }
 
 struct Line {
@@ -203,7 +204,7 @@ RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
     name.value.reset();
   }
   if (has_prices(study)) {
-    sweep.names.push_back({"price", "price", "", 1, 0, Better::kLower, {}});
+    sweep.names.push_back({"price", "price", "", 1, 2, Better::kLower, {}});
   }
   for (std::size_t i = 0; i < study.objectives.size(); ++i) {
     const std::string place =

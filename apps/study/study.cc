@@ -121,6 +121,11 @@ std::vector<std::string> faults_of(const Study& study) {
     faults.check(rung.settings);
     faults.check("rungs.rigs", rung.rigs, rung.rig_places, rigs);
   }
+  if (study.halving && study.rigs.size() < static_cast<std::size_t>(study.halving->keep) + 2) {
+    faults.say(study.halving->place, "halving",
+               fmt::format("has nothing to drop: {} beside the first, {} to be kept",
+                           study.rigs.size() - 1, study.halving->keep));
+  }
   const std::size_t before = faults.lines().size();
   for (const StudyLimit& limit : study.limits) {
     faults.check("limits.missions", limit.missions, limit.mission_places, missions);
@@ -184,6 +189,7 @@ void bind(Fields& f, StudyLimit& o) {
 void bind(Fields& f, StudyHalving& o) {
   f("seeds", o.seeds, at_least(1));
   f("keep", o.keep, at_least(1));
+  o.place = f.where("keep");
   f("least", o.least);
   f("most", o.most);
   f.require(o.least.empty() != o.most.empty(), o.least.empty() ? "least" : "most",

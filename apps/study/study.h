@@ -72,12 +72,13 @@ struct StudyComparison {
 };
 
 /// Not every rig is run with every seed: of those beside the first, the better half goes on to
-/// twice as many seeds, until so few are left as are to be kept.
+/// twice as many seeds, until `keep` are left.
 struct StudyHalving {
   int seeds = 2;      ///< of the first round
   int keep = 1;       ///< rigs that go on to the last seed
   std::string least;  ///< the figure by which they are compared, the less the better, or
   std::string most;   ///< the more the better; one of the two
+  std::string place;
 
   const std::string& figure() const { return least.empty() ? most : least; }
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <tuple>
 
@@ -47,13 +48,14 @@ int next_seeds(const StudyHalving& halving, std::size_t rigs, int seeds, int all
                                                         : std::min(2 * seeds, all_seeds);
 }
 
-/// The better first: those with fewer runs that failed or have no such figure, of these those with
-/// the better mean.
+/// The better first: a rig of which fewer runs failed; among equals one of which more runs have the
+/// figure; among these the mean decides.
 void rank(const StudyHalving& halving, const std::vector<Trial>& trials,
           const std::map<std::uint64_t, int>& order, int seeds, std::vector<std::string>& rigs) {
   struct Score {
+    int failed = 0;
     int lacking = 0;
-    double mean = 0;
+    double mean = std::numeric_limits<double>::infinity();
   };
   std::map<std::string, Score> scores;
   for (const std::string& rig : rigs) {
@@ -65,16 +67,20 @@ void rank(const StudyHalving& halving, const std::vector<Trial>& trials,
         continue;
       }
       const std::optional<double> figure = trial.figures.find(halving.figure());
-      score.lacking += figure && trial.status == TrialStatus::kPassed ? 0 : 1;
+      score.failed += trial.status == TrialStatus::kPassed ? 0 : 1;
+      score.lacking += figure ? 0 : 1;
       sum += figure.value_or(0);
       count += figure ? 1 : 0;
     }
-    score.mean = count > 0 ? sum / count * (halving.most.empty() ? 1 : -1) : 0;
+    if (count > 0) {
+      score.mean = sum / count * (halving.most.empty() ? 1 : -1);
+    }
   }
   std::stable_sort(rigs.begin(), rigs.end(), [&](const std::string& a, const std::string& b) {
     const Score& first = scores[a];
     const Score& second = scores[b];
-    return std::tie(first.lacking, first.mean) < std::tie(second.lacking, second.mean);
+    return std::tie(first.failed, first.lacking, first.mean) <
+           std::tie(second.failed, second.lacking, second.mean);
   });
 }
 

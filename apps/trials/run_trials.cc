@@ -199,8 +199,7 @@ void write_tables(const TrialsOptions& options, const std::vector<Trial>& trials
 
 /// Makes the runs that wait. `told` is called after each. True when it was interrupted.
 bool make_runs(const TrialsOptions& options, const std::vector<Trial*>& trials, Results& results,
-               const std::function<void()>& told) {
-  const StopCondition stop_condition{StopOptions()};
+               const StopCondition& stop_condition, const std::function<void()>& told) {
   Runs under_way(options, results);
   TrialsProgress progress(options.quiet);
   std::vector<double> took_s;
@@ -218,7 +217,7 @@ bool make_runs(const TrialsOptions& options, const std::vector<Trial*>& trials, 
     }
     while (passed_on == 0 && under_way.under_way() < options.jobs && next != trials.end()) {
       Trial& trial = **next++;
-      if (trial.status == TrialStatus::kWaiting && !trial.left_out) {
+      if (trial.status == TrialStatus::kWaiting) {
         under_way.start(trial);
       }
     }
@@ -235,8 +234,10 @@ bool make_runs(const TrialsOptions& options, const std::vector<Trial*>& trials, 
 std::string missing_text(const std::vector<Trial>& trials) {
   constexpr std::size_t kNamed = 5;
   std::size_t missing = 0;
+  std::size_t asked_for = 0;
   std::vector<std::string> names;
   for (const Trial& trial : trials) {
+    asked_for += trial.left_out ? 0 : 1;
     if (!is_done(trial) && !trial.left_out && ++missing <= kNamed) {
       names.push_back(folder_of(trial, {}).string());
     }
@@ -244,7 +245,7 @@ std::string missing_text(const std::vector<Trial>& trials) {
   if (missing == 0) {
     return {};
   }
-  return fmt::format("{} of {} runs {} missing: {}{}", missing, trials.size(),
+  return fmt::format("{} of {} runs {} missing: {}{}", missing, asked_for,
                      missing == 1 ? "is" : "are", joined(names, ", "),
                      missing > kNamed ? ", ..." : "");
 }
@@ -290,18 +291,24 @@ std::size_t leave_out(const TrialsOptions& options, std::vector<Trial>& trials) 
   return options.study ? leave_out(*options.study, trials) : 0;
 }
 
-std::vector<Trial*> due(std::vector<Trial*> trials) {
-  std::erase_if(trials, [](const Trial* trial) { return trial->left_out; });
-  return trials;
-}
-
-std::vector<Trial*> pointers(std::vector<Trial>& trials, const Shard& shard = {}) {
+std::vector<Trial*> pointers(std::vector<Trial>& trials) {
   std::vector<Trial*> all;
-  for (std::size_t i = static_cast<std::size_t>(shard.index) - 1; i < trials.size();
-       i += static_cast<std::size_t>(shard.count)) {
-    all.push_back(&trials[i]);
+  for (Trial& trial : trials) {
+    all.push_back(&trial);
   }
   return all;
+}
+
+/// Those that are not left out, of one shard.
+std::vector<Trial*> due(std::vector<Trial>& trials, const Shard& shard = {}) {
+  std::vector<Trial*> mine;
+  int i = 0;
+  for (Trial& trial : trials) {
+    if (!trial.left_out && i++ % shard.count == shard.index - 1) {
+      mine.push_back(&trial);
+    }
+  }
+  return mine;
 }
 
 /// Takes the runs that need not be made again; how many they are.
@@ -312,6 +319,17 @@ int take_finished(const std::vector<Trial*>& trials, Results& results) {
     results.check_what_is_there(*trial);
   }
   return finished;
+}
+
+/// Says which runs a race leaves out, by all that is there: one that broke is a run that failed.
+void take_rounds(const TrialsOptions& options, std::vector<Trial>& trials, Results& results) {
+  if (!options.study || !options.study->halving) {
+    return;
+  }
+  for (Trial& trial : trials) {
+    results.take(trial);
+  }
+  leave_out(options, trials);
 }
 
 int run_planned(const TrialsOptions& options, std::vector<Trial>& trials, Results& results) {
@@ -328,13 +346,14 @@ int run_planned(const TrialsOptions& options, std::vector<Trial>& trials, Result
     }
   };
   if (options.study && options.study->halving && !options.quiet) {
-    std::fprintf(stderr, "rigs drop out: %zu of %zu runs are made\n",
+    std::fprintf(stderr, "halving: at most %zu of %zu runs will be made\n",
                  runs_of_halving(*options.study, trials), trials.size());
   }
+  const StopCondition stop_condition{StopOptions()};
   bool interrupted = false;
   std::size_t rounds_over = leave_out(options, trials);
   for (bool more = true; more;) {
-    interrupted = make_runs(options, due(pointers(trials)), results, write_now_and_then);
+    interrupted = make_runs(options, due(trials), results, stop_condition, write_now_and_then);
     const std::size_t before = std::exchange(rounds_over, leave_out(options, trials));
     more = !interrupted && rounds_over > before;
   }
@@ -393,13 +412,11 @@ int run_trials(TrialsOptions options) {
 int run_shard(TrialsOptions options, const Shard& shard) {
   Results results(options);
   std::vector<Trial> trials = planned_runs(options, results);
-  if (options.study && options.study->halving) {
-    take_finished(pointers(trials), results);  // what decides which runs are due
-  }
-  leave_out(options, trials);
-  const std::vector<Trial*> mine = due(pointers(trials, shard));
+  take_rounds(options, trials, results);
+  const std::vector<Trial*> mine = due(trials, shard);
   const int there = take_finished(mine, results);
-  const bool interrupted = make_runs(options, mine, results, [] {});
+  const StopCondition stop_condition{StopOptions()};
+  const bool interrupted = make_runs(options, mine, results, stop_condition, [] {});
   int broken = 0;
   int made = -there;
   for (const Trial* trial : mine) {
@@ -436,8 +453,8 @@ int submit_trials(TrialsOptions options, const SlurmOptions& slurm) {
   Results results(options);
   std::vector<Trial> trials = planned_runs(options, results);
   check_junit(options);
+  take_rounds(options, trials, results);
   take_finished(pointers(trials), results);
-  leave_out(options, trials);
   return submit_to_slurm(options, slurm, trials);
 }
 

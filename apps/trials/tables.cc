@@ -38,6 +38,9 @@ Json requirements_of(const std::vector<Trial>& trials) {
   std::map<std::string, std::pair<int, int>> met;  // and of how many
   std::vector<std::string> order;
   for (const Trial& trial : trials) {
+    if (trial.left_out) {
+      continue;
+    }
     for (const auto& [line, pass] : trial.required) {
       auto& [passed, runs] = met[line];
       if (runs == 0) {
@@ -171,10 +174,10 @@ void write_junit(const TrialsOptions& options, const std::vector<Trial>& trials)
       continue;
     }
     cases += ">\n";
-    if (!is_done(trial)) {
+    if (!is_done(trial) || trial.left_out) {
       ++skipped;
-      cases += trial.left_out ? "    <skipped message=\"its rig dropped out\"/>\n"
-                              : "    <skipped message=\"interrupted\"/>\n";
+      cases += fmt::format("    <skipped message=\"{}\"/>\n",
+                           trial.left_out ? "left out by halving" : "interrupted");
     } else {
       const bool broken = trial.status == TrialStatus::kBroken;
       ++(broken ? errors : failures);
@@ -483,6 +486,9 @@ namespace {
 std::vector<StudyRun> study_runs(const TrialsOptions& options, const std::vector<Trial>& trials) {
   std::vector<StudyRun> runs;
   for (const Trial& trial : trials) {
+    if (trial.left_out && !is_done(trial)) {
+      continue;
+    }
     StudyRun& run = runs.emplace_back();
     run.cell = trial.point->cell;
     run.seed = trial.seed;

@@ -16,7 +16,8 @@ namespace {
 constexpr float kUnseen = -1;
 
 // Where a pixel covers more of the floor, its texture is not seen well enough to tell how it moves:
-// from 1.2 m on for a wide lens half a metre high, from 1.8 m for a narrow one.
+// with 320 pixels from 1.2 m on for a lens of 110 degrees half a metre high, from 1.8 m for one
+// of 80.
 constexpr double kPixelMost_cells = 1.5;
 
 constexpr int kColours = 3;              // Gaussians for what proved to be flat in one picture
@@ -73,7 +74,7 @@ FloorParallax::FloorParallax(const FloorParallaxOptions& options,
   const auto cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
   sample_.assign(cells, -1);
   std::vector<int> pixels_in(cells, 0);
-  // every sample of the scan falls into a cell; a cell that none falls into takes the one under it
+  // a cell that no sample of the scan falls into takes the one under it
   const auto width_rays = static_cast<std::size_t>(p.rays);
   for (int row = 0; row < rows_; ++row) {
     for (int column = 0; column < columns_; ++column) {

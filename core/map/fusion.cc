@@ -220,27 +220,22 @@ void EvidenceSum::drive_over(const PlacedGrid& placed, int sign) {
 void EvidenceSum::add(const PlacedGrid& placed) { apply<1>(placed); }
 void EvidenceSum::subtract(const PlacedGrid& placed) { apply<-1>(placed); }
 
-int EvidenceSum::cells_across() const {
-  return std::max(1, static_cast<int>(std::lround(cell_m() / finer_m_)));
-}
-
-Cell EvidenceSum::verdict(const Sum& sum, int cells_across) {
+Cell EvidenceSum::verdict(const Sum& sum, int parts) {
   if (sum.traversed > 0) {
     return Cell::kFree;
   }
-  // A wall one grid cell thick fills one of `cells_across` grid cells of a coarser cell, so its
+  // A wall one grid cell thick fills one of `parts` grid cells of a coarser cell, so its
   // evidence counts that much more; half of the cell's floor must have been seen to call it free.
-  const std::int64_t occupied = static_cast<std::int64_t>(sum.occupied) * cells_across;
-  const std::int64_t decided = static_cast<std::int64_t>(kDecided) * cells_across * cells_across;
+  const std::int64_t occupied = static_cast<std::int64_t>(sum.occupied) * parts;
+  const std::int64_t decided = static_cast<std::int64_t>(kDecided) * parts * parts;
   if (occupied > sum.free) {
     return occupied - sum.free >= decided ? Cell::kOccupied : Cell::kUnknown;
   }
-  return 2 * (sum.free - occupied) >= decided * (cells_across > 1 ? 1 : 2) ? Cell::kFree
-                                                                           : Cell::kUnknown;
+  return 2 * (sum.free - occupied) >= decided * (parts > 1 ? 1 : 2) ? Cell::kFree : Cell::kUnknown;
 }
 
 Cell EvidenceSum::at(int column, int row) const {
-  return verdict(sums_.at(column, row), cells_across());
+  return verdict(sums_.at(column, row), parts_a_side(cell_m(), finer_m_));
 }
 
 OccupancyMap EvidenceSum::map() const {
@@ -281,13 +276,13 @@ OccupancyMap EvidenceSum::map(const Vec2& low, const Vec2& high) const {
   if (begin >= end) {
     return out;
   }
-  const int across = cells_across();
+  const int parts = parts_a_side(cell_m(), finer_m_);
   for (int row = std::max(window.low_row, box.low_row); row < std::min(window.end_row, box.end_row);
        ++row) {
     const Sum* sum = sums_.row(row) + (begin - box.low_column);
     Cell* cell = &out.cells[out.index(begin - window.low_column, row - window.low_row)];
     for (int column = begin; column < end; ++column, ++sum, ++cell) {
-      *cell = verdict(*sum, across);
+      *cell = verdict(*sum, parts);
     }
   }
   return out;

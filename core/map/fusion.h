@@ -55,8 +55,7 @@ class EvidenceSum {
   void apply(const PlacedGrid& placed);
   void drive_over(const PlacedGrid& placed, int sign);
   void reserve(const CellBox& asked);
-  int cells_across() const;  // of the grids, in one of its own
-  static Cell verdict(const Sum& sum, int cells_across);
+  static Cell verdict(const Sum& sum, int parts);  // a side, of a grid's cells
 
   Traversed traversed_;
   double finer_m_ = 0.01;  // cell of the grids

@@ -135,7 +135,7 @@ std::vector<Vec2> Newcomers::places_odom() const {
 
 void Newcomers::occupy(OccupancyMap& local_odom) const {
   for (const Vec2& p : places_odom()) {
-    fill_disc(local_odom, p, kRadius_m, Cell::kOccupied);
+    occupy_disc(local_odom, p, kRadius_m);
   }
 }
 

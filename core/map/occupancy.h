@@ -31,8 +31,9 @@ Cell resampled(int parts_a_side, const Part& part) {
   return 2 * free >= parts_a_side * parts_a_side ? Cell::kFree : Cell::kUnknown;
 }
 
-/// Makes the cells whose centres are within `radius_m` of `p` what `cell` says.
-inline void fill_disc(OccupancyMap& map, const Vec2& p, double radius_m, Cell cell) {
+/// Calls each(cell) for the cells whose centres are within `radius_m` of `p`.
+template <class Each>
+void for_each_in_disc(OccupancyMap& map, const Vec2& p, double radius_m, const Each& each) {
   const Vec2 low = p - Vec2::Constant(radius_m);
   const int first_column = map.column(low);
   const int first_row = map.row(low);
@@ -40,10 +41,15 @@ inline void fill_disc(OccupancyMap& map, const Vec2& p, double radius_m, Cell ce
   for (int row = first_row; row < first_row + count; ++row) {
     for (int column = first_column; column < first_column + count; ++column) {
       if (map.contains(column, row) && (map.centre(column, row) - p).norm() <= radius_m) {
-        map(column, row) = cell;
+        each(map(column, row));
       }
     }
   }
+}
+
+/// Makes the cells occupied whose centres are within `radius_m` of `p`.
+inline void occupy_disc(OccupancyMap& map, const Vec2& p, double radius_m) {
+  for_each_in_disc(map, p, radius_m, [](Cell& cell) { cell = Cell::kOccupied; });
 }
 
 /// How many parts a side of their own size a cell of `cell_m` has; at least one.

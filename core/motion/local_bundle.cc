@@ -341,7 +341,7 @@ class Bundle {
     }
     depth_prior_.assign(tracks_.size(), kDepthPrior);
     trusts_.assign(tracks_.size(), 1);
-    const int gentle = options_.starts_near ? 1 : 2;
+    const int gentle = options_.starts_near || jumps() ? 1 : 2;
     for (int iteration = 0; iteration < options_.iterations; ++iteration) {
       place_bodies();
       settle_points();

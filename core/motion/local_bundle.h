@@ -37,7 +37,7 @@ struct BundleOptions {
   double noise_px = 0.8;    ///< of a feature's position, one sigma, before the run has shown it
   double inlier_sigma = 3;  ///< by which the sum of a track's squared residuals may be too large
   int iterations = 8;
-  bool starts_near = false;  ///< from where it has been adjusted before: strict sooner
+  bool starts_near = false;  ///< the start was adjusted before: outliers are told apart sooner
 };
 
 /// What a local bundle adjustment found: a Gaussian in the frames' poses seen from the first (x, y,

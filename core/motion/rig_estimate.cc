@@ -135,10 +135,11 @@ Eigen::MatrixXd systematic_covariance(const LoopCameras& cameras) {
 
 std::string not_this_rig(const LoopCameras& believed, const RigState& state) {
   constexpr double kMost_m = 0.15;  // a file that only roughly says where cameras are is 10 cm off
+  constexpr double kSigmas = 3.5;   // of two axes together: one in 450 is farther
   for (int camera = 0; camera < static_cast<int>(believed.size()); ++camera) {
     const double shifted_m = state.segment<2>(camera_state(camera) + kPosition).norm();
     const double sigma_m = believed[camera].sigma.position_m.head<2>().maxCoeff();
-    if (shifted_m > std::max(kMost_m, 3 * sigma_m)) {
+    if (shifted_m > std::max(kMost_m, kSigmas * sigma_m)) {
       return fmt::format(
           "{} looks mounted {:.0f} cm from where the rig file has it, more than anybody measures "
           "wrong: is it the file of this rig? See its at_m, its tilt and its field of view",

@@ -41,8 +41,8 @@ struct RigEstimate {
 /// the states of all cameras; nothing of the wheels.
 Eigen::MatrixXd systematic_covariance(const LoopCameras& cameras);
 
-/// That a loop camera is found where no measuring, and no knock, puts it off by so much: the rig
-/// file is of another rig. In words; empty while none is.
+/// Says that a loop camera is found where no measuring and no knock would put it, across the floor:
+/// the rig file is of another rig. Empty while none is.
 std::string not_this_rig(const LoopCameras& believed, const RigState& state);
 
 /// The rig that was believed, its loop cameras corrected, with the sigmas that are left. What no

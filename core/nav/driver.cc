@@ -118,7 +118,7 @@ OccupancyMap window_map(double cell_m, double side_m, const DriveTask& task,
     }
   }
   for (const Vec2& p : touched_odom) {
-    fill_disc(window, p, touched_m, Cell::kOccupied);
+    occupy_disc(window, p, touched_m);
   }
   return window;
 }
@@ -170,7 +170,7 @@ OccupancyMap Driver::coarse_map(const DriveTask& task, const std::vector<Vec2>& 
     coarse = unknown_around(here_map, options_.overlay_m, coarse.cell_m);
   }
   for (const Vec2& p : blocked_map) {
-    fill_disc(coarse, p, options_.touched_m, Cell::kOccupied);
+    occupy_disc(coarse, p, options_.touched_m);
   }
   return coarse;
 }

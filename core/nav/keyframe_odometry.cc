@@ -104,8 +104,7 @@ MountingJump KeyframeOdometry::jump(const RigPriorState& rig, int at, int before
   });
   BundleOptions options = options_.bundle;
   options.noise_px = noise_px_;
-  options.iterations = 3;
-  options.starts_near = true;
+  options.iterations = 3;  // from a path that has been adjusted
   return mounting_jump(options, cameras_, rig, frames_since(first), tracks, path_since(first),
                        before);
 }
@@ -155,10 +154,13 @@ JointEdge KeyframeOdometry::bundle_again(const JointEdge& before,
   for (std::size_t k = 0; k < frames.size(); ++k) {
     alone.follow(frames[k], features[k], rig.state);
   }
+  if (!near) {
+    return joint_edge(before.first, alone.adjust(0, rig));
+  }
   std::vector<Pose2> start_T_first_frame{Pose2{}};
   start_T_first_frame.insert(start_T_first_frame.end(), before.T_first_node.begin(),
                              before.T_first_node.end());
-  return joint_edge(before.first, alone.adjust_from(start_T_first_frame, near, 0, rig));
+  return joint_edge(before.first, alone.adjust_from(start_T_first_frame, true, 0, rig));
 }
 
 // Things that are seen during a turn on the spot alone show next to nothing of their depths, which

@@ -66,7 +66,8 @@ class KeyframeOdometry {
   JointEdge close(const RigPriorState& rig);
 
   /// A bundle of keyframes once more, each with what is seen from it: what add() would make of
-  /// them now, were they the newest. `near`: what is known of the rig has hardly changed since.
+  /// them now, were they the newest. `near`: they moved little since, as they do while the rig
+  /// is learned; else they start from the wheels.
   JointEdge bundle_again(const JointEdge& before, const std::vector<BundleFrame>& frames,
                          const std::vector<PlaceFeatures>& features, const RigPriorState& rig,
                          bool near) const;

@@ -356,9 +356,6 @@ void Localiser::relax_bundle(Located& out) {
   state_information_ = state_covariance(graph_).inverse();
   variance_factor_ = variance_factor(graph_);
   bundle_to_relax_ = false;
-  if (not_this_rig_.empty()) {
-    not_this_rig_ = not_this_rig(believed_, graph_.state);
-  }
   out.relaxed = true;
 }
 
@@ -379,6 +376,9 @@ void Localiser::add_keyframe(const Observation& seen, const LoopPlace& place, Lo
       steps_grey_.insert(std::upper_bound(steps_grey_.begin(), steps_grey_.end(), step_grey),
                          step_grey);
     }
+  }
+  if (not_this_rig_.empty()) {
+    not_this_rig_ = not_this_rig(believed_, graph_.state);
   }
   to_check_for_knock_ = true;
   to_look_for_jump_ = options_.knocks_at_once;

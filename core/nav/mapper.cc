@@ -191,16 +191,17 @@ bool Mapper::something_came() const {
                      [](const FloorCamera& camera) { return camera.newcomers.ever(); });
 }
 
-// What was known before somebody came, and was not seen wrongly from afar just now. What is assumed
-// at the start nobody has seen: a floor of another colour begins there as well as somebody.
+// What was known before somebody came, and was not seen wrongly from afar just now. The ring about
+// the start is assumed to be floor: where a floor of another colour begins in it, nobody has come.
 void Mapper::remember_known(const OccupancyMap& local_odom, const Pose2& T_odom_start, Time stamp) {
   constexpr double kBefore_s = 1.5;
   constexpr double kStep_s = 0.25;
   if (known_.empty() || to_seconds(stamp - known_.back().at) >= kStep_s) {
     known_.push_back({stamp, local_odom});
     if (open_keyframe_ <= options_.local_keyframes) {
-      fill_disc(known_.back().local_odom, T_odom_start.position(),
-                start_radius_m() + options_.local_cell_m, Cell::kUnknown);
+      for_each_in_disc(known_.back().local_odom, T_odom_start.position(),
+                       start_radius_m() + options_.local_cell_m,
+                       [](Cell& cell) { cell = cell == Cell::kFree ? Cell::kUnknown : cell; });
     }
   }
   while (known_.size() > 1 && to_seconds(stamp - known_[1].at) >= kBefore_s) {

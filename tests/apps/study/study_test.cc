@@ -160,27 +160,37 @@ TEST_F(StudyTest, RefusesSettingsAndLimitsThatAreNone) {
 
 TEST_F(StudyTest, RefusesAHalvingThatCannotDecide) {
   const auto with = [&](const std::string& halving) {
-    return faults("limits:", "halving: " + halving + "\nlimits:");
+    std::string text = kStudy;
+    text.replace(text.find("rungs:"), 6, "  - {name: third}\nrungs:");
+    text.replace(text.find("limits:"), 7, "halving: " + halving + "\nlimits:");
+    return faults(text);
   };
   const std::string of_rungs =
-      "study.yaml:11:25: rungs.rigs: must not be given beside halving, which compares rigs over "
+      "study.yaml:12:25: rungs.rigs: must not be given beside halving, which compares rigs over "
       "all rungs";
   EXPECT_THAT(with("{least: map.coverage}"), ElementsAre(of_rungs));
   EXPECT_THAT(with("{seeds: 2}"),
-              ElementsAre("study.yaml:12:10: halving.least: missing; least or most must name the "
+              ElementsAre("study.yaml:13:10: halving.least: missing; least or most must name the "
                           "figure to compare rigs by"));
   EXPECT_THAT(with("{seeds: 2, least: map.coverage, most: map.coverage}"),
-              ElementsAre("study.yaml:12:48: halving.most: must not be given beside least, got "
+              ElementsAre("study.yaml:13:48: halving.most: must not be given beside least, got "
                           "map.coverage"));
   EXPECT_THAT(
       with("{seeds: 2, most: map.coverag}"),
-      ElementsAre("study.yaml:12:27: halving.most: must be a figure of a run, as map.coverage, "
+      ElementsAre("study.yaml:13:27: halving.most: must be a figure of a run, as map.coverage, "
                   "got map.coverag"));
+  EXPECT_THAT(
+      with("{keep: 2, most: map.coverage}"),
+      ElementsAre("study.yaml:12:25: rungs.rigs: must not be given beside halving, which "
+                  "compares rigs over all rungs",
+                  "study.yaml:13:17: halving: has nothing to drop: 2 beside the first, 2 to "
+                  "be kept"));
 }
 
 TEST_F(StudyTest, IsWrittenAsItIsRead) {
   std::string whole = kStudy;
   whole.replace(whole.find(", rigs: [axis]"), 14, "");
+  whole.replace(whole.find("rungs:"), 6, "  - {name: third}\nrungs:");
   const std::string text =
       write_settings(read(whole + "against_first: [map.coverage >= -0.01]\n"
                                   "halving: {seeds: 3, most: map.coverage}\n"));

@@ -130,14 +130,6 @@ TEST(RigEstimate, KeepsWhatTheFileTakesForExact) {
   EXPECT_EQ(refined(rig, estimate).cameras.at("front").sigma.rotation_rad, Vec3(0, 0, 0));
 }
 
-TEST(RigEstimate, LeavesOutHowCamerasWereKnownTogether) {
-  Rig rig = believed_rig();
-  const RigEstimate estimate = nothing_learned(rig);
-  rig.covariance = JointCovariance{{"front.rotation_x_rad"}, Eigen::MatrixXd::Identity(1, 1)};
-  EXPECT_FALSE(refined(rig, estimate).covariance);
-}
-
-// Where a lens' centre lies is told from where its camera looks only by how its pictures bend.
 TEST(RigEstimate, SaysThatTheFileIsOfAnotherRig) {
   Rig rig = believed_rig();
   RigEstimate estimate = nothing_learned(rig);
@@ -151,6 +143,14 @@ TEST(RigEstimate, SaysThatTheFileIsOfAnotherRig) {
   EXPECT_EQ(not_this_rig(nothing_learned(rig).believed, estimate.state), "");
 }
 
+TEST(RigEstimate, LeavesOutHowCamerasWereKnownTogether) {
+  Rig rig = believed_rig();
+  const RigEstimate estimate = nothing_learned(rig);
+  rig.covariance = JointCovariance{{"front.rotation_x_rad"}, Eigen::MatrixXd::Identity(1, 1)};
+  EXPECT_FALSE(refined(rig, estimate).covariance);
+}
+
+// Where a lens' centre lies is told from where its camera looks only by how its pictures bend.
 TEST(SystematicCovariance, IsWideWhereCentreAndMountingGoTogether) {
   const LoopCameras cameras = testing::front_and_back();
   const Eigen::MatrixXd covariance = systematic_covariance(cameras);

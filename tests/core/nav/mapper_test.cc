@@ -342,8 +342,7 @@ TEST(Mapper, WhoComesToStandOnKnownFloorIsInTheLocalMapInThreePictures) {
   EXPECT_EQ(mapped.local_odom.at(Vec2(feet.low.x() - 0.3, 0)), Cell::kFree);
 }
 
-// The floor behind the start is of another colour, and is not known for floor at first. Nobody
-// came.
+// The floor behind the start is of another colour, and is not known for floor at first.
 TEST(Mapper, AnotherFloorThatBeginsAtTheStartIsNobodyWhoCame) {
   FloorScene scene = carpet();
   scene.seam_x_m = -0.4;
