@@ -688,8 +688,7 @@ std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod&
        ++earlier) {
     for (const Facing& tried : facings_) {
       const Heading heading = heading_of(tried.turn_rad);
-      if (heading == Heading::kOther || !spaced(recent, heading) ||
-          places_[earlier].place.featureless() ||
+      if (heading == Heading::kOther || places_[earlier].place.featureless() ||
           emd_grey(places_[earlier].place.signature, places_[recent].place.signature, tried) >=
               method.threshold_grey) {
         continue;
@@ -701,8 +700,8 @@ std::vector<ClosureReport> LoopCloser::close_by_histogram(const HistogramMethod&
       }
     }
   }
-  if (!best) {
-    return {};
+  if (!best || !spaced(recent, best->heading)) {
+    return {};  // the other diagonal, less alike, would say of the same place that it is turned
   }
   ClosureReport& report = *best;
   if (report.diagonal_max_grey >= method.threshold_grey) {

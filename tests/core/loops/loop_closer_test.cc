@@ -370,6 +370,19 @@ TEST(LoopCloser, TheThesisRuleIsFooledByGreys) {
   EXPECT_GE(count_accepted(drive), 1);
 }
 
+// By such a threshold either diagonal would do.
+TEST(LoopCloser, TheThesisRuleTakesTheDiagonalThatIsMostAlike) {
+  LoopOptions options;
+  options.method = HistogramMethod{.threshold_grey = 100};
+  const SyntheticRoom room(600, 4, Rng(1));
+  const Drive drive = twice_round(options, false, room, room, Rng(2));
+  EXPECT_GT(count_accepted(drive), 5);
+  for (const ClosureReport& report : drive.reports) {
+    EXPECT_LE(report.diagonal_max_grey, diagonal_max_grey(report.matrix, Heading::kSame));
+    EXPECT_LE(report.diagonal_max_grey, diagonal_max_grey(report.matrix, Heading::kOpposite));
+  }
+}
+
 TEST(LoopCloser, GivesTheSameBitsAgain) {
   const SyntheticRoom room(600, 4, Rng(1));
   const Drive a = twice_round({}, true, room, room, Rng(5));
