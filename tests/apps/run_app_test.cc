@@ -316,6 +316,13 @@ TEST_F(RunApp, CheckKnowsEveryKindOfFile) {
                 "parameters:\n");
 }
 
+TEST_F(RunApp, EveryStudyThatIsHereIsRight) {
+  for (const auto& entry : fs::directory_iterator(kScenes + "studies")) {
+    const std::string study = entry.path().string();
+    EXPECT_EQ(run_here({"check", study}).out, study + ": ok (study)\n");
+  }
+}
+
 TEST_F(RunApp, TrialsTakeNoPerson) {
   const Said said = run_here({"trials", kOffice, "--set", "drive=teleop", "--out", folder_ / "t"});
   EXPECT_EQ(said.status, 2);
