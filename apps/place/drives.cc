@@ -86,9 +86,8 @@ void write_drives(const fs::path& out_dir, const PlacementStudy& study, const Ri
   std::string text = fmt::format(
       "# What the best rigs of {} do to navigation, against the first one:\n"
       "#   panoptes trials --study {} --seeds 1-8 --jobs 2 --out {}\n"
-      "# What is believed of a rig is off as a programmed motion would leave it, but for what a "
-      "rung "
-      "says.\nmissions:\n",
+      "# A rig is believed as a programmed motion would leave it, but for what a rung says.\n"
+      "missions:\n",
       study.file, (out_dir / "drives.yaml").string(), (out_dir / "drives").string());
   for (const StudyMission& mission : study.drive->missions) {
     text += fmt::format("  - name: {}\n    mission: {}\n", in_quotes(mission.name),

@@ -176,9 +176,10 @@ std::string halving_page(const Study& study, const std::vector<Trial>& trials) {
     return {};
   }
   std::string text = fmt::format(
-      "\nRigs drop out by {} {}, runs that failed first; {} stays for comparison.\n\n"
+      "\nThe worse half of the rigs drops out: by failed runs, then by {} (the {}, the better). {} "
+      "stays for comparison.\n\n"
       "| after seeds | stay, best first | drop out |\n| --- | --- | --- |\n",
-      study.halving->most.empty() ? "the least" : "the most", study.halving->figure(),
+      study.halving->figure(), study.halving->most.empty() ? "less" : "more",
       study.rigs.front().name);
   for (const HalvingRound& round : rounds) {
     text +=
