@@ -90,7 +90,8 @@ struct ExploreChoice {
 /// good as any; also where one grid has no way to any, for the next), goals given up and what it
 /// looked for in vain, all held by the keyframes nearest to them. Ask every second or two and after
 /// every relaxation: the map may have moved, and the goal is judged anew each time. About 10 ms for
-/// 12 x 12 m.
+/// 12 x 12 m. Shut in from the start by what has not been proved to stand, as on a rug whose
+/// surroundings are another floor, it runs up to that, for a floor is told by its motion.
 class Explorer {
  public:
   Explorer(const ExploreOptions& options, const Body& body, const FloorWedge& wedge, Rng rng);
@@ -128,6 +129,13 @@ class Explorer {
     int times;
   };
 
+  /// A stretch driven straight, with what it ends before in view.
+  struct RunUp {
+    AnchoredPose from;
+    AnchoredPose to;
+    bool begun = false;  // else it is on the way to its beginning
+  };
+
   ExploreChoice choose_directed(const DirectedOptions& o, const DrivableGrid& grid,
                                 const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes,
                                 const std::vector<Vec2>* standing_map,
@@ -145,6 +153,10 @@ class Explorer {
                      const std::vector<Vec2>& standing_map) const;
   std::optional<View> best_view(const Views& views, int cell,
                                 std::optional<double> only_heading) const;
+  bool shut_in(const Views& views) const;
+  std::optional<RunUp> best_run_up(const Views& views,
+                                   std::span<const Pose2> T_map_keyframes) const;
+  std::optional<ExploreGoal> run_up(const Views& views, std::span<const Pose2> T_map_keyframes);
   std::vector<Place> places_to_look_from(const Views& views, bool& some_abandoned) const;
   std::optional<View> present_view(const Views& views) const;
   ExploreChoice choose_random(const RandomOptions& o, Time now, const DrivableGrid& grid,
@@ -162,7 +174,9 @@ class Explorer {
   GivenUp given_up_;
   std::optional<AnchoredPose> looked_;  // from here, since the last choice
   std::vector<InVain> looked_in_vain_;
-  std::optional<AnchoredPose> area_;  // where the thesis's method has been staying
+  std::optional<RunUp> run_up_;
+  std::vector<AnchoredPose> run_up_to_;  // earlier ones
+  std::optional<AnchoredPose> area_;     // where the thesis's method has been staying
   Time area_since_;
 };
 

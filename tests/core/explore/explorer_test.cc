@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/explore/explorer.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -147,6 +149,85 @@ OccupancyMap with_two_openings() {
   test::fill(map, 0.3, 3.9, 1.5, 4, Cell::kUnknown);
   test::fill(map, 4.5, 0, 5.7, 0.1, Cell::kUnknown);
   return map;
+}
+
+/// A rug of so many metres a side, about the origin, on a floor that is taken for an obstacle.
+OccupancyMap rug(double side_m) {
+  OccupancyMap map = test::empty_room(6, 6, 0.01);
+  map.origin = Vec2(-3, -3);
+  std::fill(map.cells.begin(), map.cells.end(), Cell::kOccupied);
+  test::fill(map, -side_m / 2, -side_m / 2, side_m / 2, side_m / 2, Cell::kFree);
+  return map;
+}
+
+TEST(Explorer, ShutInByWhatMayBeFloorRunsUpToIt) {
+  const DrivableGrid grid = grid_of(rug(1.3));
+  const std::vector<Vec2> nothing_stands;
+  // It has been looked at often enough by a robot that drove, but nothing came of it.
+  std::vector<Pose2> T_map_keyframes;
+  for (int k = 0; k < 16; ++k) {
+    for (const double ahead_m : {0.0, 0.12, 0.0, 0.12}) {
+      const double heading = wrap_angle(k * std::numbers::pi / 8);
+      T_map_keyframes.push_back(
+          {ahead_m * std::cos(heading), ahead_m * std::sin(heading), heading});
+    }
+  }
+  Explorer explorer = make_explorer();
+  Pose2 T_map_body{0, 0, 0};
+  std::vector<Pose2> ends;
+  int choices = 0;
+  for (; choices < 100; ++choices) {
+    const ExploreChoice choice =
+        explorer.choose(time_at(5.0 * choices), grid, T_map_body, T_map_keyframes, &nothing_stands);
+    if (!choice.goal) {
+      break;
+    }
+    EXPECT_TRUE(choice.frontier_reachable);
+    const Pose2& goal = choice.goal->pose_map;
+    if (choices % 2 == 0) {  // where it begins, and which way
+      EXPECT_TRUE(choice.goal->heading_matters);
+    } else {
+      const Vec2 run_m = goal.position() - T_map_body.position();
+      EXPECT_NEAR(run_m.norm(), 0.35, 1e-9);
+      EXPECT_NEAR(std::atan2(run_m.y(), run_m.x()), T_map_body.theta_rad, 1e-9);
+      for (const Pose2& end : ends) {
+        EXPECT_TRUE((end.position() - goal.position()).norm() >= 0.2 ||
+                    std::abs(wrap_angle(end.theta_rad - goal.theta_rad)) >= deg_to_rad(40));
+      }
+      ends.push_back(goal);
+    }
+    T_map_body = goal;
+    explorer.reached();
+  }
+  EXPECT_EQ(choices % 2, 0);
+  EXPECT_GE(ends.size(), 4U) << "every side";
+  EXPECT_LE(ends.size(), 12U) << "and then it is done";
+}
+
+TEST(Explorer, RunsUpToNothingWhereItIsKnownToStandOrThereIsRoom) {
+  std::vector<Vec2> standing;
+  for (double p = -0.65; p <= 0.66; p += 0.1) {
+    for (const double side : {-0.65, 0.65}) {
+      standing.emplace_back(p, side);
+      standing.emplace_back(side, p);
+    }
+  }
+  EXPECT_FALSE(make_explorer().choose(Time(), grid_of(rug(1.3)), {0, 0, 0}, {}, &standing).goal);
+  const std::vector<Vec2> nothing_stands;
+  Explorer in_room = make_explorer();
+  Pose2 T_map_body{0, 0, 0};
+  const DrivableGrid room = grid_of(rug(4));
+  for (int choices = 0; choices < 100; ++choices) {
+    const ExploreChoice choice =
+        in_room.choose(time_at(5.0 * choices), room, T_map_body, {}, &nothing_stands);
+    EXPECT_NE(choice.reason, "runs up to what may be floor");
+    if (!choice.goal) {
+      return;
+    }
+    T_map_body = choice.goal->pose_map;
+    in_room.reached();
+  }
+  FAIL() << "it never ends";
 }
 
 TEST(Explorer, LooksWhereTheWayToATargetMayLead) {
