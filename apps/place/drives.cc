@@ -33,12 +33,9 @@ std::vector<DrivenRig> driven_rigs(const PlacementStudy& study, const RigSweep& 
   std::vector<DrivenRig> rigs;
   const std::string& against = study.drive->against.empty() ? study.rig : study.drive->against;
   rigs.push_back({fs::path(against).stem().string(), against, read_settings<Rig>(against)});
-  const std::size_t best =
-      std::min(sweep.ranked.size(), static_cast<std::size_t>(study.drive->best));
-  for (std::size_t k = 0; k < best; ++k) {
-    const PlacementPoint& point = sweep.rigs[sweep.ranked[k]].point;
-    rigs.push_back({fmt::format("rig-{}", sweep.ranked[k] + 1), values_text(study, point),
-                    rig_of(study, point)});
+  for (const std::size_t k : promoted_rigs(sweep, static_cast<std::size_t>(study.drive->best))) {
+    const PlacementPoint& point = sweep.rigs[k].point;
+    rigs.push_back({fmt::format("rig-{}", k + 1), values_text(study, point), rig_of(study, point)});
   }
   return rigs;
 }

@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/config/fields.h"
 #include "core/config/geometry_fields.h"
+#include "sim/world/body_faces.h"
 
 namespace panoptes {
 namespace {
@@ -77,6 +78,7 @@ PlaceOptions read_place_options(const std::string& robot_file,
   const std::vector<std::string> of_robot = part_of(overrides, "robot.");
   options.robot = robot_file.empty() ? read_settings_text<Body>("{}", "robot", of_robot)
                                      : read_settings<Body>(robot_file, of_robot);
+  sim::read_body_faces(options.robot);
   options.scores =
       read_settings_text<RigScoreOptions>("{}", "scores", part_of(overrides, "scores."));
   return options;

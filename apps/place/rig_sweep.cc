@@ -186,6 +186,34 @@ void rank(RigSweep& sweep) {
                    [&](std::size_t a, std::size_t b) { return group(a) < group(b); });
 }
 
+/// Of each objective, from the least cost in a Pareto set to the most.
+std::vector<double> spans(const RigSweep& sweep, const std::vector<std::size_t>& front) {
+  std::vector<double> all;
+  for (std::size_t i = 0; i < sweep.objectives.size(); ++i) {
+    double least = std::numeric_limits<double>::infinity();
+    double most = -least;
+    for (const std::size_t rig : front) {
+      least = std::min(least, cost(sweep, sweep.rigs[rig], i));
+      most = std::max(most, cost(sweep, sweep.rigs[rig], i));
+    }
+    all.push_back(most - least);
+  }
+  return all;
+}
+
+/// How far two rigs of a Pareto set are from each other.
+double apart(const RigSweep& sweep, const std::vector<double>& span, std::size_t one,
+             std::size_t other) {
+  double squares = 0;
+  for (std::size_t i = 0; i < span.size(); ++i) {
+    const double by = cost(sweep, sweep.rigs[one], i) - cost(sweep, sweep.rigs[other], i);
+    if (std::isfinite(by) && by != 0) {
+      squares += by / span[i] * (by / span[i]);
+    }
+  }
+  return std::sqrt(squares);
+}
+
 }  // namespace
 
 Rig rig_of(const PlacementStudy& study, const PlacementPoint& point) {
@@ -194,6 +222,33 @@ Rig rig_of(const PlacementStudy& study, const PlacementPoint& point) {
   } catch (const ConfigError& error) {
     throw ConfigError(with_places(point.settings, error.lines()));
   }
+}
+
+std::vector<std::size_t> promoted_rigs(const RigSweep& sweep, std::size_t most) {
+  std::vector<std::size_t> left;
+  for (const std::size_t i : sweep.ranked) {
+    if (sweep.rigs[i].pareto) {
+      left.push_back(i);
+    }
+  }
+  const std::vector<double> span = spans(sweep, left);
+  std::vector<std::size_t> promoted;
+  std::vector<double> near(left.size(), std::numeric_limits<double>::infinity());
+  while (promoted.size() < std::min(most, left.size())) {
+    // The first of the farthest: the best ranked.
+    const auto farthest = std::max_element(near.begin(), near.end()) - near.begin();
+    const std::size_t taken = left[static_cast<std::size_t>(farthest)];
+    promoted.push_back(taken);
+    for (std::size_t k = 0; k < left.size(); ++k) {
+      near[k] = left[k] == taken ? -1 : std::min(near[k], apart(sweep, span, left[k], taken));
+    }
+  }
+  for (const std::size_t i : sweep.ranked) {
+    if (promoted.size() < most && !sweep.rigs[i].pareto) {
+      promoted.push_back(i);
+    }
+  }
+  return promoted;
 }
 
 RigSweep sweep_rigs(const PlacementStudy& study, int jobs,

@@ -11,6 +11,7 @@
 #include "core/config/geometry_fields.h"
 #include "core/eval/requirement.h"
 #include "core/io/digits.h"
+#include "sim/world/body_faces.h"
 
 namespace panoptes {
 namespace {
@@ -209,6 +210,7 @@ PlacementStudy read_placement_study(const std::string& file) {
   PlacementStudy study;
   study = read_settings<PlacementStudy>(file, {}, study);
   study.file = file;
+  sim::read_body_faces(study.robot);
   return study;
 }
 

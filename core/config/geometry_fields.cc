@@ -34,6 +34,16 @@ void bind(Fields& f, Pose3& o) {
   }
 }
 
+void bind(Fields& f, BodyShape& o) {
+  f.require(f.present("mesh"), "mesh", "missing; it must be given");
+  f.path("mesh", o.mesh);
+  o.mention = f.where("mesh");
+  f("scale", o.scale, between(1e-6, 1e6));
+  f.word("up", o.up, {{"usual", Up::kUsual}, {"y", Up::kY}, {"z", Up::kZ}});
+  f("at_m", o.at_m);
+  f.angle("yaw", o.yaw_rad);
+}
+
 void bind(Fields& f, Body& o) {
   f("radius_m", o.radius_m, between(0.01, 5));
   f("height_m", o.height_m, between(0.05, 5));
@@ -46,6 +56,7 @@ void bind(Fields& f, Body& o) {
   f("max_turn_radps", o.max_turn_radps, between(1e-3, 100));
   f("max_accel_mps2", o.max_accel_mps2, between(1e-3, 1000));
   f("max_turn_accel_radps2", o.max_turn_accel_radps2, between(1e-3, 1000));
+  f("shape", o.shape);
 }
 
 }  // namespace panoptes

@@ -69,6 +69,9 @@ std::string camera_fault(const RigCamera& camera, const Body& body) {
   if (std::string fault = mounting_fault(camera.T_body_camera.translation, body); !fault.empty()) {
     return fault;
   }
+  if (body.faces && inside_hull(*body.faces, camera.T_body_camera.translation)) {
+    return "is mounted inside the robot's shape; mount it outside, or correct the shape's at_m";
+  }
   const CameraSight sight(camera, body);
   constexpr double kAll = 0.995;
   if (sight.hull_share() > kAll) {
@@ -105,6 +108,7 @@ CameraSight::CameraSight(const RigCamera& camera, const Body& body)
       mapped_lens_(camera.intrinsics),
       R_camera_body_(camera.T_body_camera.rotation.conjugate().toRotationMatrix()),
       body_(body),
+      shadow_(body.faces ? std::make_shared<const HullShadow>(*body.faces, eye_body()) : nullptr),
       widest_cos_(widest_cos(camera.intrinsics)) {
   const double heading_rad = floor_heading_rad(camera.T_body_camera);
   heading_ = {std::cos(heading_rad), std::sin(heading_rad)};
@@ -123,7 +127,7 @@ CameraSight::CameraSight(const RigCamera& camera, const Body& body)
       }
       const bool down = direction->z() < 0;
       const double length_m = down ? std::min(kFar_m, eye_body().z() / -direction->z()) : kFar_m;
-      const bool hits = hidden_by_hull(body, eye_body(), eye_body() + length_m * *direction);
+      const bool hits = hidden(eye_body() + length_m * *direction);
       hull += hits ? 1 : 0;
       floor += !hits && down ? 1 : 0;
     }
@@ -136,16 +140,20 @@ Vec3 CameraSight::in_camera(const Vec3& p_body) const {
   return R_camera_body_ * (p_body - eye_body());
 }
 
+bool CameraSight::hidden(const Vec3& p_body) const {
+  return shadow_ ? shadow_->hides(p_body) : hidden_by_hull(body_, eye_body(), p_body);
+}
+
 bool CameraSight::sees(const Vec3& p_body) const {
   const Vec3 p_camera = in_camera(p_body);
   return p_camera.z() >= widest_cos_ * p_camera.norm() && camera_.intrinsics.sees(p_camera) &&
-         !hidden_by_hull(body_, eye_body(), p_body);
+         !hidden(p_body);
 }
 
 bool CameraSight::sees_direction(const Vec3& direction_body) const {
   const Vec3 d_camera = R_camera_body_ * direction_body;
   return d_camera.z() >= widest_cos_ * d_camera.norm() && camera_.intrinsics.sees(d_camera) &&
-         !hidden_by_hull(body_, eye_body(), eye_body() + kFar_m * direction_body);
+         !hidden(eye_body() + kFar_m * direction_body);
 }
 
 bool CameraSight::maps(const Vec2& p_body) const {
@@ -160,7 +168,7 @@ bool CameraSight::maps(const Vec2& p_body) const {
   }
   const Vec3 p_camera = in_camera(p_floor);
   if (p_camera.z() < widest_cos_ * p_camera.norm() || !mapped_lens_.sees(p_camera) ||
-      hidden_by_hull(body_, eye_body(), p_floor)) {
+      hidden(p_floor)) {
     return false;
   }
   const double first_row =

@@ -3,11 +3,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "core/camera/rig.h"
+#include "core/eval/hull_shadow.h"
 #include "core/geometry/body.h"
 
 namespace panoptes {
@@ -42,6 +44,8 @@ class CameraSight {
   /// Where the pixel looks, in `body`; empty where the lens draws nothing.
   std::optional<Vec3> direction_body(const Vec2& px) const;
   Vec3 in_camera(const Vec3& p_body) const;
+  /// Whether the robot itself stands before a point: its faces where it has any, else a cylinder.
+  bool hidden(const Vec3& p_body) const;
 
   /// Pixels a metre of what is shown there along two directions: columns of the result.
   Eigen::Matrix2d px_per_m(const Vec3& p_body, const Vec3& along_a, const Vec3& along_b) const;
@@ -57,8 +61,9 @@ class CameraSight {
   Intrinsics mapped_lens_;
   Mat3 R_camera_body_;
   Body body_;
-  Vec2 heading_ = Vec2::UnitX();  // along the floor
-  double widest_cos_ = -1;        // nothing farther off the axis is seen
+  std::shared_ptr<const HullShadow> shadow_;  // of a body with faces
+  Vec2 heading_ = Vec2::UnitX();              // along the floor
+  double widest_cos_ = -1;                    // nothing farther off the axis is seen
   double hull_share_ = 0;
   double floor_share_ = 0;
 };

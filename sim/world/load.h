@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/config/fields.h"
+#include "core/geometry/body.h"
 #include "core/geometry/pose2.h"
 #include "sim/world/generate.h"
 #include "sim/world/world.h"
@@ -16,11 +17,6 @@
 namespace panoptes::sim {
 
 void bind(Fields& f, AreaLight& o);
-
-/// Which axis of a mesh points up. glTF and DAE say it themselves, and OBJ and 3DS come out of
-/// assimp with y up; PLY, STL and OFF, which come from scanners and workshops, have z up. With y
-/// up, (x, y, z) there is (x, -z, y) here.
-enum class Up { kUsual, kY, kZ };
 
 /// An object as a world file mentions it.
 struct ObjectSettings {

@@ -443,4 +443,20 @@ std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictur
   return triangles;
 }
 
+std::vector<Face> read_faces(const std::string& file, Up up, const std::string& mention) {
+  ObjectSettings settings;
+  settings.mesh = file;
+  settings.mesh_mention = mention;
+  settings.up = up;
+  std::vector<Texture> textures;
+  Faults of_pictures;  // nobody looks at them
+  Pictures pictures(textures, of_pictures);
+  std::vector<Face> faces;
+  for (const Triangle& triangle : read_mesh(settings, pictures)) {
+    const auto& [a, b, c] = triangle.corners;
+    faces.push_back({a.p_object, b.p_object, c.p_object});
+  }
+  return faces;
+}
+
 }  // namespace panoptes::sim

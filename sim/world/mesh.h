@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <string>
 #include <vector>
 
+#include "core/geometry/body.h"
 #include "sim/world/load.h"
 #include "sim/world/pictures.h"
 
@@ -13,5 +15,8 @@ namespace panoptes::sim {
 /// has more triangles than kMostTriangles (looked for before it is read as far as its format lets)
 /// or is of no sensible size; ConfigError for settings that do not go with it.
 std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictures);
+
+/// The same without what is painted on it. `mention` is file:line:column of who names the mesh.
+std::vector<Face> read_faces(const std::string& file, Up up, const std::string& mention);
 
 }  // namespace panoptes::sim

@@ -26,6 +26,17 @@ constexpr std::array<double, 4> kDistances_m{0.5, 1, 2, 3};
 
 std::string hull_mesh(const Body& body) {
   std::string obj;
+  if (body.faces) {
+    int corner = 0;
+    for (const Face& face : *body.faces) {
+      for (const Vec3& p : face) {
+        obj += fmt::format("v {:.6f} {:.6f} {:.6f}\n", p.x(), p.y(), p.z());
+      }
+      obj += fmt::format("f {} {} {}\n", corner + 1, corner + 2, corner + 3);
+      corner += 3;
+    }
+    return obj;
+  }
   const auto corner = [&](int k, double z) {
     const double angle = 2 * std::numbers::pi * k / kHullSides;
     return fmt::format("v {:.6f} {:.6f} {:.6f}\n", body.radius_m * std::cos(angle),

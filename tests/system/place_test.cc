@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <opencv2/imgcodecs.hpp>
 
+#include "sim/world/body_faces.h"
 #include "tests/support/rendered_sight.h"
 #include "tests/system/program.h"
 
@@ -120,11 +121,16 @@ TEST_F(Place, TriesAllRigsOfAStudy) {
   EXPECT_EQ(place({hopeless, "--quiet"}).status, 1);
 }
 
-// 50 of them: tests/benchmarks/place_study
-TEST_F(Place, ScoresWhatIsDrawn) {
-  const Body body;
+/// Rigs on a robot, by their scores and by what `panoptes render` draws. 50 of them:
+/// tests/benchmarks/place_study
+class PlaceAsDrawn : public Place {
+ protected:
+  void expect_as_drawn(const Body& body, std::initializer_list<int> rigs);
+};
+
+void PlaceAsDrawn::expect_as_drawn(const Body& body, std::initializer_list<int> rigs) {
   constexpr double kWithin = 0.05;
-  for (const int i : {0, 1, 2}) {
+  for (const int i : rigs) {
     Rng rng = Rng(1).fork("rig " + std::to_string(i));
     const Rig rig = test::random_rig(rng, body);
     const std::filesystem::path folder = folder_ / "work" / ("rig-" + std::to_string(i));
@@ -143,6 +149,44 @@ TEST_F(Place, ScoresWhatIsDrawn) {
     }
     EXPECT_GE(compared, 2);
   }
+}
+
+TEST_F(PlaceAsDrawn, PastACylinder) { expect_as_drawn(Body(), {0, 1, 2}); }
+
+/// An oblong base with a thick mast behind, both hollow.
+constexpr const char* kTower =
+    "<robot name='tower'>"
+    "<link name='base'><visual><origin xyz='0.05 0 0.15'/><geometry><box size='0.5 0.3 0.3'/>"
+    "</geometry></visual></link>"
+    "<link name='mast'><visual><origin xyz='0 0 0.25'/><geometry>"
+    "<cylinder radius='0.06' length='0.5'/></geometry></visual></link>"
+    "<joint name='on' type='fixed'><parent link='base'/><child link='mast'/>"
+    "<origin xyz='-0.12 0.05 0.3'/></joint></robot>";
+
+TEST_F(PlaceAsDrawn, PastARobotOfItsOwnShape) {
+  Body body;
+  body.shape.emplace();
+  body.shape->mesh = (folder_ / "work" / write("tower.urdf", kTower)).string();
+  sim::read_body_faces(body);
+  // Not rig 4: one of its cameras would be in the wall of the mast, whose back is not drawn.
+  expect_as_drawn(body, {3, 5, 6});
+}
+
+TEST_F(Place, LooksPastTheShapeOfARobot) {
+  write("tower.urdf", kTower);
+  const std::string robot = write("robot.yaml", "shape: {mesh: tower.urdf}\n");
+  ASSERT_EQ(place({kThree, "--quick", "--robot", robot, "--out", "shape"}).status, 0);
+  ASSERT_EQ(place({kThree, "--quick", "--out", "cylinder"}).status, 0);
+  const auto seen = [&](const char* run) {
+    return metrics(run)["rigs"][0]["scores"]["panorama"]["seen_share"].get<double>();
+  };
+  EXPECT_LT(seen("shape"), 0.9 * seen("cylinder")) << "the mast stands in the back camera's view";
+  const std::string inside =
+      write("inside.yaml",
+            "cameras:\n  deep: {size_px: [320, 240], fov_deg: 80, at_m: [0.1, 0, 0.15]}\n");
+  expect_refused({inside, "--robot", robot}, "cameras.deep: is mounted inside the robot's shape");
+  expect_refused({kThree, "--robot", write("lost.yaml", "shape: {mesh: lost.stl}\n")},
+                 "lost.yaml:1:15: shape.mesh: no such file");
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 namespace panoptes {
 namespace {
 
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 class RigSweeps : public ScratchTest {
@@ -157,6 +158,24 @@ TEST_F(RigSweeps, LeaveTheBestRigAsAFileThatScoresTheSame) {
   for (std::size_t i = 0; i < again.size(); ++i) {
     EXPECT_EQ(again[i].value, best.scores[i]) << again[i].key;
   }
+}
+
+TEST_F(RigSweeps, PromoteRigsThatLieFarApartOnTheFront) {
+  RigSweep sweep;
+  sweep.names = {{"a", "", "", 1, 0, Better::kLower, {}}, {"b", "", "", 1, 0, Better::kHigher, {}}};
+  sweep.objectives = {0, 1};
+  // Of the front two at its ends, two close together in its middle; then one behind it.
+  for (const auto& [a, b] :
+       {std::pair{1.0, 100.0}, {2.0, 290.0}, {2.1, 300.0}, {4.0, 500.0}, {5.0, 400.0}}) {
+    SweptRig rig;
+    rig.scores = {a, b};
+    rig.pareto = a != 5;
+    sweep.ranked.push_back(sweep.rigs.size());
+    sweep.rigs.push_back(rig);
+  }
+  EXPECT_THAT(promoted_rigs(sweep, 1), ElementsAre(0));
+  EXPECT_THAT(promoted_rigs(sweep, 3), ElementsAre(0, 3, 2));
+  EXPECT_THAT(promoted_rigs(sweep, 9), ElementsAre(0, 3, 2, 1, 4));
 }
 
 TEST_F(RigSweeps, LeaveAStudyThatDrivesTheBest) {
