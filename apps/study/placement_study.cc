@@ -61,7 +61,7 @@ PlacementPoint point_with(const PlacementStudy& study, std::vector<std::string> 
     const StudySettings& from = chosen ? choice->second.settings : parameter.set;
     point.price += chosen ? choice->second.price : 0;
     for (std::size_t k = 0; k < from.set.size(); ++k) {
-      point.settings.set.push_back(filled(from.set[k], value));
+      point.settings.set.push_back(chosen ? from.set[k] : filled(from.set[k], value));
       point.settings.places.push_back(from.places[k]);
     }
   }

@@ -37,12 +37,12 @@ TEST_F(PlacementStudies, TryEveryValueWithEveryOther) {
   const auto points = points_of(read_placement_study(
       write("parameters:\n"
             "  b_tilt: {set: [\"cameras.floor.tilt_deg={}\"], range: [10, 20], step: 5}\n"
-            "  a_lens: {choices: {wide: {set: [x=1, y=2]}, narrow: {set: [x=2]}}}\n")));
+            "  a_lens: {choices: {wide: {set: [x=1, \"y={}\"]}, narrow: {set: [x=2]}}}\n")));
   ASSERT_EQ(points.size(), 6U);
   EXPECT_THAT(points[0].values, ElementsAre("narrow", "10"));
   EXPECT_THAT(points[0].settings.set, ElementsAre("x=2", "cameras.floor.tilt_deg=10"));
   EXPECT_THAT(points[2].values, ElementsAre("narrow", "20"));
-  EXPECT_THAT(points[3].settings.set, ElementsAre("x=1", "y=2", "cameras.floor.tilt_deg=10"));
+  EXPECT_THAT(points[3].settings.set, ElementsAre("x=1", "y={}", "cameras.floor.tilt_deg=10"));
 }
 
 TEST_F(PlacementStudies, DrawTheSameRigsFromTheSameSeed) {
