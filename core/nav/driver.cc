@@ -12,6 +12,7 @@
 namespace panoptes {
 namespace {
 
+constexpr double kDetour_m = 0.5;  // longer than another, a path is another way
 constexpr double kTrackStep_m = 0.02;
 constexpr double kTrackLength_m = 2.0;
 
@@ -207,6 +208,28 @@ const DrivableGrid& Driver::drivable(const DriveTask& task) {
   return *grid_;
 }
 
+// Whether a new path is a detour from the one that was planned before, to about the same place.
+// Where what is near stands in the short way, which from farther away looks free again, the robot
+// would turn round and round.
+bool Driver::turns_away(const DriveTask& task, const Path& now) const {
+  if (!last_way_ || (last_way_->points.back() - now.points.back()).norm() > options_.same_goal_m) {
+    return false;
+  }
+  const Vec2 here_map = (task.T_map_odom * task.T_odom_body).position();
+  const std::vector<Vec2>& way = last_way_->points;
+  const auto nearest = std::min_element(way.begin(), way.end(), [&](const Vec2& a, const Vec2& b) {
+    return (a - here_map).squaredNorm() < (b - here_map).squaredNorm();
+  });
+  double left_m = (*nearest - here_map).norm();
+  if (left_m > options_.same_place_m) {
+    return false;
+  }
+  for (auto p = nearest + 1; p < way.end(); ++p) {
+    left_m += (*p - *(p - 1)).norm();
+  }
+  return now.length_m > left_m + kDetour_m;
+}
+
 void Driver::plan(const DriveTask& task) {
   planned_ = task.stamp;
   const Vec2 here_map = (task.T_map_odom * task.T_odom_body).position();
@@ -221,7 +244,16 @@ void Driver::plan(const DriveTask& task) {
       break;
     }
   }
+  if (found.path && turns_away(task, *found.path)) {
+    const std::optional<Path> by_map =
+        search_path(search_for_goal(), drivable_by_map(task), here_map, goal_->pose_map.position())
+            .path;
+    if (by_map && by_map->length_m + kDetour_m < found.path->length_m) {
+      block_way_by_map(task, *by_map);
+    }
+  }
   path_ = std::move(found.path);
+  last_way_ = path_;
   no_path_ = std::move(found.reason);
   plans_failed_ = path_ ? 0 : plans_failed_ + 1;
   along_ = 0;

@@ -276,6 +276,28 @@ TEST(Driver, PassesWhereNothingGotOnWhenItIsToTryAgain) {
   EXPECT_TRUE(last.goal_reached) << last.reason;
 }
 
+TEST(Driver, DoesNotTurnBackToTheWayThatIsBlockedNearBy) {
+  // Two ways through a wall. From farther away than the local map is asked the short one looks
+  // free.
+  Ride ride;
+  ride.map = test::empty_room(9, 6, 0.02);
+  test::fill(ride.map, 0, 2.9, 9, 3.1, Cell::kOccupied);
+  test::fill(ride.map, 1.5, 2.9, 2.5, 3.1, Cell::kFree);
+  test::fill(ride.map, 7, 2.9, 8, 3.1, Cell::kFree);
+  ride.local = ride.map;
+  test::fill(ride.local, 1.5, 2.95, 2.5, 3.05, Cell::kOccupied);
+  ride.T_map_body = {2, 0.5, deg_to_rad(90)};
+  double way_m = 0;
+  Vec2 before = ride.T_map_body.position();
+  const DriveStep end = ride.drive(DriveGoal{{2, 5.3, 0}, false}, 120, [&](const DriveStep& out) {
+    way_m += (ride.T_map_body.position() - before).norm();
+    before = ride.T_map_body.position();
+    return out.goal_reached || out.goal_given_up;
+  });
+  EXPECT_TRUE(end.goal_reached) << end.reason;
+  EXPECT_LT(way_m, 18) << "there and back and then round takes 14 m";
+}
+
 TEST(Driver, DetoursAroundWhatOnlyTheLocalMapKnows) {
   Ride r = ride();
   test::fill(r.local, 2.9, 1.2, 3.1, 3, Cell::kOccupied);
