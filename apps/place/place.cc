@@ -122,14 +122,20 @@ int place_study(const PlaceArguments& args) {
     });
     std::printf("to drive them: panoptes trials --study %s --seeds 1-8 --jobs 2 --out %s\n",
                 (out->path() / "drives.yaml").c_str(), (out->path() / "drives").c_str());
+    const std::string first = "rig-" + std::to_string(promoted_rigs(sweep, 1).front() + 1);
+    const std::string rig = (out->path() / "rigs" / (first + ".yaml")).string();
+    std::printf(
+        "to record and calibrate one: panoptes calibrate scenes/missions/record-room.yaml "
+        "--set rig=%s --set platform.nominal_rig=%s --out %s\n",
+        rig.c_str(), rig.c_str(), (out->path() / "calibrated" / first).c_str());
   }
   constexpr std::size_t kDrawn = 3;
-  for (std::size_t k = 0; k < std::min(kDrawn, sweep.ranked.size()); ++k) {
+  for (const std::size_t rig : promoted_rigs(sweep, kDrawn)) {
     faults.attempt([&] {
       const PlaceOptions options{study.scores, study.robot};
       PlacedRig placed;
-      placed.name = "rig-" + std::to_string(sweep.ranked[k] + 1);
-      placed.rig = rig_of(study, sweep.rigs[sweep.ranked[k]].point);
+      placed.name = "rig-" + std::to_string(rig + 1);
+      placed.rig = rig_of(study, sweep.rigs[rig].point);
       placed.scores = score_rig(options.scores, placed.rig, options.robot);
       write_file(out->path() / ("floor_" + placed.name + ".png"),
                  png(sight_picture(placed, options)));
