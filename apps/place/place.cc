@@ -125,8 +125,9 @@ int place_study(const PlaceArguments& args) {
     const std::string first = "rig-" + std::to_string(promoted_rigs(sweep, 1).front() + 1);
     const std::string rig = (out->path() / "rigs" / (first + ".yaml")).string();
     std::printf(
-        "to record and calibrate one: panoptes calibrate scenes/missions/record-room.yaml "
-        "--set rig=%s --set platform.nominal_rig=%s --out %s\n",
+        "to record and calibrate one, on a Pioneer: panoptes calibrate "
+        "scenes/missions/record-room.yaml --set rig=%s --set platform.nominal_rig=%s "
+        "--out %s\n",
         rig.c_str(), rig.c_str(), (out->path() / "calibrated" / first).c_str());
   }
   constexpr std::size_t kDrawn = 3;

@@ -186,15 +186,16 @@ void rank(RigSweep& sweep) {
                    [&](std::size_t a, std::size_t b) { return group(a) < group(b); });
 }
 
-/// Of each objective, from the least cost in a Pareto set to the most.
+/// Of each objective, from the least cost in a Pareto set to the most, of those that have it.
 std::vector<double> spans(const RigSweep& sweep, const std::vector<std::size_t>& front) {
   std::vector<double> all;
   for (std::size_t i = 0; i < sweep.objectives.size(); ++i) {
     double least = std::numeric_limits<double>::infinity();
     double most = -least;
     for (const std::size_t rig : front) {
-      least = std::min(least, cost(sweep, sweep.rigs[rig], i));
-      most = std::max(most, cost(sweep, sweep.rigs[rig], i));
+      const double of = cost(sweep, sweep.rigs[rig], i);
+      least = std::min(least, of);
+      most = std::isfinite(of) ? std::max(most, of) : most;
     }
     all.push_back(most - least);
   }
@@ -206,10 +207,12 @@ double apart(const RigSweep& sweep, const std::vector<double>& span, std::size_t
              std::size_t other) {
   double squares = 0;
   for (std::size_t i = 0; i < span.size(); ++i) {
-    const double by = cost(sweep, sweep.rigs[one], i) - cost(sweep, sweep.rigs[other], i);
-    if (std::isfinite(by) && by != 0) {
-      squares += by / span[i] * (by / span[i]);
-    }
+    const double a = cost(sweep, sweep.rigs[one], i);
+    const double b = cost(sweep, sweep.rigs[other], i);
+    const bool both = std::isfinite(a) && std::isfinite(b);
+    // what one has and the other has not is the whole span away
+    const double by = a == b ? 0 : both ? (a - b) / span[i] : 1;
+    squares += by * by;
   }
   return std::sqrt(squares);
 }

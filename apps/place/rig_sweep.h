@@ -33,7 +33,7 @@ struct RigSweep {
 /// The rig of a point, as its file has it but for the study's settings.
 Rig rig_of(const PlacementStudy& study, const PlacementPoint& point);
 
-/// Whom of them to drive: at most so many rigs, of `rigs`, the best ranked first. Of a Pareto set
+/// Which of them to drive: at most so many rigs, of `rigs`, the best ranked first. Of a Pareto set
 /// neighbours would do much the same, so that each next one is the farthest from those taken, the
 /// span of every objective in the set counting as one (as in Gonzalez, "Clustering to minimize the
 /// maximum intercluster distance", 1985); then the others as they are ranked.

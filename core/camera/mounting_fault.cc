@@ -23,8 +23,8 @@ std::string mounting_fault(const Vec3& eye_body, const Body& body) {
         "it nearer, or correct the robot's radius_m",
         eye_body.head<2>().norm(), body.radius_m);
   }
-  // Where a shape is known, what a camera can see tells whether it is inside.
-  if (!body.shape && eye_body.z() < body.hull_height_m &&
+  // Where its faces are known, they tell.
+  if (!body.faces && eye_body.z() < body.hull_height_m &&
       eye_body.head<2>().norm() < body.radius_m) {
     return fmt::format(
         "is mounted inside the robot, whose hull is {:.3f} m high and reaches {:.3f} m from its "

@@ -70,7 +70,8 @@ std::string camera_fault(const RigCamera& camera, const Body& body) {
     return fault;
   }
   if (body.faces && inside_hull(*body.faces, camera.T_body_camera.translation)) {
-    return "is mounted inside the robot's shape; mount it outside, or correct the shape's at_m";
+    return "is mounted inside the robot's shape, of which 3 cm about it are taken for its housing; "
+           "mount it outside, take what is around it out of the mesh, or correct the shape's at_m";
   }
   const CameraSight sight(camera, body);
   constexpr double kAll = 0.995;

@@ -77,9 +77,11 @@ constexpr double kDrove_m = 0.1;
 constexpr double kDoubtfulStrip_m = 0.1;
 
 // A robot that gets to no more floor than so many of its own discs is shut in. It runs up to what
-// may be floor, so far that several pairs of pictures tell of it (FloorParallaxOptions).
+// may be floor, so far that several pairs of pictures tell of it (FloorParallaxOptions), and does
+// not stop short of that.
 constexpr double kShutIn_bodies = 5;
 constexpr double kRunUp_m = 0.35;
+constexpr double kRunUpReached_m = 0.03;
 constexpr double kOtherRunUp_m = 0.2;  // from any earlier one, or else turned by half a view
 constexpr std::size_t kMostRunUps = 12;
 constexpr int kLeastRays = 3;  // that end at what may be floor
@@ -294,17 +296,23 @@ void Explorer::abandon(Time now, const OccupancyMap& map, std::span<const Pose2>
         now, goal_->pose_map, [&map](const Vec2& p) { return map.at(p); }, T_map_keyframes);
     goal_.reset();
   }
-  run_up_.reset();
+  if (run_up_) {
+    run_up_to_.push_back(run_up_->to);
+    run_up_.reset();
+  }
 }
 
 void Explorer::reached() {
   if (run_up_ && run_up_->begun) {
+    run_up_to_.push_back(run_up_->to);
     run_up_.reset();
   } else if (run_up_) {
     run_up_->begun = true;
   }
   if (goal_ && goal_->heading_matters) {
     looked_ = goal_place_;
+    ++looks_;
+    looked_back_.reset();
   }
   goal_.reset();
 }
@@ -389,9 +397,12 @@ void Explorer::strike_off(const Views& views, const Pose2& T_map_looked,
   }
   for (const auto& [cell, centre] : seen) {
     if (const auto again = before.find(cell); again != before.end()) {
-      ++looked_in_vain_[again->second].times;
+      InVain& before_now = looked_in_vain_[again->second];
+      before_now.times += before_now.look != looks_ ? 1 : 0;
+      before_now.look = looks_;
     } else {
-      looked_in_vain_.push_back({AnchoredPose({centre.x(), centre.y(), 0}, T_map_keyframes), 1});
+      looked_in_vain_.push_back(
+          {AnchoredPose({centre.x(), centre.y(), 0}, T_map_keyframes), 1, looks_});
     }
   }
 }
@@ -401,6 +412,12 @@ ExploreChoice Explorer::choose(Time now, const DrivableGrid& grid, const Pose2& 
                                const std::vector<Vec2>* standing_map,
                                const std::optional<ExploreTarget>& target) {
   follow(T_map_keyframes);
+  // All grids that are asked at one time count what that look did not show: each hopes for more
+  // than another one does.
+  if (looked_back_ && *looked_back_ != now) {
+    looked_.reset();
+  }
+  looked_back_ = now;
   const auto known = [&map = grid.clearance.map](const Vec2& p) { return map.at(p); };
   given_up_.update(now, known, T_map_keyframes);
   ExploreChoice choice = std::holds_alternative<DirectedOptions>(options_.method)
@@ -409,6 +426,7 @@ ExploreChoice Explorer::choose(Time now, const DrivableGrid& grid, const Pose2& 
                              : choose_random(std::get<RandomOptions>(options_.method), now, grid,
                                              T_map_body, T_map_keyframes);
   if (choice.goal) {  // else the present one stays, for a grid that has a way to it
+    run_up_.reset();
     const bool kept = goal_ && goal_->pose_map == choice.goal->pose_map;
     goal_ = choice.goal;
     if (!kept) {
@@ -452,10 +470,9 @@ Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& gr
   }
   if (looked_) {
     strike_off(views, looked_->T_map_place(), T_map_keyframes);
-    looked_.reset();
   }
   constexpr int kVain = 2;
-  for (const auto& [place, times] : looked_in_vain_) {
+  for (const auto& [place, times, look] : looked_in_vain_) {
     const Vec2 p = place.p_map();
     const int column = grid.clearance.column(p);
     const int row = grid.clearance.row(p);
@@ -860,22 +877,31 @@ std::optional<Explorer::RunUp> Explorer::best_run_up(const Views& views,
   return best;
 }
 
-std::optional<ExploreGoal> Explorer::run_up(const Views& views,
-                                            std::span<const Pose2> T_map_keyframes) {
-  if (!run_up_) {
-    if (views.unproved.empty() || run_up_to_.size() >= kMostRunUps || !shut_in(views)) {
-      return std::nullopt;
-    }
-    run_up_ = best_run_up(views, T_map_keyframes);
-    if (!run_up_) {
-      return std::nullopt;
-    }
-    run_up_to_.push_back(run_up_->to);
+ExploreChoice Explorer::run_up(const DrivableGrid& grid, const Pose2& T_map_body,
+                               std::span<const Pose2> T_map_keyframes,
+                               const std::vector<Vec2>& standing_map) {
+  ExploreChoice out;
+  out.reason = "no unknown floor can be seen from anywhere reachable";
+  const auto* directed = std::get_if<DirectedOptions>(&options_.method);
+  if (directed == nullptr || run_up_to_.size() >= kMostRunUps) {
+    return out;
   }
-  ExploreGoal goal;
-  goal.pose_map = (run_up_->begun ? run_up_->to : run_up_->from).T_map_place();
-  goal.heading_matters = !run_up_->begun;
-  return goal;
+  follow(T_map_keyframes);
+  if (!run_up_) {
+    const Views views = this->views(*directed, grid, T_map_body, T_map_keyframes, &standing_map);
+    if (shut_in(views)) {
+      run_up_ = best_run_up(views, T_map_keyframes);
+    }
+  }
+  if (run_up_) {
+    goal_place_ = run_up_->begun ? run_up_->to : run_up_->from;
+    goal_ = ExploreGoal{goal_place_->T_map_place(), !run_up_->begun};
+    goal_->reached_m = kRunUpReached_m;
+    out.goal = goal_;
+    out.frontier_reachable = true;
+    out.reason = "runs up to what may be floor";
+  }
+  return out;
 }
 
 ExploreChoice Explorer::choose_directed(const DirectedOptions& o, const DrivableGrid& grid,
@@ -894,13 +920,6 @@ ExploreChoice Explorer::choose_directed(const DirectedOptions& o, const Drivable
   if (!best && views.only_nearer) {
     views.only_nearer = false;
     best = this->best(views, some_abandoned);
-  }
-  if (best) {
-    run_up_.reset();
-  } else if (!target && (out.goal = run_up(views, T_map_keyframes))) {
-    out.frontier_reachable = true;
-    out.reason = "runs up to what may be floor";
-    return out;
   }
   if (!best) {
     out.reason = some_abandoned ? "only places given up are left to look from"

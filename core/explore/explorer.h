@@ -75,9 +75,10 @@ enum class TargetOutlook {
 
 struct ExploreGoal {
   Pose2 pose_map;
-  bool heading_matters = false;    ///< turn to the pose's heading on arrival
-  double information_gain_m2 = 0;  ///< unknown floor expected to come into view
-  double cost_s = 0;               ///< time reckoned to get there
+  bool heading_matters = false;          ///< turn to the pose's heading on arrival
+  double information_gain_m2 = 0;        ///< unknown floor expected to come into view
+  double cost_s = 0;                     ///< time reckoned to get there
+  std::optional<double> reached_m = {};  ///< nearer than the driver's own
 };
 
 struct ExploreChoice {
@@ -90,8 +91,7 @@ struct ExploreChoice {
 /// good as any; also where one grid has no way to any, for the next), goals given up and what it
 /// looked for in vain, all held by the keyframes nearest to them. Ask every second or two and after
 /// every relaxation: the map may have moved, and the goal is judged anew each time. About 10 ms for
-/// 12 x 12 m. Shut in from the start by what has not been proved to stand, as on a rug whose
-/// surroundings are another floor, it runs up to that, for a floor is told by its motion.
+/// 12 x 12 m.
 class Explorer {
  public:
   Explorer(const ExploreOptions& options, const Body& body, const FloorWedge& wedge, Rng rng);
@@ -112,6 +112,14 @@ class Explorer {
                         const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes = {},
                         const std::vector<Vec2>* standing_map = nullptr);
 
+  /// For a robot that has nothing left to look at and gets to hardly any floor, shut in by what has
+  /// not been proved to stand, as on a rug whose surroundings are another floor: where to drive
+  /// straight at that, for a floor is told by its motion. First where the stretch begins, with its
+  /// heading, then where it ends; twelve stretches at most. No goal where there is room.
+  ExploreChoice run_up(const DrivableGrid& grid, const Pose2& T_map_body,
+                       std::span<const Pose2> T_map_keyframes,
+                       const std::vector<Vec2>& standing_map);
+
   /// How far beyond the known map the camera sees.
   double border_m() const { return wedge_.far_m; }
 
@@ -127,6 +135,7 @@ class Explorer {
   struct InVain {  // a cell that did not come into view
     AnchoredPose place;
     int times;
+    int look;  ///< the last one of them
   };
 
   /// A stretch driven straight, with what it ends before in view.
@@ -156,7 +165,6 @@ class Explorer {
   bool shut_in(const Views& views) const;
   std::optional<RunUp> best_run_up(const Views& views,
                                    std::span<const Pose2> T_map_keyframes) const;
-  std::optional<ExploreGoal> run_up(const Views& views, std::span<const Pose2> T_map_keyframes);
   std::vector<Place> places_to_look_from(const Views& views, bool& some_abandoned) const;
   std::optional<View> present_view(const Views& views) const;
   ExploreChoice choose_random(const RandomOptions& o, Time now, const DrivableGrid& grid,
@@ -173,9 +181,11 @@ class Explorer {
   std::optional<AnchoredPose> goal_place_;
   GivenUp given_up_;
   std::optional<AnchoredPose> looked_;  // from here, since the last choice
+  int looks_ = 0;
+  std::optional<Time> looked_back_;  // when that was first counted, by one grid or another
   std::vector<InVain> looked_in_vain_;
   std::optional<RunUp> run_up_;
-  std::vector<AnchoredPose> run_up_to_;  // earlier ones
+  std::vector<AnchoredPose> run_up_to_;  // where earlier ones ended
   std::optional<AnchoredPose> area_;     // where the thesis's method has been staying
   Time area_since_;
 };

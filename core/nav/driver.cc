@@ -208,15 +208,13 @@ const DrivableGrid& Driver::drivable(const DriveTask& task) {
   return *grid_;
 }
 
-// Whether a new path is a detour from the one that was planned before, to about the same place.
-// Where what is near stands in the short way, which from farther away looks free again, the robot
-// would turn round and round.
+// Whether a new path is a detour from the way that it was on, to about the same place.
 bool Driver::turns_away(const DriveTask& task, const Path& now) const {
-  if (!last_way_ || (last_way_->points.back() - now.points.back()).norm() > options_.same_goal_m) {
+  if (!way_ || (way_->points.back() - now.points.back()).norm() > options_.same_goal_m) {
     return false;
   }
   const Vec2 here_map = (task.T_map_odom * task.T_odom_body).position();
-  const std::vector<Vec2>& way = last_way_->points;
+  const std::vector<Vec2>& way = way_->points;
   const auto nearest = std::min_element(way.begin(), way.end(), [&](const Vec2& a, const Vec2& b) {
     return (a - here_map).squaredNorm() < (b - here_map).squaredNorm();
   });
@@ -228,6 +226,31 @@ bool Driver::turns_away(const DriveTask& task, const Path& now) const {
     left_m += (*p - *(p - 1)).norm();
   }
   return now.length_m > left_m + kDetour_m;
+}
+
+// Where what is near stands in the short way, which from farther away looks free again, the robot
+// would turn to and fro. A speck that lasts for a plan or two closes nothing.
+void Driver::leave_way(const DriveTask& task) {
+  if (!path_) {
+    return;
+  }
+  if (!turns_away(task, *path_)) {
+    way_ = path_;
+    turned_away_ = 0;
+    return;
+  }
+  if (++turned_away_ < options_.plan_failures) {
+    return;
+  }
+  const Vec2 here_map = (task.T_map_odom * task.T_odom_body).position();
+  const std::optional<Path> by_map =
+      search_path(search_for_goal(), drivable_by_map(task), here_map, goal_->pose_map.position())
+          .path;
+  if (by_map && by_map->length_m + kDetour_m < path_->length_m) {
+    block_way_by_map(task, *by_map);
+  }
+  way_ = path_;
+  turned_away_ = 0;
 }
 
 void Driver::plan(const DriveTask& task) {
@@ -244,16 +267,8 @@ void Driver::plan(const DriveTask& task) {
       break;
     }
   }
-  if (found.path && turns_away(task, *found.path)) {
-    const std::optional<Path> by_map =
-        search_path(search_for_goal(), drivable_by_map(task), here_map, goal_->pose_map.position())
-            .path;
-    if (by_map && by_map->length_m + kDetour_m < found.path->length_m) {
-      block_way_by_map(task, *by_map);
-    }
-  }
   path_ = std::move(found.path);
-  last_way_ = path_;
+  leave_way(task);
   no_path_ = std::move(found.reason);
   plans_failed_ = path_ ? 0 : plans_failed_ + 1;
   along_ = 0;

@@ -171,6 +171,7 @@ class Driver {
   void block(const DriveTask& task, const Vec2& p_map);
   bool block_path_ahead(const DriveTask& task);
   bool turns_away(const DriveTask& task, const Path& now) const;
+  void leave_way(const DriveTask& task);
   bool block_way_by_map(const DriveTask& task, const Path& by_map);
   void give_up(const std::string& why, DriveStep& out);
   void without_path(const DriveTask& task, DriveStep& out);
@@ -213,10 +214,11 @@ class Driver {
   std::optional<DrivableGrid> grid_;
   std::optional<Time> grid_at_;  // made at this observation, and nothing has been touched since
   std::optional<Path> path_;
-  std::optional<Path> last_way_;  // the last plan, whatever has become of it
-  std::string no_path_;           // why not
-  int plans_failed_ = 0;          // one after another
-  std::size_t along_ = 0;         // point of the path reached
+  std::optional<Path> way_;  // to about this goal, which a plan may lead away from
+  int turned_away_ = 0;      // plans in a row that do
+  std::string no_path_;      // why not
+  int plans_failed_ = 0;     // one after another
+  std::size_t along_ = 0;    // point of the path reached
   std::optional<Time> planned_;
   bool turning_ = false;  // to a lookahead point too far aside
   std::vector<Attempts> attempts_;

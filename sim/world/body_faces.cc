@@ -2,9 +2,12 @@
 #include "sim/world/body_faces.h"
 
 #include <algorithm>
+#include <cctype>
+#include <cstddef>
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -18,14 +21,31 @@
 namespace panoptes::sim {
 namespace {
 
+constexpr std::size_t kMostFaces = 50'000;  // each is looked at for every camera of every rig
+constexpr double kOffMost = 4;              // times the robot's own radius, either way
+
+bool is_urdf(const std::string& file) {
+  std::string suffix = std::filesystem::path(file).extension().string();
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return suffix == ".urdf";
+}
+
+/// In the mesh's own frame, metres.
 std::vector<Face> faces_of(const BodyShape& shape) {
-  if (std::filesystem::path(shape.mesh).extension() == ".urdf") {
-    if (shape.up != Up::kUsual) {
-      throw ConfigError(shape.mention + ": up: in URDF z points up; leave `up` out");
-    }
-    return read_urdf(shape.mesh, shape.mention);
+  if (!is_urdf(shape.mesh)) {
+    return read_faces(shape.mesh, shape.scale, shape.up, shape.mention);
   }
-  return read_faces(shape.mesh, shape.up, shape.mention);
+  if (shape.up != Up::kUsual) {
+    throw ConfigError(shape.mention + ": up: in URDF z points up; leave `up` out");
+  }
+  std::vector<Face> faces = read_urdf(shape.mesh, shape.mention);
+  for (Face& face : faces) {
+    for (Vec3& corner : face) {
+      corner *= shape.scale;
+    }
+  }
+  return faces;
 }
 
 }  // namespace
@@ -38,21 +58,27 @@ void read_body_faces(Body& body) {
   const Pose3 T_body_mesh = {Eigen::Quaterniond(Eigen::AngleAxisd(shape.yaw_rad, Vec3::UnitZ())),
                              shape.at_m};
   std::vector<Face> faces = faces_of(shape);
-  double nearest_m = std::numeric_limits<double>::infinity();
-  double highest_m = -nearest_m;
+  if (faces.size() > kMostFaces) {
+    throw ConfigError(fmt::format(
+        "{}: mesh '{}' has {} triangles; a robot's shape takes {}: make it coarser (Blender: "
+        "Decimate)",
+        shape.mention, shape.mesh, faces.size(), kMostFaces));
+  }
+  double reach_m = 0;
+  double highest_m = -std::numeric_limits<double>::infinity();
   for (Face& face : faces) {
     for (Vec3& corner : face) {
-      corner = T_body_mesh * (shape.scale * corner);
-      nearest_m = std::min(nearest_m, corner.head<2>().norm());
+      corner = T_body_mesh * corner;
+      reach_m = std::max(reach_m, corner.head<2>().norm());
       highest_m = std::max(highest_m, corner.z());
     }
   }
   // A wrong unit, or an origin elsewhere, is what goes wrong.
-  if (nearest_m > 2 * body.radius_m || highest_m < 0) {
+  if (reach_m > kOffMost * body.radius_m || reach_m < body.radius_m / kOffMost || highest_m < 0) {
     throw ConfigError(fmt::format(
-        "{}: mesh '{}' is {:.3g} m from the middle of the robot's axle at the nearest and ends "
-        "{:.3g} m above the floor; correct the shape's scale, up, at_m",
-        shape.mention, shape.mesh, nearest_m, highest_m));
+        "{}: mesh '{}' reaches {:.3g} m from the middle of the robot's axle and ends {:.3g} m "
+        "above the floor, but the robot's radius_m is {:.3g}; correct the shape's scale, up, at_m",
+        shape.mention, shape.mesh, reach_m, highest_m, body.radius_m));
   }
   body.faces = std::make_shared<const std::vector<Face>>(std::move(faces));
 }

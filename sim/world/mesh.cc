@@ -80,12 +80,13 @@ std::string format_of(const std::string& file) {
 
 /// Lines of an OBJ that begin a face, as triangles; the files of materials it names must be there,
 /// for without them it would silently be grey.
-std::uint64_t count_obj(std::ifstream& stream, const fs::path& folder, const Complaint& complaint) {
+std::uint64_t count_obj(std::ifstream& stream, const fs::path& folder, bool painted,
+                        const Complaint& complaint) {
   constexpr std::string_view kMaterials = "mtllib ";
   std::uint64_t triangles = 0;
   std::string line;
   while (std::getline(stream, line)) {
-    if (line.starts_with(kMaterials)) {
+    if (painted && line.starts_with(kMaterials)) {
       const std::size_t last = line.find_last_not_of(" \t\r");
       const std::string name = line.substr(kMaterials.size(), last + 1 - kMaterials.size());
       std::error_code ignored;
@@ -151,14 +152,14 @@ std::uint64_t count_stl(std::ifstream& stream, std::uintmax_t size_bytes) {
 }
 
 /// Triangles as far as they can be told without reading the mesh; 0 where they cannot.
-std::uint64_t count_before_reading(const std::string& file, std::uintmax_t size_bytes,
+std::uint64_t count_before_reading(const std::string& file, std::uintmax_t size_bytes, bool painted,
                                    const Complaint& complaint) {
   const std::string format = format_of(file);
   std::ifstream stream(file, std::ios::binary);
   if (!stream) {
     complaint.raise_missing("cannot be opened; make it readable");
   }
-  return format == ".obj"   ? count_obj(stream, fs::path(file).parent_path(), complaint)
+  return format == ".obj"   ? count_obj(stream, fs::path(file).parent_path(), painted, complaint)
          : format == ".ply" ? count_ply(stream, size_bytes, complaint)
          : format == ".stl" ? count_stl(stream, size_bytes)
                             : 0;
@@ -393,7 +394,10 @@ void require_known_materials(const ObjectSettings& settings, const std::string& 
 
 }  // namespace
 
-std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictures) {
+namespace {
+
+/// Without `pictures` nothing is painted.
+std::vector<Triangle> read_triangles(const ObjectSettings& settings, Pictures* pictures) {
   const std::string file =
       settings.mesh.starts_with("data:") ? resolve_path(settings.mesh, "") : settings.mesh;
   const Complaint complaint(settings, file);
@@ -409,7 +413,8 @@ std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictur
                     size_bytes >> 20U, kMostFile_bytes >> 20U));
   }
   const Up up = up_of(settings, file);
-  if (const std::uint64_t count = count_before_reading(file, size_bytes, complaint);
+  if (const std::uint64_t count =
+          count_before_reading(file, size_bytes, pictures != nullptr, complaint);
       count > kMostTriangles) {
     complaint.raise_many(count);
   }
@@ -433,8 +438,10 @@ std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictur
   require_sound(*scene, complaint);
   require_known_materials(settings, file, *scene);
   std::vector<Triangle> triangles;
-  append_node(*scene, *scene->mRootNode, aiMatrix4x4(),
-              textures_of(*scene, settings, file, pictures), {settings.scale, up}, complaint,
+  const std::vector<int> textures = pictures == nullptr
+                                        ? std::vector<int>(scene->mNumMaterials, 0)
+                                        : textures_of(*scene, settings, file, *pictures);
+  append_node(*scene, *scene->mRootNode, aiMatrix4x4(), textures, {settings.scale, up}, complaint,
               triangles);
   if (triangles.empty()) {
     complaint.raise("has no faces; export it with its surfaces");
@@ -443,16 +450,21 @@ std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictur
   return triangles;
 }
 
-std::vector<Face> read_faces(const std::string& file, Up up, const std::string& mention) {
+}  // namespace
+
+std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictures) {
+  return read_triangles(settings, &pictures);
+}
+
+std::vector<Face> read_faces(const std::string& file, double scale, Up up,
+                             const std::string& mention) {
   ObjectSettings settings;
   settings.mesh = file;
   settings.mesh_mention = mention;
+  settings.scale = scale;
   settings.up = up;
-  std::vector<Texture> textures;
-  Faults of_pictures;  // nobody looks at them
-  Pictures pictures(textures, of_pictures);
   std::vector<Face> faces;
-  for (const Triangle& triangle : read_mesh(settings, pictures)) {
+  for (const Triangle& triangle : read_triangles(settings, nullptr)) {
     const auto& [a, b, c] = triangle.corners;
     faces.push_back({a.p_object, b.p_object, c.p_object});
   }

@@ -16,7 +16,9 @@ namespace panoptes::sim {
 /// or is of no sensible size; ConfigError for settings that do not go with it.
 std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictures);
 
-/// The same without what is painted on it. `mention` is file:line:column of who names the mesh.
-std::vector<Face> read_faces(const std::string& file, Up up, const std::string& mention);
+/// The same without what is painted on it: materials and pictures need not be there. `mention` is
+/// file:line:column of who names the mesh.
+std::vector<Face> read_faces(const std::string& file, double scale, Up up,
+                             const std::string& mention);
 
 }  // namespace panoptes::sim

@@ -2,12 +2,16 @@
 #include "sim/world/urdf.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <exception>
 #include <filesystem>
 #include <memory>
 #include <numbers>
-#include <optional>
+#include <set>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
 #include <console_bridge/console.h>
 #include <fmt/format.h>
@@ -45,6 +49,16 @@ class Said : public console_bridge::OutputHandler {
  private:
   std::string text_;
 };
+
+std::string without_comments(std::string xml) {
+  constexpr std::string_view kBegin = "<!--";
+  constexpr std::string_view kEnd = "-->";
+  for (std::size_t at = xml.find(kBegin); at != std::string::npos; at = xml.find(kBegin, at)) {
+    const std::size_t end = xml.find(kEnd, at);
+    xml.erase(at, end == std::string::npos ? end : end + kEnd.size() - at);
+  }
+  return xml;
+}
 
 Pose3 pose_of(const urdf::Pose& pose) {
   return {Eigen::Quaterniond(pose.rotation.w, pose.rotation.x, pose.rotation.y, pose.rotation.z),
@@ -115,7 +129,7 @@ class UrdfReader {
   std::vector<Face> read() {
     note_input(file_);
     const std::string text = read_file(file_);
-    if (text.find("<xacro:") != std::string::npos) {
+    if (without_comments(text).find("<xacro:") != std::string::npos) {
       raise("is made of xacro; run `xacro FILE > robot.urdf` first and name what comes out");
     }
     urdf::ModelInterfaceSharedPtr robot;
@@ -141,6 +155,9 @@ class UrdfReader {
   }
 
   void add(const urdf::Link& link, const Pose3& T_root_link) {
+    if (!links_.insert(link.name).second) {
+      raise(fmt::format("has the link {} under two joints; a robot is a tree", link.name));
+    }
     for (const auto& visual : link.visual_array) {
       add(link, visual->geometry.get(), T_root_link * pose_of(visual->origin));
     }
@@ -167,10 +184,15 @@ class UrdfReader {
     } else if (const auto* sphere = dynamic_cast<const urdf::Sphere*>(geometry)) {
       faces = faces_of(*sphere);
     } else if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(geometry)) {
-      faces = read_mesh_of(found(mesh->filename, link.name));
+      const Vec3 scale(mesh->scale.x, mesh->scale.y, mesh->scale.z);
+      const double largest = scale.cwiseAbs().maxCoeff();
+      if (!scale.allFinite() || !(largest > 0)) {
+        raise(fmt::format("has the link {} with a mesh of no size; correct its scale", link.name));
+      }
+      faces = read_mesh_of(found(mesh->filename, link.name), largest);
       for (Face& face : faces) {
         for (Vec3& corner : face) {
-          corner = corner.cwiseProduct(Vec3(mesh->scale.x, mesh->scale.y, mesh->scale.z));
+          corner = corner.cwiseProduct(scale / largest);
         }
       }
     }
@@ -180,21 +202,29 @@ class UrdfReader {
   }
 
   /// In URDF z points up, where a mesh does not say otherwise.
-  std::vector<Face> read_mesh_of(const std::string& mesh) const {
-    const std::string format = fs::path(mesh).extension().string();
+  std::vector<Face> read_mesh_of(const std::string& mesh, double scale) const {
+    std::string format = fs::path(mesh).extension().string();
+    std::transform(format.begin(), format.end(), format.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
     const bool says_up = format == ".dae" || format == ".gltf" || format == ".glb";
-    return read_faces(mesh, says_up ? Up::kUsual : Up::kZ, mention_ + file_);
+    return read_faces(mesh, scale, says_up ? Up::kUsual : Up::kZ, mention_ + file_);
   }
 
   /// The file of a mesh.
   std::string found(const std::string& written, const std::string& link) const {
     const fs::path folder = fs::absolute(file_).parent_path();
     constexpr std::string_view kPackage = "package://";
-    constexpr std::string_view kFile = "file://";
+    constexpr std::string_view kFile = "file:///";
     if (written.starts_with(kFile)) {
-      return written.substr(kFile.size());
+      return written.substr(kFile.size() - 1);
     }
     if (!written.starts_with(kPackage)) {
+      if (written.find("://") != std::string::npos) {
+        raise(fmt::format(
+            "has the link {} with the mesh '{}'; name it by package://, file:///, or from the "
+            "folder of the robot's file",
+            link, written));
+      }
       return (folder / written).string();
     }
     const fs::path in_package = written.substr(kPackage.size());
@@ -213,6 +243,7 @@ class UrdfReader {
 
   std::string file_;
   std::string mention_;
+  std::set<std::string> links_;
   std::vector<Face> faces_;
 };
 

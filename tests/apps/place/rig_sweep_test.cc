@@ -176,6 +176,8 @@ TEST_F(RigSweeps, PromoteRigsThatLieFarApartOnTheFront) {
   EXPECT_THAT(promoted_rigs(sweep, 1), ElementsAre(0));
   EXPECT_THAT(promoted_rigs(sweep, 3), ElementsAre(0, 3, 2));
   EXPECT_THAT(promoted_rigs(sweep, 9), ElementsAre(0, 3, 2, 1, 4));
+  sweep.rigs[3].scores[1].reset();  // what it does not have is as far away as can be
+  EXPECT_THAT(promoted_rigs(sweep, 3), ElementsAre(0, 3, 2));
 }
 
 TEST_F(RigSweeps, LeaveAStudyThatDrivesTheBest) {

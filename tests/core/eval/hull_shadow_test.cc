@@ -2,6 +2,8 @@
 #include "core/eval/hull_shadow.h"
 
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <numbers>
 #include <vector>
 

@@ -135,6 +135,20 @@ TEST_F(BodyFaces, AreThoseOfARobotInUrdf) {
   EXPECT_TRUE(reaches({0.7, 0.3, 1.2})) << "half as high as it is, one metre up";
 }
 
+TEST_F(BodyFaces, NeedNoColoursAndMayBeInSmallUnits) {
+  BodyShape shape;
+  shape.mesh = write("tall.obj",  // 1.2 m high in millimetres
+                     "mtllib lost.mtl\nv -200 -200 0\nv 200 -200 0\nv 0 200 1200\nf 1 2 3\n");
+  shape.up = Up::kZ;
+  shape.scale = 0.001;
+  expect_extent(extent_of(*read(shape).faces), {-0.2, -0.2, 0}, {0.2, 0.2, 1.2});
+  const std::string robot = write("small.urdf",
+                                  "<robot name='r'><!-- <xacro:include filename='old'/> -->"
+                                  "<link name='base'><visual><geometry><mesh filename='tall.obj' "
+                                  "scale='0.001 0.001 0.001'/></geometry></visual></link></robot>");
+  expect_extent(extent_of(faces(robot)), {-0.2, -0.2, 0}, {0.2, 0.2, 1.2});
+}
+
 TEST_F(BodyFaces, SayWhatIsWrong) {
   EXPECT_THAT(fault(path("none.urdf")), HasSubstr("none.urdf"));
   EXPECT_THAT(fault(write("a.urdf", "<robot name='r'")),
@@ -151,9 +165,22 @@ TEST_F(BodyFaces, SayWhatIsWrong) {
       AllOf(HasSubstr("has the link base with the mesh 'package://far/away.stl'"),
             HasSubstr("put the robot's package there")));
   EXPECT_THAT(fault(path("none.stl")), HasSubstr("does not exist"));
-  BodyShape far;
-  far.mesh = kMeshes + "box_mm.stl";  // taken for metres
-  EXPECT_THAT(fault(far), HasSubstr("correct the shape's scale, up, at_m"));
+  EXPECT_THAT(fault(write("f.urdf",
+                          "<robot name='r'><link name='a'/><link name='b'/><link name='c'/>"
+                          "<joint name='1' type='fixed'><parent link='a'/><child link='b'/></joint>"
+                          "<joint name='2' type='fixed'><parent link='b'/><child link='c'/></joint>"
+                          "<joint name='3' type='fixed'><parent link='c'/><child link='b'/></joint>"
+                          "</robot>")),
+              HasSubstr("has the link b under two joints"));
+  EXPECT_THAT(fault(write("g.urdf",
+                          "<robot name='r'><link name='base'><visual><geometry><mesh "
+                          "filename='model://far/away.stl'/></geometry></visual></link></robot>")),
+              HasSubstr("name it by package://"));
+  BodyShape size;
+  size.mesh = kMeshes + "box_mm.stl";  // taken for metres
+  EXPECT_THAT(fault(size), HasSubstr("correct the shape's scale, up, at_m"));
+  size.scale = 1e-5;
+  EXPECT_THAT(fault(size), HasSubstr("correct the shape's scale, up, at_m"));
   BodyShape up;
   up.mesh = write("e.urdf", "<robot name='r'/>");
   up.up = Up::kY;
