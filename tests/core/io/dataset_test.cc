@@ -109,8 +109,10 @@ class DatasetTest : public ScratchTest {
   }
 
   void record() {
+    Body robot;
+    robot.radius_m = 0.3;
     DatasetWriter writer(folder_, {.version = "1.2.3", .mission = "m", .seed = 7}, two_cameras(),
-                         Body{.radius_m = 0.3});
+                         robot);
     for (const auto& [seen, now] : recorded_) {
       writer.add(seen, now);
       writer.add({now, {0.1 / 3, -1e-9}, Duration(400'000'000)});
