@@ -76,16 +76,6 @@ constexpr int kNearLooks = 3;
 constexpr double kDrove_m = 0.1;
 constexpr double kDoubtfulStrip_m = 0.1;
 
-// A robot that gets to no more floor than so many of its own discs is shut in. It runs up to what
-// may be floor, so far that several pairs of pictures tell of it (FloorParallaxOptions), and does
-// not stop short of that.
-constexpr double kShutIn_bodies = 5;
-constexpr double kRunUp_m = 0.35;
-constexpr double kRunUpReached_m = 0.03;
-constexpr double kOtherRunUp_m = 0.2;  // from any earlier one, or else turned by half a view
-constexpr std::size_t kMostRunUps = 12;
-constexpr int kLeastRays = 3;  // that end at what may be floor
-
 bool is_doubtful(Sight sight) {
   return sight == Sight::kDoubtful || sight == Sight::kDoubtfulStill;
 }
@@ -296,19 +286,9 @@ void Explorer::abandon(Time now, const OccupancyMap& map, std::span<const Pose2>
         now, goal_->pose_map, [&map](const Vec2& p) { return map.at(p); }, T_map_keyframes);
     goal_.reset();
   }
-  if (run_up_) {
-    run_up_to_.push_back(run_up_->to);
-    run_up_.reset();
-  }
 }
 
 void Explorer::reached() {
-  if (run_up_ && run_up_->begun) {
-    run_up_to_.push_back(run_up_->to);
-    run_up_.reset();
-  } else if (run_up_) {
-    run_up_->begun = true;
-  }
   if (goal_ && goal_->heading_matters) {
     looked_ = goal_place_;
     ++looks_;
@@ -328,13 +308,6 @@ void Explorer::follow(std::span<const Pose2> T_map_keyframes) {
   if (looked_) {
     looked_->follow(T_map_keyframes);
   }
-  if (run_up_) {
-    run_up_->from.follow(T_map_keyframes);
-    run_up_->to.follow(T_map_keyframes);
-  }
-  for (AnchoredPose& place : run_up_to_) {
-    place.follow(T_map_keyframes);
-  }
   if (area_) {
     area_->follow(T_map_keyframes);
   }
@@ -350,7 +323,6 @@ struct Explorer::Views {
   double least_m2 = 0;        // of unknown floor that is worth a look
   Pose2 T_map_body;
   std::vector<std::uint8_t> looked_in_vain;  // of each cell
-  std::vector<std::uint8_t> unproved;        // hides, and is far from all that is known to stand
   // With a target: metres to it from each cell if unknown floor is free, infinite where there is no
   // way; whether only such floor counts that is nearer to it than the place.
   std::vector<float> to_target_m;
@@ -426,7 +398,6 @@ ExploreChoice Explorer::choose(Time now, const DrivableGrid& grid, const Pose2& 
                              : choose_random(std::get<RandomOptions>(options_.method), now, grid,
                                              T_map_body, T_map_keyframes);
   if (choice.goal) {  // else the present one stays, for a grid that has a way to it
-    run_up_.reset();
     const bool kept = goal_ && goal_->pose_map == choice.goal->pose_map;
     goal_ = choice.goal;
     if (!kept) {
@@ -450,9 +421,8 @@ struct Explorer::Place {
 Explorer::Views Explorer::views(const DirectedOptions& o, const DrivableGrid& grid,
                                 const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes,
                                 const std::vector<Vec2>* standing_map) {
-  Views views{
-      o,  grid, flood(options_.search, grid, T_map_body.position()), {}, {}, 0, T_map_body, {},
-      {}, {}};
+  Views views{o,  grid, flood(options_.search, grid, T_map_body.position()), {}, {}, 0, T_map_body,
+              {}, {}};
   views.looked_in_vain.assign(grid.clearance.map.cells.size(), 0);
   const std::vector<std::uint8_t> possibly_traversable =
       possibly_traversable_cells(options_.search, grid, body_, views.field);
@@ -636,13 +606,10 @@ void Explorer::mark_doubtful(Views& views, std::span<const Pose2> T_map_keyframe
       }
     }
   }
-  views.unproved.assign(map.cells.size(), 0);
   for (std::size_t i = 0; i < views.sights.size(); ++i) {
-    if (views.sights[i] == Sight::kHides && to_standing_m[i] > kDoubtful_m) {
-      views.unproved[i] = 1;
-      if (looks[i] < kNearLooks) {
-        views.sights[i] = Sight::kDoubtful;
-      }
+    if (views.sights[i] == Sight::kHides && to_standing_m[i] > kDoubtful_m &&
+        looks[i] < kNearLooks) {
+      views.sights[i] = Sight::kDoubtful;
     }
   }
 }
@@ -799,109 +766,6 @@ std::optional<Explorer::View> Explorer::best(const Views& views, bool& some_aban
     }
   }
   return best;
-}
-
-bool Explorer::shut_in(const Views& views) const {
-  const auto reached = std::count_if(views.field.cost_m.begin(), views.field.cost_m.end(),
-                                     [](float cost_m) { return std::isfinite(cost_m); });
-  const double cell_m = views.grid.clearance.map.cell_m;
-  return static_cast<double>(reached) * cell_m * cell_m <=
-         kShutIn_bodies * std::numbers::pi * body_.radius_m * body_.radius_m;
-}
-
-// The straight stretch at whose end most rays of the camera's view meet, near by, what may be
-// floor.
-std::optional<Explorer::RunUp> Explorer::best_run_up(const Views& views,
-                                                     std::span<const Pose2> T_map_keyframes) const {
-  const OccupancyMap& map = views.grid.clearance.map;
-  const std::size_t rays = views.rays.size();
-  const auto width = static_cast<std::size_t>(
-      std::max(1.0, std::floor(wedge_.width_rad / kTwoPi * static_cast<double>(rays))));
-  const auto can_stand = [&](const Vec2& p) {
-    const int column = map.column(p);
-    const int row = map.row(p);
-    return views.grid.drivable(column, row) &&
-           std::isfinite(views.field.cost_m[map.index(column, row)]);
-  };
-  const auto meets_unproved = [&](int column, int row, const Ray& ray) {
-    for (const RayCell& at : ray.cells) {
-      if (at.range_m > kNear_m || !map.contains(column + at.columns, row + at.rows)) {
-        return false;
-      }
-      const std::size_t i = map.index(column + at.columns, row + at.rows);
-      if (ends_sight(views.sights[i])) {
-        return views.unproved[i] != 0 && at.range_m + map.cell_m >= wedge_.near_m;
-      }
-    }
-    return false;
-  };
-  std::optional<RunUp> best;
-  std::size_t most = kLeastRays - 1;
-  for (std::size_t cell = 0; cell < map.cells.size(); ++cell) {
-    const Vec2 to = centre_of(map, static_cast<int>(cell));
-    if (!can_stand(to)) {
-      continue;
-    }
-    std::vector<std::uint8_t> meets(rays);
-    for (std::size_t k = 0; k < rays; ++k) {
-      meets[k] = meets_unproved(map.column(to), map.row(to), views.rays[k]) ? 1 : 0;
-    }
-    for (std::size_t k = 0; k < rays; ++k) {
-      std::size_t met = 0;
-      for (std::size_t i = 0; i < width; ++i) {
-        met += meets[(k + i) % rays];
-      }
-      if (met <= most) {
-        continue;
-      }
-      const double heading = wrap_angle(kTwoPi * (static_cast<double>(k) + 0.5 * width) / rays);
-      const Vec2 ahead(std::cos(heading), std::sin(heading));
-      bool clear = true;
-      for (double back_m = 0; back_m <= kRunUp_m && clear; back_m += map.cell_m) {
-        clear = can_stand(to - back_m * ahead);
-      }
-      const auto as_before = [&](const AnchoredPose& place) {
-        return (place.p_map() - to).norm() < kOtherRunUp_m &&
-               std::abs(wrap_angle(place.T_map_place().theta_rad - heading)) <
-                   0.5 * wedge_.width_rad;
-      };
-      if (!clear || std::any_of(run_up_to_.begin(), run_up_to_.end(), as_before)) {
-        continue;
-      }
-      most = met;
-      const Vec2 from = to - kRunUp_m * ahead;
-      best = RunUp{AnchoredPose({from.x(), from.y(), heading}, T_map_keyframes),
-                   AnchoredPose({to.x(), to.y(), heading}, T_map_keyframes)};
-    }
-  }
-  return best;
-}
-
-ExploreChoice Explorer::run_up(const DrivableGrid& grid, const Pose2& T_map_body,
-                               std::span<const Pose2> T_map_keyframes,
-                               const std::vector<Vec2>& standing_map) {
-  ExploreChoice out;
-  out.reason = "no unknown floor can be seen from anywhere reachable";
-  const auto* directed = std::get_if<DirectedOptions>(&options_.method);
-  if (directed == nullptr || run_up_to_.size() >= kMostRunUps) {
-    return out;
-  }
-  follow(T_map_keyframes);
-  if (!run_up_) {
-    const Views views = this->views(*directed, grid, T_map_body, T_map_keyframes, &standing_map);
-    if (shut_in(views)) {
-      run_up_ = best_run_up(views, T_map_keyframes);
-    }
-  }
-  if (run_up_) {
-    goal_place_ = run_up_->begun ? run_up_->to : run_up_->from;
-    goal_ = ExploreGoal{goal_place_->T_map_place(), !run_up_->begun};
-    goal_->reached_m = kRunUpReached_m;
-    out.goal = goal_;
-    out.frontier_reachable = true;
-    out.reason = "runs up to what may be floor";
-  }
-  return out;
 }
 
 ExploreChoice Explorer::choose_directed(const DirectedOptions& o, const DrivableGrid& grid,

@@ -75,10 +75,9 @@ enum class TargetOutlook {
 
 struct ExploreGoal {
   Pose2 pose_map;
-  bool heading_matters = false;          ///< turn to the pose's heading on arrival
-  double information_gain_m2 = 0;        ///< unknown floor expected to come into view
-  double cost_s = 0;                     ///< time reckoned to get there
-  std::optional<double> reached_m = {};  ///< nearer than the driver's own
+  bool heading_matters = false;    ///< turn to the pose's heading on arrival
+  double information_gain_m2 = 0;  ///< unknown floor expected to come into view
+  double cost_s = 0;               ///< time reckoned to get there
 };
 
 struct ExploreChoice {
@@ -112,14 +111,6 @@ class Explorer {
                         const Pose2& T_map_body, std::span<const Pose2> T_map_keyframes = {},
                         const std::vector<Vec2>* standing_map = nullptr);
 
-  /// For a robot that has nothing left to look at and gets to hardly any floor, shut in by what has
-  /// not been proved to stand, as on a rug whose surroundings are another floor: where to drive
-  /// straight at that, for a floor is told by its motion. First where the stretch begins, with its
-  /// heading, then where it ends; twelve stretches at most. No goal where there is room.
-  ExploreChoice run_up(const DrivableGrid& grid, const Pose2& T_map_body,
-                       std::span<const Pose2> T_map_keyframes,
-                       const std::vector<Vec2>& standing_map);
-
   /// How far beyond the known map the camera sees.
   double border_m() const { return wedge_.far_m; }
 
@@ -136,13 +127,6 @@ class Explorer {
     AnchoredPose place;
     int times;
     int look;  ///< the last one of them
-  };
-
-  /// A stretch driven straight, with what it ends before in view.
-  struct RunUp {
-    AnchoredPose from;
-    AnchoredPose to;
-    bool begun = false;  // else it is on the way to its beginning
   };
 
   ExploreChoice choose_directed(const DirectedOptions& o, const DrivableGrid& grid,
@@ -162,9 +146,6 @@ class Explorer {
                      const std::vector<Vec2>& standing_map) const;
   std::optional<View> best_view(const Views& views, int cell,
                                 std::optional<double> only_heading) const;
-  bool shut_in(const Views& views) const;
-  std::optional<RunUp> best_run_up(const Views& views,
-                                   std::span<const Pose2> T_map_keyframes) const;
   std::vector<Place> places_to_look_from(const Views& views, bool& some_abandoned) const;
   std::optional<View> present_view(const Views& views) const;
   ExploreChoice choose_random(const RandomOptions& o, Time now, const DrivableGrid& grid,
@@ -184,9 +165,7 @@ class Explorer {
   int looks_ = 0;
   std::optional<Time> looked_back_;  // when that was first counted, by one grid or another
   std::vector<InVain> looked_in_vain_;
-  std::optional<RunUp> run_up_;
-  std::vector<AnchoredPose> run_up_to_;  // where earlier ones ended
-  std::optional<AnchoredPose> area_;     // where the thesis's method has been staying
+  std::optional<AnchoredPose> area_;  // where the thesis's method has been staying
   Time area_since_;
 };
 

@@ -131,20 +131,12 @@ void Navigator::explore(const DriveTask& task, const SlamStep& at) {
       frontier_reachable_ = choice.frontier_reachable;
     }
   }
-  if (!choice.goal && revisit_.empty()) {
-    if (const auto standing = slam_.standing()) {
-      choice =
-          explorer_.run_up(driver_.drivable(task), at.T_map_body, task.T_map_keyframes, *standing);
-      frontier_reachable_ = choice.frontier_reachable;
-    }
-  }
   exploring_ = choice.goal.has_value();
   why_no_goal_ = choice.reason;
   makes_room_ = false;
   if (choice.goal) {
     looks_in_vain_ = 0;
-    goal_ =
-        DriveGoal{choice.goal->pose_map, choice.goal->heading_matters, {}, choice.goal->reached_m};
+    goal_ = DriveGoal{choice.goal->pose_map, choice.goal->heading_matters};
     revisit_.clear();
   } else {
     choose_revisit_goal(task, at);

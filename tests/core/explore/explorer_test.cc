@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/explore/explorer.h"
 
-#include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -149,80 +147,6 @@ OccupancyMap with_two_openings() {
   test::fill(map, 0.3, 3.9, 1.5, 4, Cell::kUnknown);
   test::fill(map, 4.5, 0, 5.7, 0.1, Cell::kUnknown);
   return map;
-}
-
-/// A rug of so many metres a side, about the origin, on a floor that is taken for an obstacle.
-OccupancyMap rug(double side_m) {
-  OccupancyMap map = test::empty_room(6, 6, 0.01);
-  map.origin = Vec2(-3, -3);
-  std::fill(map.cells.begin(), map.cells.end(), Cell::kOccupied);
-  test::fill(map, -side_m / 2, -side_m / 2, side_m / 2, side_m / 2, Cell::kFree);
-  return map;
-}
-
-TEST(Explorer, ShutInByWhatMayBeFloorRunsUpToIt) {
-  const DrivableGrid grid = grid_of(rug(1.3));
-  // What is on its west side stands.
-  std::vector<Vec2> standing;
-  for (double y = -0.65; y <= 0.66; y += 0.1) {
-    standing.emplace_back(-0.65, y);
-  }
-  Explorer explorer = make_explorer();
-  Pose2 T_map_body{0, 0, 0};
-  std::vector<Pose2> ends;
-  int choices = 0;
-  for (; choices < 100; ++choices) {
-    const ExploreChoice choice = explorer.run_up(grid, T_map_body, {}, standing);
-    if (!choice.goal) {
-      break;
-    }
-    EXPECT_TRUE(choice.frontier_reachable);
-    const Pose2& goal = choice.goal->pose_map;
-    EXPECT_LT(choice.goal->reached_m.value_or(1), 0.05) << "the stretch is short enough";
-    if (choices % 2 == 0) {  // where it begins, and which way
-      EXPECT_TRUE(choice.goal->heading_matters);
-      EXPECT_LT(std::abs(goal.theta_rad), deg_to_rad(150)) << "not at what stands";
-    } else {
-      const Vec2 run_m = goal.position() - T_map_body.position();
-      EXPECT_NEAR(run_m.norm(), 0.35, 1e-9);
-      EXPECT_NEAR(std::atan2(run_m.y(), run_m.x()), T_map_body.theta_rad, 1e-9);
-      for (const Pose2& end : ends) {
-        EXPECT_TRUE((end.position() - goal.position()).norm() >= 0.2 ||
-                    std::abs(wrap_angle(end.theta_rad - goal.theta_rad)) >= deg_to_rad(40));
-      }
-      ends.push_back(goal);
-    }
-    T_map_body = goal;
-    explorer.reached();
-  }
-  EXPECT_EQ(choices % 2, 0);
-  EXPECT_GE(ends.size(), 3U);
-  EXPECT_LE(ends.size(), 12U) << "and then it is done";
-}
-
-TEST(Explorer, AStretchGivenUpIsNotTriedAgain) {
-  const DrivableGrid grid = grid_of(rug(1.3));
-  Explorer explorer = make_explorer();
-  const auto first = explorer.run_up(grid, {0, 0, 0}, {}, {});
-  ASSERT_TRUE(first.goal);
-  EXPECT_EQ(explorer.run_up(grid, {0, 0, 0}, {}, {}).goal->pose_map, first.goal->pose_map)
-      << "it stays until it is reached";
-  explorer.abandon(Time(), grid.clearance.map);
-  const auto other = explorer.run_up(grid, {0, 0, 0}, {}, {});
-  ASSERT_TRUE(other.goal);
-  EXPECT_FALSE(other.goal->pose_map == first.goal->pose_map);
-}
-
-TEST(Explorer, RunsUpToNothingWhereAllStandsOrThereIsRoom) {
-  std::vector<Vec2> standing;
-  for (double p = -0.65; p <= 0.66; p += 0.1) {
-    for (const double side : {-0.65, 0.65}) {
-      standing.emplace_back(p, side);
-      standing.emplace_back(side, p);
-    }
-  }
-  EXPECT_FALSE(make_explorer().run_up(grid_of(rug(1.3)), {0, 0, 0}, {}, standing).goal);
-  EXPECT_FALSE(make_explorer().run_up(grid_of(rug(4)), {0, 0, 0}, {}, {}).goal);
 }
 
 TEST(Explorer, LooksWhereTheWayToATargetMayLead) {
