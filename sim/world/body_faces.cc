@@ -2,9 +2,7 @@
 #include "sim/world/body_faces.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cstddef>
-#include <filesystem>
 #include <limits>
 #include <memory>
 #include <string>
@@ -24,16 +22,9 @@ namespace {
 constexpr std::size_t kMostFaces = 50'000;  // each is looked at for every camera of every rig
 constexpr double kOffMost = 4;              // times the robot's own radius, either way
 
-bool is_urdf(const std::string& file) {
-  std::string suffix = std::filesystem::path(file).extension().string();
-  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return suffix == ".urdf";
-}
-
 /// In the mesh's own frame, metres.
 std::vector<Face> faces_of(const BodyShape& shape) {
-  if (!is_urdf(shape.mesh)) {
+  if (format_of(shape.mesh) != ".urdf") {
     return read_faces(shape.mesh, shape.scale, shape.up, shape.mention);
   }
   if (shape.up != Up::kUsual) {

@@ -71,13 +71,6 @@ class Complaint {
   std::string file_;
 };
 
-std::string format_of(const std::string& file) {
-  std::string suffix = fs::path(file).extension().string();
-  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return suffix;
-}
-
 /// Lines of an OBJ that begin a face, as triangles; the files of materials it names must be there,
 /// for without them it would silently be grey.
 std::uint64_t count_obj(std::ifstream& stream, const fs::path& folder, bool painted,
@@ -392,10 +385,6 @@ void require_known_materials(const ObjectSettings& settings, const std::string& 
   complaint.raise(fmt::format("cannot be read: {}; export it again, as glTF or OBJ", reason));
 }
 
-}  // namespace
-
-namespace {
-
 /// Without `pictures` nothing is painted.
 std::vector<Triangle> read_triangles(const ObjectSettings& settings, Pictures* pictures) {
   const std::string file =
@@ -451,6 +440,13 @@ std::vector<Triangle> read_triangles(const ObjectSettings& settings, Pictures* p
 }
 
 }  // namespace
+
+std::string format_of(const std::string& file) {
+  std::string suffix = fs::path(file).extension().string();
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return suffix;
+}
 
 std::vector<Triangle> read_mesh(const ObjectSettings& settings, Pictures& pictures) {
   return read_triangles(settings, &pictures);

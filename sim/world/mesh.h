@@ -10,6 +10,9 @@
 
 namespace panoptes::sim {
 
+/// What a file's name ends with, in small letters: ".stl".
+std::string format_of(const std::string& file);
+
 /// The triangles of an object's mesh in its own frame, z up, metres. Throws IoError, with the place
 /// that mentions it, for one that cannot be read, has no faces, has corners that are not finite,
 /// has more triangles than kMostTriangles (looked for before it is read as far as its format lets)

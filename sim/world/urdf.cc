@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "sim/world/urdf.h"
 
-#include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <exception>
 #include <filesystem>
@@ -203,9 +201,7 @@ class UrdfReader {
 
   /// In URDF z points up, where a mesh does not say otherwise.
   std::vector<Face> read_mesh_of(const std::string& mesh, double scale) const {
-    std::string format = fs::path(mesh).extension().string();
-    std::transform(format.begin(), format.end(), format.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string format = format_of(mesh);
     const bool says_up = format == ".dae" || format == ".gltf" || format == ".glb";
     return read_faces(mesh, scale, says_up ? Up::kUsual : Up::kZ, mention_ + file_);
   }
