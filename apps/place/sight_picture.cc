@@ -149,6 +149,11 @@ class SightPlan {
   void draw_robot(Canvas& canvas) const {
     const double radius_m = options_.robot.radius_m;
     canvas.disc(to_px({0, 0}), radius_m * px_per_m_, kBody);
+    if (options_.robot.faces) {  // what the cameras look past
+      for (const auto& [p, q, r] : *options_.robot.faces) {
+        canvas.polygon({to_px(p.head<2>()), to_px(q.head<2>()), to_px(r.head<2>())}, kBody);
+      }
+    }
     canvas.ring(to_px({0, 0}), radius_m * px_per_m_, kInk, 1.5);
     canvas.ring(to_px({0, 0}), (radius_m + placed_.scores.stopping_m) * px_per_m_, kStopping, 1.5);
     for (std::size_t i = 0; i < sight_.cameras().size(); ++i) {
