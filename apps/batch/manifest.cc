@@ -57,6 +57,7 @@ void take_asked(const Json& json, Manifest& manifest) {
 std::shared_ptr<const TrialPoint> point_of(const Json& json) {
   auto point = std::make_shared<TrialPoint>();
   point->mission_file = json.at("mission_file").get<std::string>();
+  point->command = json.at("command").get<std::string>();
   point->mission = json.at("mission").get<std::string>();
   point->values = json.at("values").get<std::vector<std::string>>();
   point->setting = json.at("setting").get<std::string>();
@@ -71,6 +72,7 @@ std::shared_ptr<const TrialPoint> point_of(const Json& json) {
 Json point_json(std::size_t number, const TrialPoint& point) {
   return {{"point", number},
           {"mission_file", point.mission_file},
+          {"command", point.command},
           {"mission", point.mission},
           {"values", point.values},
           {"setting", point.setting},

@@ -54,6 +54,7 @@ std::vector<std::vector<std::string>> combinations(const std::vector<Vary>& vary
 // Runs that differ in their seed alone.
 struct TrialCase {
   std::string mission_file;
+  std::string command = "explore";
   std::size_t mission_at = 0;  // among the missions of the command line
   std::string mission;         // its name; empty: as the file says
   std::vector<std::string> values;
@@ -68,6 +69,7 @@ std::vector<TrialCase> cases_of(const Study& study) {
   std::vector<TrialCase> cases;
   for (StudyCell& cell : cells_of(study)) {
     cases.push_back({std::move(cell.mission_file),
+                     std::move(cell.command),
                      0,
                      std::move(cell.mission),
                      {cell.rig, cell.rung},
@@ -106,6 +108,7 @@ std::vector<TrialCase> cases_of(const TrialsOptions& options) {
 std::shared_ptr<TrialPoint> point_of(const TrialsOptions& options, const TrialCase& one) {
   auto point = std::make_shared<TrialPoint>();
   point->mission_file = one.mission_file;
+  point->command = one.command;
   point->values = one.values;
   point->setting = one.setting;
   point->cell = one.cell;
@@ -149,7 +152,7 @@ std::vector<Trial> trials_of(const TrialsOptions& options, const TrialCase& one)
       trial.settings_sha256 = sha256(*by_line);
       continue;
     }
-    ResolvedMission resolved = options.resolve(one.mission_file, set_of(trial));
+    ResolvedMission resolved = options.resolve(one.command, one.mission_file, set_of(trial));
     trial.settings_sha256 = sha256(resolved.text);
     only_the_line = trials.size() == 2 && by_line == resolved.text;
     if (trials.size() == 1) {

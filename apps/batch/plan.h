@@ -53,9 +53,11 @@ struct TrialsOptions {
   std::filesystem::path junit;  ///< empty: none
   bool quiet = false;
   std::string version;
-  std::filesystem::path program = "/proc/self/exe";  ///< does `explore MISSION --set .. --out DIR`
+  /// Does `COMMAND MISSION --set .. --out DIR`.
+  std::filesystem::path program = "/proc/self/exe";
   /// Throws ConfigError for a mission that cannot be run.
-  std::function<ResolvedMission(const std::string& mission, const std::vector<std::string>& set)>
+  std::function<ResolvedMission(const std::string& command, const std::string& mission,
+                                const std::vector<std::string>& set)>
       resolve;
 };
 
@@ -78,6 +80,7 @@ void add_vary(TrialsOptions& options, const Vary& vary);
 /// Runs that differ in their seed alone.
 struct TrialPoint {
   std::string mission_file;
+  std::string command = "explore";  ///< of a study's mission
   std::string mission;
   std::vector<std::string> values;  ///< of the varied settings, in their order; rig and rung
   std::string setting;              ///< the same as words; empty when nothing is varied

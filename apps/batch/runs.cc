@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 #include <set>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -37,14 +38,13 @@ std::string part_prefix(const Trial& trial) { return fmt::format(".{}{}", trial.
 
 std::vector<std::string> words_of(const Trial& trial, const TrialsOptions& options,
                                   const fs::path& part) {
-  std::vector<std::string> words = {"panoptes",
-                                    "explore",
-                                    trial.point->mission_file,
-                                    "--quiet",
-                                    "--out",
-                                    (part / kRun).string(),
-                                    "--inputs",
-                                    (part / kInputsFile).string()};
+  std::vector<std::string> words{"panoptes"};
+  std::istringstream command(trial.point->command);
+  for (std::string word; command >> word;) {
+    words.push_back(word);
+  }
+  words.insert(words.end(), {trial.point->mission_file, "--quiet", "--out", (part / kRun).string(),
+                             "--inputs", (part / kInputsFile).string()});
   if (options.threads || options.jobs > 1) {  // several runs share the machine already
     words.emplace_back("--threads");
     words.push_back(std::to_string(options.threads.value_or(1)));

@@ -260,8 +260,13 @@ int submit_to_slurm(const TrialsOptions& options, const SlurmOptions& slurm,
     after = submission.submit_array(tasks, after);
   }
   const std::string depends = after.empty() ? "" : "--dependency=afterany:" + after;
-  std::printf("%zu runs in %zu tasks, job %s; %s\n", count_due(trials), tasks.size(), after.c_str(),
-              submission.folder().c_str());
+  if (tasks.empty()) {
+    std::printf("no run is missing; their tables are submitted alone; %s\n",
+                submission.folder().c_str());
+  } else {
+    std::printf("%zu runs in %zu tasks, job %s; %s\n", count_due(trials), tasks.size(),
+                after.c_str(), submission.folder().c_str());
+  }
   std::fflush(stdout);
   const fs::path script = submission.merge_script();
   if (!slurm.wait) {

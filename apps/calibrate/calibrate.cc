@@ -14,6 +14,9 @@
 #include "apps/calibrate/rig_stage.h"
 #include "apps/command/command.h"
 #include "core/base/error.h"
+#include "core/config/inputs.h"
+#include "core/io/file.h"
+#include "sim/render/renderer.h"
 
 namespace panoptes {
 namespace {
@@ -28,6 +31,7 @@ struct CalibrateArguments {
   std::string features = "sift";
   std::string method = "guided";
   CommonArguments drive;  ///< of a mission: only what is said of it
+  std::string inputs;
 };
 
 FeatureMethod method_of(const std::string& word) {
@@ -59,6 +63,10 @@ bool is_file(const std::string& path) {
 }
 
 int calibrate(CalibrateArguments args) {
+  if (!args.inputs.empty()) {
+    keep_inputs();
+    note_input("/proc/self/exe");
+  }
   if (args.is_plan) {
     args.plan.mission = args.lens.pictures;
     args.plan.overrides = args.drive.overrides();
@@ -81,6 +89,17 @@ int calibrate(CalibrateArguments args) {
         "place of " +
         args.lens.pictures);
   }
+  if (!by_mission && args.lens.board.empty() && args.lens.threads) {
+    throw ConfigError(
+        "--threads is of boards, and of a mission that is recorded first; give --board, or a "
+        "mission's file in place of " +
+        args.lens.pictures);
+  }
+  if (!by_mission && !args.inputs.empty()) {
+    throw ConfigError(
+        "--inputs is of a mission that is recorded first; give its file in place of " +
+        args.lens.pictures);
+  }
   if (args.stage == "maps") {
     args.maps.dataset = args.lens.pictures;
     args.maps.rig = args.lens.rig;
@@ -94,10 +113,16 @@ int calibrate(CalibrateArguments args) {
   }
   args.rig.dataset = args.lens.pictures;
   if (by_mission) {
+    if (args.lens.threads) {
+      sim::set_render_threads(*args.lens.threads);
+    }
     const DriveToRecord drive{args.lens.pictures, args.drive.overrides(), args.lens.out,
                               args.lens.quiet};
     if (const int status = record_here(drive); status != 0) {
       return status;
+    }
+    if (!args.inputs.empty()) {  // before its own recording is read
+      write_file(args.inputs, inputs_text(inputs()));
     }
     args.rig.dataset = drive.dataset().string();
   }
@@ -191,9 +216,13 @@ void add_calibrate(CLI::App& app, Command& chosen) {
          "growth_CAMERA.png, search_CAMERA.png, reprojection_CAMERA.png, points_CAMERA.csv and "
          "path_CAMERA.tum; metrics.json")
       ->type_name("DIR");
-  sub->add_option("--threads", args->lens.threads, "to look for boards with; changes no result")
-      ->check(CLI::Range(1, 64))
-      ->needs(board);
+  sub->add_option("--threads", args->lens.threads,
+                  "to look for boards with, or to draw what a mission records; changes no result")
+      ->check(CLI::Range(1, 64));
+  sub->add_option("--inputs", args->inputs,
+                  "of a mission: keep what it was made of: every file that was read, and the "
+                  "program, with its SHA-256, as sha256sum -c reads it")
+      ->type_name("FILE");
   add_overrides(*sub, args->drive);
   sub->add_flag("--quiet", args->lens.quiet, "no progress");
   sub->footer(

@@ -22,6 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kMissionFile = "mission.yaml";
+
 /// Whether what lies there is this mission's, whole. A simulated drive that was cut short is to be
 /// driven again: it begins the same. Throws for what else is no whole recording of it.
 bool is_whole(const fs::path& recording, const ExploreMission& mission) {
@@ -29,7 +31,7 @@ bool is_whole(const fs::path& recording, const ExploreMission& mission) {
       fmt::format("calibrate it as it is with panoptes calibrate {} --out DIR", recording.string());
   const std::string outcome = told_in_metrics(recording, "outcome").value_or("killed");
   const bool is_cut_short = outcome != "completed";
-  const bool is_same = read_part(recording / "mission.yaml") ==
+  const bool is_same = read_part(recording / kMissionFile) ==
                        mission_text(PANOPTES_VERSION, write_settings(mission));
   if (is_cut_short && is_same && std::holds_alternative<sim::SimulatedOptions>(mission.platform)) {
     return false;
@@ -56,11 +58,16 @@ int record_here(const DriveToRecord& drive) {
   const fs::path recording = drive.dataset();
   std::error_code ignored;
   const bool is_begun = fs::exists(recording, ignored) && !fs::is_empty(recording, ignored);
+  const auto keep_settings = [&] {
+    fs::copy_file(recording / kMissionFile, drive.out / kMissionFile,
+                  fs::copy_options::overwrite_existing);
+  };
   if (is_begun && is_whole(recording, mission)) {
+    keep_settings();
     return 0;
   }
   // Refused before anything is removed or driven.
-  { const OutDir free(drive.out, {recording.filename().string()}); }
+  { const OutDir free(drive.out, {recording.filename().string(), kMissionFile}); }
   if (is_begun) {
     const auto lock = FolderLock::take(recording);
     if (!lock) {
@@ -77,8 +84,10 @@ int record_here(const DriveToRecord& drive) {
                  "%s: the drive was cut short, and no rig is calibrated by it; what was recorded "
                  "is kept\n",
                  recording.c_str());
+    return status;
   }
-  return status;
+  keep_settings();
+  return 0;
 }
 
 }  // namespace panoptes

@@ -17,9 +17,9 @@ struct DriveToRecord {
   std::filesystem::path dataset() const;
 };
 
-/// Records the drive, unless a whole recording of it is there. The exit status; but for 0, which is
-/// that of a whole one, it has said why. Throws ConfigError where another recording is there, or
-/// one that was cut short.
+/// Records the drive, unless a whole recording of it is there, and copies its mission.yaml beside
+/// what is calibrated. The exit status; but for 0, which is that of a whole one, it has said why.
+/// Throws ConfigError where another recording is there, or one that was cut short.
 int record_here(const DriveToRecord& drive);
 
 }  // namespace panoptes

@@ -108,6 +108,9 @@ Json rig_figures(const RigCalibration& calibration, const std::optional<Rig>& tr
       }
     }
     camera["T_body_camera"] = pose_figures(state.T_body_camera[c]);
+    if (const RigCamera* real = true_camera(name)) {
+      add_errors(state.T_body_camera[c], real->T_body_camera, camera["T_body_camera"]);
+    }
     camera["unobservable"] = known.unobservable[c];
     camera["intrinsics"] = lens_json(state.lenses[c], sigma.segment(at + 6, lens));
     camera["time_offset_s"] = state.clock_offset_s[c];

@@ -94,7 +94,7 @@ std::vector<std::string> what_is_missing(const RigStage& args,
 /// What of an earlier try may lie in the folder: what goes on from there, and all of one that told
 /// nothing.
 std::vector<std::string> left_before(const RigStage& args) {
-  std::vector<std::string> may_hold{"recording"};  // of a mission
+  std::vector<std::string> may_hold{"recording", "mission.yaml"};  // of a mission
   for (const auto& [camera, believed] : whole_rig(args.dataset, args.rig).cameras) {
     may_hold.push_back(map_file(camera));  // left out this time, perhaps
   }

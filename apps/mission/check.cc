@@ -36,8 +36,7 @@ void check_study(const std::string& file) {
   std::vector<std::string> faults;
   for (const StudyCell& cell : cells_of(read_study(file))) {
     try {
-      load_mission<ExploreMission>(cell.mission_file, cell.settings.set,
-                                   CameraRequirement::kNavigator);
+      load_mission<ExploreMission>(cell.mission_file, cell.settings.set, needs_of(cell.command));
     } catch (const ConfigError& error) {
       for (const std::string& line : with_places(cell.settings, error.lines())) {
         if (std::find(faults.begin(), faults.end(), line) == faults.end()) {

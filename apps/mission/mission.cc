@@ -7,6 +7,7 @@
 
 #include "apps/mission/file_kind.h"
 #include "apps/report/figure_names.h"
+#include "apps/study/study.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
 #include "core/base/utf8.h"
@@ -218,6 +219,10 @@ ExploreMission load_mission(const std::string& file, const std::vector<std::stri
   refuse_other_than_mission(file);
   defaults.name = std::filesystem::path(file).stem().string();
   return read_settings(file, overrides, defaults);
+}
+
+CameraRequirement needs_of(const std::string& command) {
+  return calibrates(command) ? CameraRequirement::kDriver : CameraRequirement::kNavigator;
 }
 
 bool can_navigate(const Rig& rig) { return missing_roles(rig).empty(); }

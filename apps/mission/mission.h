@@ -61,6 +61,9 @@ enum class CameraRequirement {
   kNothing     ///< it only looks
 };
 
+/// Of a command of a study.
+CameraRequirement needs_of(const std::string& command);
+
 /// A mission of `panoptes explore`. On a recorded platform rig, robot and seed are the recording's
 /// where the mission says nothing of them, and it lasts as long as there is something to replay; on
 /// a stand-in rig and robot are the stand-in's likewise.

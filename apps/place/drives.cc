@@ -133,4 +133,32 @@ void write_drives(const fs::path& out_dir, const PlacementStudy& study, const Ri
   write_file(out_dir / "drives.yaml", text);
 }
 
+void write_calibrations(const fs::path& out_dir, const PlacementStudy& study,
+                        const RigSweep& sweep) {
+  constexpr std::size_t kBest = 3;
+  std::string text = fmt::format(
+      "# The best rigs, mounted by hand, are truly recorded and calibrated. What geometry expects "
+      "to "
+      "be left is in rigs/*.yaml, as sigma.\n"
+      "#   panoptes trials --study {} --seeds 1-3 --jobs 2 --out {}\n"
+      "missions:\n"
+      "  - {{name: calibrated, mission: data:missions/record-room.yaml, command: calibrate}}\n"
+      "rigs:\n",
+      (out_dir / "calibrations.yaml").string(), (out_dir / "calibrations").string());
+  std::vector<std::size_t> rigs = promoted_rigs(sweep, static_cast<std::size_t>(study.drive->best));
+  rigs.resize(std::min(kBest, rigs.size()));
+  for (const std::size_t k : rigs) {
+    text += fmt::format("  - {{name: rig-{0}, rig: rigs/rig-{0}.yaml}}\n", k + 1);
+  }
+  text +=
+      "rungs:\n"
+      "  - name: mounted to 1 degree and 5 mm\n"
+      "    set:\n"
+      "      - \"platform.mounting_error={sigma_deg: 1, sigma_m: 0.005}\"\n"
+      "      - \"rig.cameras.*.sigma.rotation_rad=[0.0175, 0.0175, 0.0175]\"\n"
+      "      - \"rig.cameras.*.sigma.position_m=[0.005, 0.005, 0.005]\"\n"
+      "figure: cameras.*.T_body_camera.rotation_error_deg\n";
+  write_file(out_dir / "calibrations.yaml", text);
+}
+
 }  // namespace panoptes

@@ -15,4 +15,9 @@ namespace panoptes {
 void write_drives(const std::filesystem::path& out_dir, const PlacementStudy& study,
                   const RigSweep& sweep, const std::function<void(double done)>& progress);
 
+/// calibrations.yaml: a study that truly records the best three of those rigs, mounted by hand, and
+/// calibrates them. Their files are write_drives()'s.
+void write_calibrations(const std::filesystem::path& out_dir, const PlacementStudy& study,
+                        const RigSweep& sweep);
+
 }  // namespace panoptes

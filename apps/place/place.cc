@@ -16,6 +16,7 @@
 #include "apps/command/out_dir.h"
 #include "apps/draw/pictures.h"
 #include "apps/mission/file_kind.h"
+#include "apps/mission/stop_condition.h"
 #include "apps/place/drives.h"
 #include "apps/place/pareto_picture.h"
 #include "apps/place/place_metrics.h"
@@ -64,6 +65,11 @@ void say_cost(const PlacementStudy& study, int jobs) {
   const Rig first = rig_of(study, point_at(study, lows));
   const auto began = std::chrono::steady_clock::now();
   score_rig(study.scores, first, study.robot);
+  if (asks_calibratability(study)) {
+    CalibratabilityOptions motion;
+    motion.plan.room_m = study.scores.motion.room_m;
+    calibratability(motion, first, study.robot);
+  }
   const std::chrono::duration<double> one = std::chrono::steady_clock::now() - began;
   const double all_s = one.count() * static_cast<double>(rigs) / jobs;
   if (all_s > kShort_s) {
@@ -92,16 +98,25 @@ int place_study(const PlaceArguments& args) {
   if (!args.quiet) {
     say_cost(study, args.jobs);
   }
-  const RigSweep sweep = sweep_rigs(study, args.jobs, [&line](double done) {
-    if (line.due()) {
-      line.show(share_line("rigs", done, line.wall_s()));
-    }
-  });
+  const StopCondition stop_condition{StopOptions()};
+  const RigSweep sweep = sweep_rigs(
+      study, args.jobs,
+      [&line](double done) {
+        if (line.due()) {
+          line.show(share_line("rigs", done, line.wall_s()));
+        }
+      },
+      [&] { return stop_condition.interrupted(); });
   std::printf("%s", sweep_table(study, sweep).c_str());
   const bool any_good = std::any_of(sweep.rigs.begin(), sweep.rigs.end(),
                                     [](const SweptRig& swept) { return swept.good(); });
+  if (sweep.cut_short) {
+    std::fprintf(stderr, "interrupted: %zu rigs were tried, and all that follows is of these%s\n",
+                 sweep.rigs.size(), out ? "" : "; nothing is kept without --out");
+  }
+  const int status = sweep.cut_short ? kInterrupted : any_good ? 0 : 1;
   if (!out) {
-    return any_good ? 0 : 1;
+    return status;
   }
   out->keep();
   Faults faults;
@@ -111,7 +126,7 @@ int place_study(const PlaceArguments& args) {
     faults.attempt(
         [&] { write_file(out->path() / "pareto.png", png(pareto_picture(study, sweep))); });
   }
-  if (study.drive && !sweep.ranked.empty()) {
+  if (study.drive && !sweep.ranked.empty() && !sweep.cut_short) {
     faults.attempt([&] {
       ProgressLine of_drives(args.quiet);
       write_drives(out->path(), study, sweep, [&](double done) {
@@ -122,13 +137,11 @@ int place_study(const PlaceArguments& args) {
     });
     std::printf("to drive them: panoptes trials --study %s --seeds 1-8 --jobs 2 --out %s\n",
                 (out->path() / "drives.yaml").c_str(), (out->path() / "drives").c_str());
-    const std::string first = "rig-" + std::to_string(promoted_rigs(sweep, 1).front() + 1);
-    const std::string rig = (out->path() / "rigs" / (first + ".yaml")).string();
+    faults.attempt([&] { write_calibrations(out->path(), study, sweep); });
     std::printf(
-        "to record and calibrate one, on a Pioneer: panoptes calibrate "
-        "scenes/missions/record-room.yaml --set rig=%s --set platform.nominal_rig=%s "
-        "--out %s\n",
-        rig.c_str(), rig.c_str(), (out->path() / "calibrated" / first).c_str());
+        "to record and calibrate three, on a Pioneer: panoptes trials --study %s --seeds 1-3 "
+        "--jobs 2 --out %s\n",
+        (out->path() / "calibrations.yaml").c_str(), (out->path() / "calibrations").c_str());
   }
   constexpr std::size_t kDrawn = 3;
   for (const std::size_t rig : promoted_rigs(sweep, kDrawn)) {
@@ -145,7 +158,7 @@ int place_study(const PlaceArguments& args) {
   faults.attempt([&] {
     write_file(out->path() / "metrics.json", sweep_metrics(study, sweep, PANOPTES_VERSION));
   });
-  return !faults.none() ? faults.status() : any_good ? 0 : 1;
+  return !faults.none() ? faults.status() : status;
 }
 
 // What rigs can do for a robot by geometry alone, side by side.

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cmath>
 #include <exception>
+#include <iterator>
 #include <limits>
 #include <thread>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "apps/place/rig_search.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/eval/calibratability.h"
 #include "core/eval/requirement.h"
 #include "core/eval/rig_sight.h"
 
@@ -53,6 +55,13 @@ void score_one(const PlacementStudy& study, const std::vector<Line>& lines, Swep
   if (has_prices(study)) {
     swept.scores.push_back(swept.point.price + study.camera_price.value_or(0) *
                                                    static_cast<double>(rig.cameras.size()));
+  }
+  if (asks_calibratability(study)) {
+    CalibratabilityOptions motion;
+    motion.plan.room_m = study.scores.motion.room_m;
+    const Calibratability left = calibratability(motion, rig, study.robot);
+    swept.scores.emplace_back(rad_to_deg(left.rotation_rad));
+    swept.scores.emplace_back(left.position_m);
   }
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const std::optional<double>& value = swept.scores[lines[i].score];
@@ -254,8 +263,15 @@ std::vector<std::size_t> promoted_rigs(const RigSweep& sweep, std::size_t most) 
   return promoted;
 }
 
+bool asks_calibratability(const PlacementStudy& study) {
+  const auto asks = [](const std::string& of) { return of.starts_with("calibratability."); };
+  return std::any_of(study.objectives.begin(), study.objectives.end(), asks) ||
+         std::any_of(study.require.begin(), study.require.end(), asks);
+}
+
 RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
-                    const std::function<void(double done)>& progress) {
+                    const std::function<void(double done)>& progress,
+                    const std::function<bool()>& stop) {
   RigSweep sweep;
   sweep.names = named_scores(score_rig(study.scores, Rig(), study.robot));
   for (NamedScore& name : sweep.names) {
@@ -263,6 +279,12 @@ RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
   }
   if (has_prices(study)) {
     sweep.names.push_back({"price", "price", "", 1, 2, Better::kLower, {}});
+  }
+  if (asks_calibratability(study)) {
+    sweep.names.push_back(
+        {"calibratability.rotation_deg", "calibrated to", "deg", 1, 3, Better::kLower, {}});
+    sweep.names.push_back(
+        {"calibratability.position_m", "calibrated to", "mm", 1000, 1, Better::kLower, {}});
   }
   for (std::size_t i = 0; i < study.objectives.size(); ++i) {
     const std::string place =
@@ -282,20 +304,41 @@ RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
     lines.push_back({score, std::move(requirement)});
   }
   if (const auto* search = std::get_if<Nsga2Sweep>(&study.sweep)) {
-    std::size_t tried = 0;
+    struct Stopped {};
+    std::vector<SweptRig> tried;
     const ScoreRigs score = [&](std::vector<PlacementPoint> points) {
-      const std::size_t before = std::exchange(tried, tried + points.size());
-      return scored(study, lines, std::move(points), jobs, [&](std::size_t done) {
-        progress(static_cast<double>(before + done) / search->rigs);
-      });
+      if (stop()) {
+        throw Stopped();
+      }
+      std::vector<SweptRig> rigs =
+          scored(study, lines, std::move(points), jobs, [&](std::size_t done) {
+            progress(static_cast<double>(tried.size() + done) / search->rigs);
+          });
+      tried.insert(tried.end(), rigs.begin(), rigs.end());
+      return rigs;
     };
-    sweep.rigs = bred_rigs(study, *search, score,
-                           [&](const SweptRig& rig) { return costs(sweep, lines, rig); });
+    try {
+      sweep.rigs = bred_rigs(study, *search, score,
+                             [&](const SweptRig& rig) { return costs(sweep, lines, rig); });
+    } catch (const Stopped&) {
+      sweep.rigs = std::move(tried);
+      sweep.cut_short = true;
+    }
   } else {
-    std::vector<PlacementPoint> points = points_of(study);
-    const auto all = static_cast<double>(points.size());
-    sweep.rigs = scored(study, lines, std::move(points), jobs,
-                        [&](std::size_t done) { progress(static_cast<double>(done) / all); });
+    constexpr std::size_t kAtOnce = 64;
+    const std::vector<PlacementPoint> points = points_of(study);
+    while (sweep.rigs.size() < points.size() && !sweep.cut_short) {
+      const auto from = points.begin() + static_cast<std::ptrdiff_t>(sweep.rigs.size());
+      const std::size_t count = std::min(kAtOnce, points.size() - sweep.rigs.size());
+      std::vector<SweptRig> rigs =
+          scored(study, lines, {from, from + static_cast<std::ptrdiff_t>(count)}, jobs,
+                 [&](std::size_t done) {
+                   progress(static_cast<double>(sweep.rigs.size() + done) /
+                            static_cast<double>(points.size()));
+                 });
+      std::move(rigs.begin(), rigs.end(), std::back_inserter(sweep.rigs));
+      sweep.cut_short = sweep.rigs.size() < points.size() && stop();
+    }
   }
   rank(sweep);
   return sweep;

@@ -28,6 +28,7 @@ struct RigSweep {
   /// Rigs that can be, the best first: those that hold every line; of these the Pareto set; then by
   /// the objectives in their order.
   std::vector<std::size_t> ranked;
+  bool cut_short = false;  ///< there were more rigs to try
 };
 
 /// The rig of a point, as its file has it but for the study's settings.
@@ -40,10 +41,14 @@ Rig rig_of(const PlacementStudy& study, const PlacementPoint& point);
 std::vector<std::size_t> promoted_rigs(const RigSweep& sweep, std::size_t most);
 
 /// Scores all rigs of a study by geometry, or those that its search breeds. The same for any number
-/// of jobs. `progress` is told the share that is done, and stops it with an exception where it
-/// throws. Throws ConfigError where a setting makes no rig, or a score that the study names is
-/// none.
-RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
-                    const std::function<void(double done)>& progress);
+/// of jobs. `progress` is told the share that is done. Where `stop` says so the rigs are those that
+/// were scored until then. Throws ConfigError where a setting makes no rig, or a score that the
+/// study names is none.
+RigSweep sweep_rigs(
+    const PlacementStudy& study, int jobs, const std::function<void(double done)>& progress,
+    const std::function<bool()>& stop = [] { return false; });
+
+/// Whether the study names calibratability, which takes far longer than all other scores of a rig.
+bool asks_calibratability(const PlacementStudy& study);
 
 }  // namespace panoptes

@@ -214,7 +214,9 @@ std::string sweep_metrics(const PlacementStudy& study, const RigSweep& sweep,
   const Json metrics{{"schema", "panoptes.metrics/1"},
                      {"command", "place"},
                      {"version", version},
-                     {"outcome", good > 0 ? "completed" : "failed"},
+                     {"outcome", sweep.cut_short ? "interrupted"
+                                 : good > 0      ? "completed"
+                                                 : "failed"},
                      {"tried", sweep.rigs.size()},
                      {"refused", sweep.rigs.size() - sweep.ranked.size()},
                      {"good", good},

@@ -26,18 +26,9 @@ std::vector<std::string_view> parts(std::string_view path) {
   }
 }
 
-bool fits(std::string_view path, std::string_view pattern) {
-  const std::vector<std::string_view> words = parts(path);
-  const std::vector<std::string_view> wanted = parts(pattern);
-  return std::equal(words.begin(), words.end(), wanted.begin(), wanted.end(),
-                    [](std::string_view word, std::string_view want) {
-                      return !word.empty() && (want == "*" || word == want);
-                    });
-}
-
 bool is_among(const std::vector<std::string>& patterns, const std::string& path) {
   return std::any_of(patterns.begin(), patterns.end(),
-                     [&](const std::string& pattern) { return fits(path, pattern); });
+                     [&](const std::string& pattern) { return is_one_of(path, pattern); });
 }
 
 // With what each stage of a step took, and what there is of each number that is learned.
@@ -84,7 +75,7 @@ bool is_word(const std::string& figure) {
   const std::array<std::string_view, 7> kWords{"schema",  "command", "version",   "mission",
                                                "outcome", "fault",   "end_reason"};
   return std::find(kWords.begin(), kWords.end(), figure) != kWords.end() ||
-         fits(figure, "goals.*.why");
+         is_one_of(figure, "goals.*.why");
 }
 
 }  // namespace
@@ -214,6 +205,50 @@ const std::vector<std::string>& figure_names() {
       "rig.*.knocked_s",
   });
   return kNames;
+}
+
+bool is_one_of(std::string_view path, std::string_view pattern) {
+  const std::vector<std::string_view> words = parts(path);
+  const std::vector<std::string_view> wanted = parts(pattern);
+  return std::equal(words.begin(), words.end(), wanted.begin(), wanted.end(),
+                    [](std::string_view word, std::string_view want) {
+                      return !word.empty() && (want == "*" || word == want);
+                    });
+}
+
+bool is_calibration_figure(const std::string& path) {
+  static const std::vector<std::string> kNames{
+      "T_body_reference.rotation_error_deg",
+      "T_body_reference.translation_error_m",
+      "T_body_reference.translation_direction_error_deg",
+      "T_body_reference.error.*",
+      "cameras.*.T_body_camera.rotation_error_deg",
+      "cameras.*.T_body_camera.translation_error_m",
+      "cameras.*.T_body_camera.translation_direction_error_deg",
+      "cameras.*.rotation_error_deg",
+      "cameras.*.translation_error_m",
+      "cameras.*.translation_direction_error_deg",
+      "cameras.*.normalised_error",
+      "cameras.*.rotation_deg",
+      "cameras.*.true_rotation_deg",
+      "cameras.*.time_offset_s",
+      "cameras.*.time_offset_sigma_s",
+      "cameras.*.time_offset_error_s",
+      "cameras.*.shared_points",
+      "cameras.*.observation_sigma_px.*",
+      "cameras.*.described_points",
+      "cameras.*.wanders.*",
+      "wheels.way_ratio",
+      "wheels.turn_ratio",
+      "wheels.turn_rad_per_m",
+      "reprojection_rms_px.*",
+      "slide_rad",
+      "observations",
+      "inter_map_matches",
+      "left_out",
+      "points",
+  };
+  return is_among(kNames, path);
 }
 
 bool is_figure(const std::string& path) { return is_among(figure_names(), path); }

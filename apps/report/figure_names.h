@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/eval/requirement.h"
@@ -14,6 +15,12 @@ namespace panoptes {
 const std::vector<std::string>& figure_names();
 
 bool is_figure(const std::string& path);
+
+/// The same of what a rig's calibration writes there.
+bool is_calibration_figure(const std::string& path);
+
+/// Whether a figure is one of those that a pattern stands for, in which `*` is one name.
+bool is_one_of(std::string_view path, std::string_view pattern);
 
 /// What it cost: the figures that two runs of one seed may differ in.
 bool is_cost(const std::string& path);

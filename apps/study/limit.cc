@@ -40,7 +40,7 @@ Limit parse_limit(std::string_view text) {
   limit.figure = quotient ? trimmed(text.substr(0, slash)) : limit.requirement.figure;
   limit.divisor = quotient ? limit.requirement.figure : "";
   const auto check = [&](const std::string& figure) {
-    if (!is_figure(figure)) {
+    if (!is_figure(figure) && !is_calibration_figure(figure)) {
       const std::string near = nearest_word(figure, figure_names());
       throw fault(figure.empty() ? kForm
                                  : "no run has a figure '" + figure + "'" +

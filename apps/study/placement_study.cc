@@ -130,6 +130,9 @@ void bind(Fields& f, PlacementParameter& o) {
   f.require(!o.range || o.range->x() < o.range->y(), "range",
             "is empty; must be [low, high] with low < high");
   f.require(o.step == 0 || o.range.has_value(), "step", "must not be given without a range");
+  f.require(!o.range || o.step == 0 ||
+                (o.range->y() - o.range->x()) / o.step < static_cast<double>(kMostPlacementPoints),
+            "step", fmt::format("must make at most {} values of the range", kMostPlacementPoints));
   const auto has_hole = [](const std::string& setting) {
     return setting.find('=') != std::string::npos && setting.find(kHole) != std::string::npos;
   };
@@ -191,7 +194,7 @@ void bind(Fields& f, PlacementStudy& o) {
   f.choice("sweep", o.sweep);
   for (const auto& [name, parameter] : o.parameters) {
     f.require(!std::holds_alternative<GridSweep>(o.sweep) || !parameter.range || parameter.step > 0,
-              "parameters." + name + ".range", "must have a step on a grid");
+              "parameters." + name + ".range", "must have a step above 0 on a grid");
   }
   f.texts("require", o.require, o.require_places);
   for (const std::string& line : o.require) {

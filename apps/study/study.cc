@@ -151,10 +151,17 @@ std::vector<std::string> faults_of(const Study& study) {
 
 void bind(Fields& f, StudySettings& o) { f.texts("set", o.set, o.places); }
 
+bool calibrates(const std::string& command) { return command.starts_with("calibrate"); }
+
 void bind(Fields& f, StudyMission& o) {
   bind_name(f, o.name, o.name_place);
   f.require(f.writing() || f.present("mission"), "mission", "missing; it must be given");
   f.path("mission", o.file);
+  static const std::vector<std::string> kCommands{
+      "explore", "calibrate", "calibrate --method thesis", "calibrate --method cycles"};
+  f("command", o.command);
+  f.require(std::find(kCommands.begin(), kCommands.end(), o.command) != kCommands.end(), "command",
+            "must be one of " + joined(kCommands));
   bind(f, o.settings);
 }
 
@@ -229,6 +236,11 @@ void bind(Fields& f, Study& o) {
     o.against_first.push_back(std::move(one));
   }
   f("halving", o.halving);
+  f("figure", o.figure);
+  const std::string near = nearest_word(o.figure, figure_names());
+  f.require(o.figure.empty() || is_figure(o.figure) || is_calibration_figure(o.figure), "figure",
+            near.empty() ? "must be a figure of a run, or of a calibration"
+                         : "must be a figure of a run, or of a calibration, as " + near);
 }
 
 Study read_study(const std::string& file) {
@@ -248,7 +260,8 @@ std::vector<StudyCell> cells_of(const Study& study) {
         if (!names(rung.rigs, rig.name)) {
           continue;
         }
-        StudyCell cell{mission.name, rig.name, rung.name, mission.file, study.settings, {}};
+        StudyCell cell{mission.name,    rig.name,       rung.name, mission.file,
+                       mission.command, study.settings, {}};
         add(cell.settings, mission.settings);
         add(cell.settings, rig);
         add(cell.settings, rung.settings);

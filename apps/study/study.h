@@ -24,6 +24,7 @@ struct StudyMission {
   std::string name;
   std::string name_place;
   std::string file;
+  std::string command = "explore";  ///< what is done with it, as calibrates() tells
   StudySettings settings;
 };
 void bind(Fields& f, StudyMission& o);
@@ -95,6 +96,8 @@ struct Study {
   std::vector<StudyLimit> limits;
   std::vector<StudyComparison> against_first;
   std::optional<StudyHalving> halving;
+  std::string
+      figure;  ///< in the cells of its tables, `*`: the worst of several; empty: the default
 };
 void bind(Fields& f, Study& o);
 
@@ -102,12 +105,17 @@ void bind(Fields& f, Study& o);
 /// settings is for whoever knows missions to say.
 Study read_study(const std::string& file);
 
+/// Whether a command of a study records missions and calibrates their rigs, by `calibrate` or
+/// `calibrate --method thesis`; `explore` does not.
+bool calibrates(const std::string& command);
+
 /// One mission under one rig and one rung; every seed makes a run of it.
 struct StudyCell {
   std::string mission;
   std::string rig;
   std::string rung;
   std::string mission_file;
+  std::string command;
   StudySettings settings;  ///< all of them, in their order
   std::vector<Limit> limits;
 };

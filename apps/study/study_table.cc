@@ -18,10 +18,38 @@ constexpr const char* kError = "trajectory.ate_rmse_m";
 constexpr const char* kByWheels = "trajectory.odometry_ate_rmse_m";
 constexpr double kCm = 100;
 
+// What the cells show of a run, and in which unit.
+struct Shown {
+  std::string figure = kError;
+  double scale = kCm;
+
+  explicit Shown(const Study& study) {
+    if (!study.figure.empty()) {
+      figure = study.figure;
+      scale = 1;
+    }
+  }
+  // The largest of those that the figure stands for.
+  std::optional<double> of(const StudyRun& run) const {
+    std::optional<double> most;
+    for (const std::string& name : run.figures.names()) {
+      if (is_one_of(name, figure)) {
+        const double value = scale * run.figures.find(name).value_or(0);
+        most = std::max(most.value_or(value), value);
+      }
+    }
+    return most;
+  }
+  std::string text(double value) const {
+    return figure == kError ? fmt::format("{:.1f}", value) : fmt::format("{:.3g}", value);
+  }
+};
+
 // The runs of one mission under one rig and rung, as the table has them.
-std::string cell_text(const std::vector<StudyCell>& cells, const std::vector<StudyRun>& runs,
-                      const std::string& mission, const std::string& rig, const std::string& rung) {
-  std::optional<double> worst_m;
+std::string cell_text(const Shown& shown, const std::vector<StudyCell>& cells,
+                      const std::vector<StudyRun>& runs, const std::string& mission,
+                      const std::string& rig, const std::string& rung) {
+  std::optional<double> worst;
   bool all_passed = true;
   bool any_done = false;
   bool any_left = false;
@@ -36,14 +64,14 @@ std::string cell_text(const std::vector<StudyCell>& cells, const std::vector<Stu
     }
     any_done = true;
     all_passed = all_passed && run.passed;
-    if (const auto error_m = run.figures.find(kError)) {
-      worst_m = std::max(worst_m.value_or(0), *error_m);
+    if (const auto value = shown.of(run)) {
+      worst = std::max(worst.value_or(*value), *value);
     }
   }
   if (!any_done) {
     return any_left ? "..." : "-";
   }
-  const std::string text = worst_m ? fmt::format("{:.1f}", kCm * *worst_m) : "-";
+  const std::string text = worst ? shown.text(*worst) : "-";
   return (all_passed ? text : "**" + text + "**") + (any_left ? " ..." : "");
 }
 
@@ -75,7 +103,7 @@ std::vector<std::pair<std::vector<std::string>, std::vector<std::string>>> table
 }
 
 // What the tables show, in words.
-std::string legend(const std::vector<StudyRun>& runs) {
+std::string legend(const Study& study, const std::vector<StudyRun>& runs) {
   std::set<std::uint64_t> seeds;
   std::vector<double> by_wheels_cm;
   bool any_left = false;
@@ -91,10 +119,15 @@ std::string legend(const std::vector<StudyRun>& runs) {
   for (const std::uint64_t seed : seeds) {
     words.push_back(std::to_string(seed));
   }
-  std::string text =
-      fmt::format("Rms error of position in cm (`{}`), {} {}. ", kError,
-                  words.size() == 1 ? "of seed" : "the worst of the seeds", joined(words));
-  if (!by_wheels_cm.empty()) {
+  const Shown shown(study);
+  std::string text = fmt::format("{}`{}`{}, {} {}. ",
+                                 shown.figure == kError ? "Rms error of position in cm (" : "",
+                                 shown.figure, shown.figure == kError ? ")" : "",
+                                 words.size() == 1        ? "of seed"
+                                 : shown.figure == kError ? "the worst of the seeds"
+                                                          : "the largest of the seeds",
+                                 joined(words));
+  if (!by_wheels_cm.empty() && shown.figure == kError) {
     const auto [least, most] = std::minmax_element(by_wheels_cm.begin(), by_wheels_cm.end());
     text += fmt::format("By the wheels alone it is {:.1f} to {:.1f}. ", *least, *most);
   }
@@ -106,6 +139,7 @@ std::string legend(const std::vector<StudyRun>& runs) {
 
 std::string study_tables(const Study& study, const std::vector<StudyRun>& runs) {
   const std::vector<StudyCell> cells = cells_of(study);
+  const Shown shown(study);
   const bool several = study.missions.size() > 1;
   std::string text;
   for (const auto& [rigs, rungs] : tables_of(study)) {
@@ -123,7 +157,7 @@ std::string study_tables(const Study& study, const std::vector<StudyRun>& runs) 
           words.push_back(mission.name);
         }
         for (const std::string& rung : rungs) {
-          words.push_back(cell_text(cells, runs, mission.name, rig, rung));
+          words.push_back(cell_text(shown, cells, runs, mission.name, rig, rung));
         }
         text += row(words);
       }
@@ -142,7 +176,7 @@ std::string study_page(const Study& study, const std::vector<StudyRun>& runs) {
                             run.seed, fault);
     }
   }
-  return legend(runs) + "\n" + study_tables(study, runs) +
+  return legend(study, runs) + "\n" + study_tables(study, runs) +
          (faults.empty() ? "" : "\nNot held:\n\n" + faults);
 }
 

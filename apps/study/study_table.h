@@ -23,8 +23,8 @@ struct StudyRun {
 };
 
 /// Tables in Markdown: a row a rig and mission, a column a rung, in each cell the position's rms
-/// error in cm, the worst of the seeds. Bold where a run is no pass. Rungs that are tried under the
-/// same rigs share a table.
+/// error in cm, or the study's figure, the largest of the seeds. Bold where a run is no pass. Rungs
+/// that are tried under the same rigs share a table.
 std::string study_tables(const Study& study, const std::vector<StudyRun>& runs);
 
 /// study.md: the tables, what they show, and every limit that is broken.

@@ -30,9 +30,12 @@ std::vector<RigComparison> compare_with_first(const Study& study,
   std::vector<RigComparison> all;
   const TrialGroup* first = first_of(study, groups, group);
   for (const StudyComparison& asked : study.against_first) {
-    const auto found =
-        first == nullptr ? std::nullopt : difference(group, *first, asked.limit.figure);
+    if (first == nullptr) {
+      continue;
+    }
+    const auto found = difference(group, *first, asked.limit.figure);
     if (!found) {
+      all.push_back({asked.line});
       continue;
     }
     using Op = Requirement::Op;
@@ -49,9 +52,11 @@ std::string comparison_page(const Study& study, const std::vector<TrialGroup>& g
   std::string rows;
   for (const TrialGroup& group : groups) {
     for (const RigComparison& one : compare_with_first(study, groups, group)) {
-      rows += fmt::format("| {}, {}, {} | {} | {:+.4g} | {:+.4g} | {} | {} |\n",
-                          group.point->mission, rig_of(group), rung_of(group), one.line, one.mean,
-                          one.bound, one.pairs, one.holds ? "holds" : "not shown");
+      rows += fmt::format("| {}, {}, {} | {} | {} | {} | {} | {} |\n", group.point->mission,
+                          rig_of(group), rung_of(group), one.line,
+                          one.pairs > 0 ? fmt::format("{:+.4g}", one.mean) : "-",
+                          one.pairs > 1 ? fmt::format("{:+.4g}", one.bound) : "-", one.pairs,
+                          one.holds ? "holds" : "not shown");
     }
   }
   if (rows.empty()) {

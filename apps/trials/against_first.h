@@ -12,9 +12,9 @@ namespace panoptes {
 /// What a line of a study's `against_first` says of the runs of one rig, seed by seed.
 struct RigComparison {
   std::string line;
-  int pairs = 0;
+  int pairs = 0;  ///< 0: no two runs have the figure
   double mean = 0;
-  double bound = 0;    ///< that the true difference surely keeps to, 95 %
+  double bound = 0;    ///< that the true difference surely keeps to, 95 %; of two pairs or more
   bool holds = false;  ///< by that bound, of two pairs or more
 };
 

@@ -177,10 +177,16 @@ std::string halving_page(const Study& study, const std::vector<Trial>& trials) {
   }
   std::string text = fmt::format(
       "\nThe worse half of the rigs drops out: by failed runs, then by {} (the {}, the better). {} "
-      "stays for comparison.\n\n"
-      "| after seeds | stay, best first | drop out |\n| --- | --- | --- |\n",
+      "stays for comparison.\n\n",
       study.halving->figure(), study.halving->most.empty() ? "less" : "more",
       study.rigs.front().name);
+  const bool is_known = std::any_of(trials.begin(), trials.end(), [&](const Trial& trial) {
+    return trial.figures.find(study.halving->figure()).has_value();
+  });
+  text += is_known ? ""
+                   : fmt::format("No run has {}: among equals rigs stay in their order.\n\n",
+                                 study.halving->figure());
+  text += "| after seeds | stay, best first | drop out |\n| --- | --- | --- |\n";
   for (const HalvingRound& round : rounds) {
     text +=
         fmt::format("| {} | {} | {} |\n", round.seeds, joined(round.stay), joined(round.drop_out));

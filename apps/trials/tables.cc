@@ -340,11 +340,14 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
     }
     if (options.study) {
       for (const RigComparison& one : compare_with_first(*options.study, groups, group)) {
-        setting["against_first"].push_back({{"line", one.line},
-                                            {"mean", one.mean},
-                                            {"bound", one.bound},
-                                            {"pairs", one.pairs},
-                                            {"holds", one.holds}});
+        Json line{{"line", one.line}, {"pairs", one.pairs}, {"holds", one.holds}};
+        if (one.pairs > 0) {
+          line["mean"] = one.mean;
+        }
+        if (one.pairs > 1) {
+          line["bound"] = one.bound;
+        }
+        setting["against_first"].push_back(line);
       }
     }
     settings.push_back(setting);

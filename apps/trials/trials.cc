@@ -105,9 +105,10 @@ int trials(const TrialsArguments& args) {
   options.keep = args.keep == "metrics" ? Keep::kMetrics : Keep::kAll;
   options.out_dir =
       args.common.out_dir ? std::filesystem::path(*args.common.out_dir) : default_out_dir(args);
-  options.resolve = [&](const std::string& file, const std::vector<std::string>& set) {
+  options.resolve = [&](const std::string& command, const std::string& file,
+                        const std::vector<std::string>& set) {
     keep_inputs();
-    const auto mission = load_mission<ExploreMission>(file, set, CameraRequirement::kNavigator);
+    const auto mission = load_mission<ExploreMission>(file, set, needs_of(command));
     if (takes_terminal(mission)) {
       throw ConfigError(file + ": drive: " + std::string(name_of(mission.drive)) +
                         " cannot be tried many times; record it once and give the dataset");

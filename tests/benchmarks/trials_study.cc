@@ -73,7 +73,8 @@ int study(const fs::path& folder, int runs, int figures) {
   for (int seed = 1; seed <= runs / kPoints; ++seed) {
     options.seeds.push_back(static_cast<std::uint64_t>(seed));
   }
-  options.resolve = [](const std::string&, const std::vector<std::string>& set) {
+  options.resolve = [](const std::string&, const std::string&,
+                       const std::vector<std::string>& set) {
     return ResolvedMission{"stub", settings(set.front(), set.back().substr(5)), {}, 60};
   };
   const std::string program = sha256(read_file(options.program));

@@ -399,6 +399,37 @@ TEST_F(CalibrateMaps, AMissionIsRecordedAndCalibratedBy) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "work/full/recording"));
 }
 
+TEST_F(CalibrateMaps, AStudyRecordsAndCalibrates) {
+  write("study.yaml", "missions:\n  - {name: rose, mission: " + kScenes +
+                          "missions/record-room.yaml, command: calibrate}\n"
+                          "set: [until.duration_s=4]\n"
+                          "rigs: [{name: two, rig: " +
+                          kScenes +
+                          "rigs/two-opposed.yaml}]\n"
+                          "rungs: [{name: as it is}]\n"
+                          "figure: cameras.*.rotation_error_deg\n");
+  EXPECT_EQ(panoptes({"check", "study.yaml"}).status, 0) << "no navigator is asked for";
+  const std::vector<std::string> words{"trials", "--study", "study.yaml", "--seeds", "2",
+                                       "--keep", "metrics", "--quiet",    "--out",   "out"};
+  const Said said = panoptes(words);
+  EXPECT_EQ(said.status, 1);
+  EXPECT_THAT(said.out, HasSubstr("out/rose/two/as-it-is/2: outcome is failed"));
+  const std::filesystem::path run = folder_ / "work/out/rose/two/as-it-is/2";
+  EXPECT_EQ(metrics("out/rose/two/as-it-is/2")["command"], "calibrate");
+  EXPECT_TRUE(std::filesystem::exists(run / "mission.yaml"));
+  EXPECT_FALSE(std::filesystem::exists(run / "recording"));
+  EXPECT_THAT(read_file(folder_ / "work/out/study.md"),
+              StartsWith("`cameras.*.rotation_error_deg`, of seed 2."));
+  // It is done, though it told no rig.
+  const auto when = std::filesystem::last_write_time(run / "metrics.json");
+  EXPECT_EQ(panoptes({"trials", "--quiet", "--out", "out"}).status, 1);
+  EXPECT_EQ(std::filesystem::last_write_time(run / "metrics.json"), when);
+
+  const Said dataset = panoptes({"calibrate", ".", "--inputs", "list", "--out", "none"});
+  EXPECT_EQ(dataset.status, 2);
+  EXPECT_THAT(dataset.err, HasSubstr("--inputs is of a mission that is recorded first"));
+}
+
 // The whole of it: the sample, and what is said to come of it.
 TEST_F(CalibrateMaps, TheSampleGivesTheRigThatIsSaidToComeOfIt) {
   const Said said =

@@ -213,6 +213,30 @@ TEST_F(RigSweeps, LeaveAStudyThatDrivesTheBest) {
       << "as a programmed motion leaves it";
 }
 
+TEST_F(RigSweeps, LeaveAStudyThatRecordsAndCalibratesTheRigsThatItDrives) {
+  write_file(folder_ / "m.yaml", "");
+  const PlacementStudy of =
+      study("drive:\n  missions: [{name: here, mission: m.yaml}]\n  best: 2\n");
+  const RigSweep sweep = swept(of);
+  write_drives(folder_ / "out", of, sweep, [](double) {});
+  write_calibrations(folder_ / "out", of, sweep);
+  const Study drives = read_study((folder_ / "out" / "drives.yaml").string());
+  const Study made = read_study((folder_ / "out" / "calibrations.yaml").string());
+  ASSERT_EQ(made.rigs.size(), 2U);
+  for (std::size_t i = 0; i < made.rigs.size(); ++i) {
+    EXPECT_EQ(made.rigs[i].file, drives.rigs[i + 1].file);
+  }
+  EXPECT_TRUE(calibrates(made.missions[0].command));
+  std::vector<std::string> of_rig;  // as `--set` gives them to the rig's file
+  for (const std::string& set : made.rungs[0].settings.set) {
+    if (set.starts_with("rig.")) {
+      of_rig.push_back(set.substr(4));
+    }
+  }
+  const Rig by_hand = read_settings<Rig>(made.rigs[0].file, of_rig);
+  EXPECT_NEAR(by_hand.cameras.at("floor").sigma.rotation_rad.maxCoeff(), deg_to_rad(1), 1e-3);
+}
+
 TEST_F(RigSweeps, AreRefusedWhereTheStudyNamesWhatIsNot) {
   EXPECT_THAT(fault("require: [\"blind.ahed_m <= 1\"]\n"),
               HasSubstr("study.yaml:5:11: require: there is no score blind.ahed_m; did you mean "

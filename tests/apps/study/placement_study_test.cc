@@ -77,7 +77,7 @@ TEST_F(PlacementStudies, AreRefusedWithThePlaceOfWhatIsWrong) {
   EXPECT_THAT(fault("parameters: {t: {set: [\"a={}\"], range: [5, 5], step: 1}}\n"),
               HasSubstr("parameters.t.range: is empty; must be [low, high] with low < high"));
   EXPECT_THAT(fault("parameters: {t: {set: [\"a={}\"], range: [5, 6]}}\n"),
-              HasSubstr("parameters.t.range: must have a step on a grid"));
+              HasSubstr("parameters.t.range: must have a step above 0 on a grid"));
   EXPECT_THAT(fault("parameters: {t: {set: [\"a=1\"], values: [1]}}\n"),
               HasSubstr("parameters.t.set: must be settings of the rig with {} for the value"));
   EXPECT_THAT(fault("parameters: {t: {set: [\"a={}\"]}}\n"),
@@ -86,8 +86,11 @@ TEST_F(PlacementStudies, AreRefusedWithThePlaceOfWhatIsWrong) {
               HasSubstr("require"));
   EXPECT_THAT(fault("parameters: {t: {set: [\"a={}\"], valeus: [1]}}\n"),
               HasSubstr("valeus: unknown key; did you mean values?"));
-  EXPECT_THAT(fault("parameters: {t: {set: [\"a={}\"], range: [0, 1], step: 0.000001}}\n"),
-              AllOf(HasSubstr("a grid of 1000001 rigs; at most 200000 are tried"),
+  EXPECT_THAT(fault("parameters: {t: {set: [\"a={}\"], range: [0, 1], step: 1e-9}}\n"),
+              HasSubstr("parameters.t.step: must make at most 200000 values of the range"));
+  EXPECT_THAT(fault("parameters:\n  t: {set: [\"a={}\"], range: [0, 1], step: 0.001}\n"
+                    "  u: {set: [\"b={}\"], range: [0, 1], step: 0.001}\n"),
+              AllOf(HasSubstr("a grid of 1002001 rigs; at most 200000 are tried"),
                     HasSubstr("sweep: {kind: random, rigs: 10000, seed: 1}")));
 }
 

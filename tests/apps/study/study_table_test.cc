@@ -61,6 +61,29 @@ TEST(FigureRows, KeepTheNamesOfAllRunsOnce) {
   EXPECT_EQ(all.names(), (std::vector<std::string>{"b", "a", "c"}));
 }
 
+TEST(StudyTable, ShowsTheFigureThatAStudyAsksForAndTheWorstCameraOfIt) {
+  Study study = small_study();
+  study.missions.resize(1);
+  study.rungs.resize(1);
+  study.figure = "cameras.*.rotation_error_deg";
+  const auto run = [](std::size_t cell, double left_deg, double right_deg) {
+    StudyRun one = run_of(cell, 1, 0.01);
+    one.figures = FigureRows().row({{"cameras.left.rotation_error_deg", left_deg},
+                                    {"cameras.right.rotation_error_deg", right_deg},
+                                    {"cameras.right.translation_error_m", 9},
+                                    {"trajectory.odometry_ate_rmse_m", 9}});
+    return one;
+  };
+  const std::vector<StudyRun> runs{run(0, 0.0123, 0.00012), run(1, 0.01, 1.5)};
+  EXPECT_EQ(study_tables(study, runs),
+            "| rig | none |\n"
+            "| --- | --- |\n"
+            "| axis | 0.0123 |\n"
+            "| edges | 1.5 |\n");
+  EXPECT_THAT(study_page(study, runs),
+              testing::StartsWith("`cameras.*.rotation_error_deg`, of seed 1. Bold:"));
+}
+
 /// office: none axis, none edges, lens axis; home likewise.
 std::vector<StudyRun> six_cells() {
   return {

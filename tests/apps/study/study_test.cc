@@ -158,6 +158,25 @@ TEST_F(StudyTest, RefusesSettingsAndLimitsThatAreNone) {
                   "of < <= > >=, and by how much it may differ"));
 }
 
+TEST_F(StudyTest, SaysWhatIsDoneWithAMission) {
+  EXPECT_FALSE(calibrates(cells_of(read(kStudy)).front().command));
+  std::string text = kStudy;
+  text.replace(text.find("set: [a=1]"), 10, "command: calibrate --method thesis");
+  const Study study = read("figure: cameras.*.rotation_error_deg\n" + text);
+  EXPECT_EQ(cells_of(study).front().command, "calibrate --method thesis");
+  EXPECT_TRUE(calibrates(cells_of(study).front().command));
+  EXPECT_FALSE(calibrates(cells_of(study).back().command));
+  EXPECT_EQ(study.figure, "cameras.*.rotation_error_deg");
+  EXPECT_THAT(faults("set: [a=1]", "command: calibrat"),
+              ElementsAre("study.yaml:2:51: missions[0].command: must be one of explore, "
+                          "calibrate, calibrate --method thesis, calibrate --method cycles, got "
+                          "calibrat"));
+  EXPECT_THAT(
+      faults("limits:", "figure: cameras.*.rotation_error\nlimits:"),
+      ElementsAre(testing::StartsWith("study.yaml:12:9: figure: must be a figure of a run, or "
+                                      "of a calibration")));
+}
+
 TEST_F(StudyTest, RefusesAHalvingThatCannotDecide) {
   const auto with = [&](const std::string& halving) {
     std::string text = kStudy;

@@ -120,7 +120,8 @@ class Trials : public ScratchTest {
     options_.junit = folder_ / "junit.xml";
     options_.quiet = true;
     options_.version = "0.1.0";
-    options_.resolve = [this](const std::string& mission, const std::vector<std::string>& set) {
+    options_.resolve = [this](const std::string&, const std::string& mission,
+                              const std::vector<std::string>& set) {
       std::string text = mission;
       for (const std::string& setting : set) {
         text += " --set " + setting;
@@ -474,7 +475,8 @@ TEST_F(Trials, AreResolvedOnceWhereTheSeedIsOneLine) {
   int resolved = 0;
   const auto count = [&](const std::string& more) {
     resolved = 0;
-    options_.resolve = [&resolved, more](const std::string&, const std::vector<std::string>& set) {
+    options_.resolve = [&resolved, more](const std::string&, const std::string&,
+                                         const std::vector<std::string>& set) {
       ++resolved;
       const std::string seed = set.back().substr(5);
       return ResolvedMission{
@@ -528,7 +530,7 @@ TEST_F(Trials, TakeWhatRunsFoundOfPlacesTogether) {
 /// One mission under two rigs and two rungs.
 Study small_study() {
   Study study;
-  study.missions.push_back({"office", "", "m.yaml", {}});
+  study.missions.push_back({"office", "", "m.yaml", "explore", {}});
   study.rigs.resize(2);
   study.rigs[0].name = "on the axis";
   study.rigs[1].name = "edges";
@@ -724,7 +726,7 @@ TEST_F(Trials, TellAllThatIsWrongWithTheMissionsOfAStudyAndWhere) {
   options_.missions.clear();
   options_.study = small_study();
   options_.set = {"d=4"};
-  options_.resolve = [](const std::string&,
+  options_.resolve = [](const std::string&, const std::string&,
                         const std::vector<std::string>& set) -> ResolvedMission {
     std::vector<std::string> lines;
     for (const std::string& word : set) {
