@@ -824,7 +824,9 @@ Scattered information_without_points(const SparseRows& J, const std::vector<doub
   Eigen::MatrixXd eliminated(all_but_points, 64 * kPointMoves);
   Eigen::Index filled = 0;
   const auto take_away = [&] {
-    by_points.selfadjointView<Eigen::Lower>().rankUpdate(eliminated.leftCols(filled), -1);
+    if (filled > 0) {  // Eigen 3.4 divides by it
+      by_points.selfadjointView<Eigen::Lower>().rankUpdate(eliminated.leftCols(filled), -1);
+    }
     filled = 0;
   };
   double squares = 0;
