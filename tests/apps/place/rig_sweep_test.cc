@@ -113,6 +113,38 @@ TEST_F(RigSweeps, AreTheSameBytesForAnyNumberOfJobs) {
   EXPECT_EQ(table.columns[5], "at");
 }
 
+TEST_F(RigSweeps, KeepWhatWasTriedUntilTheyAreStopped) {
+  for (const char* sweep :
+       {"{kind: random, rigs: 130, seed: 2}", "{kind: nsga2, rigs: 130, population: 16}"}) {
+    const PlacementStudy of = study(std::string("sweep: ") + sweep + "\n");
+    int asked = 0;
+    const RigSweep cut = sweep_rigs(
+        of, 1, [](double) {}, [&asked] { return ++asked == 2; });
+    const RigSweep whole = swept(of);
+    EXPECT_TRUE(cut.cut_short);
+    EXPECT_FALSE(whole.cut_short);
+    ASSERT_GT(cut.rigs.size(), 0U);
+    ASSERT_LT(cut.rigs.size(), whole.rigs.size());
+    EXPECT_FALSE(cut.ranked.empty());
+    for (std::size_t i = 0; i < cut.rigs.size(); ++i) {
+      EXPECT_EQ(cut.rigs[i].point.values, whole.rigs[i].point.values);
+      EXPECT_EQ(cut.rigs[i].scores, whole.rigs[i].scores);
+    }
+  }
+}
+
+TEST_F(RigSweeps, TellHowWellRigsCanBeCalibratedWhereThatIsAsked) {
+  const std::string wanted = "calibratability.rotation_deg";
+  EXPECT_FALSE(asks_calibratability(study("")));
+  const RigSweep sweep = swept(study("sweep: {kind: random, rigs: 3, seed: 2}\nobjectives: [" +
+                                     wanted + "]\nrequire: [calibratability.position_m < 1]\n"));
+  EXPECT_EQ(sweep.names[sweep.objectives[0]].key, wanted);
+  ASSERT_FALSE(sweep.ranked.empty());
+  const std::optional<double> best_deg = sweep.rigs[sweep.ranked[0]].scores[sweep.objectives[0]];
+  EXPECT_GT(best_deg.value_or(0), 0.001);
+  EXPECT_LT(best_deg.value_or(9), 0.2);
+}
+
 TEST_F(RigSweeps, BredFromTheBestComeAsFarAsAllOfAFineGrid) {
   const std::string parameters =
       "  height_m: {set: [\"cameras.floor.at_m=[0.2, 0, {}]\"], range: [0.3, 0.6], step: 0.1}\n"
