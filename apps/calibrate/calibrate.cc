@@ -218,11 +218,13 @@ void add_calibrate(CLI::App& app, Command& chosen) {
       ->type_name("DIR");
   sub->add_option("--threads", args->lens.threads,
                   "to look for boards with, or to draw what a mission records; changes no result")
-      ->check(CLI::Range(1, 64));
+      ->check(CLI::Range(1, 64))
+      ->excludes(plan);
   sub->add_option("--inputs", args->inputs,
                   "of a mission: keep what it was made of: every file that was read, and the "
                   "program, with its SHA-256, as sha256sum -c reads it")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->excludes(plan);
   add_overrides(*sub, args->drive);
   sub->add_flag("--quiet", args->lens.quiet, "no progress");
   sub->footer(

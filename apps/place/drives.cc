@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "apps/place/placed_rig.h"
 #include "core/base/text.h"
-#include "core/eval/calibratability.h"
 #include "core/io/file.h"
 
 namespace panoptes {
@@ -65,9 +65,7 @@ struct Mounting {
 };
 
 Mounting left_by_calibration(const PlacementStudy& study, const Rig& rig) {
-  CalibratabilityOptions motion;
-  motion.plan.room_m = study.scores.motion.room_m;
-  const Calibratability left = calibratability(motion, rig, study.robot);
+  const Calibratability left = calibratability(study.scores, rig, study.robot);
   // however long the drive
   constexpr double kLeast_deg = 0.01;
   constexpr double kLeast_m = 0.0003;

@@ -66,9 +66,7 @@ void say_cost(const PlacementStudy& study, int jobs) {
   const auto began = std::chrono::steady_clock::now();
   score_rig(study.scores, first, study.robot);
   if (asks_calibratability(study)) {
-    CalibratabilityOptions motion;
-    motion.plan.room_m = study.scores.motion.room_m;
-    calibratability(motion, first, study.robot);
+    calibratability(study.scores, first, study.robot);
   }
   const std::chrono::duration<double> one = std::chrono::steady_clock::now() - began;
   const double all_s = one.count() * static_cast<double>(rigs) / jobs;
@@ -175,9 +173,7 @@ int place(const PlaceArguments& args) {
   for (PlacedRig& placed : rigs) {
     placed.scores = score_rig(options.scores, placed.rig, options.robot);
     if (!args.quick) {
-      CalibratabilityOptions of_drive;
-      of_drive.plan.room_m = options.scores.motion.room_m;
-      placed.calibratability = calibratability(of_drive, placed.rig, options.robot);
+      placed.calibratability = calibratability(options.scores, placed.rig, options.robot);
       placed.sensitivity = rig_sensitivity({}, options.scores, placed.rig, options.robot);
     }
   }

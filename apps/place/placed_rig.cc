@@ -71,6 +71,23 @@ std::string name_of(const std::string& file, const std::vector<PlacedRig>& other
 
 }  // namespace
 
+Calibratability calibratability(const RigScoreOptions& scores, const Rig& rig, const Body& robot) {
+  CalibratabilityOptions motion;
+  motion.plan.room_m = scores.motion.room_m;
+  return calibratability(motion, rig, robot);
+}
+
+std::vector<NamedScore> named_scores(const std::optional<Calibratability>& left) {
+  std::vector<NamedScore> all{
+      {"calibratability.rotation_deg", "roll, pitch, yaw", "deg", 1, 3, Better::kLower, {}},
+      {"calibratability.position_m", "x, y", "mm", 1000, 1, Better::kLower, {}}};
+  if (left) {
+    all[0].value = rad_to_deg(left->rotation_rad);
+    all[1].value = left->position_m;
+  }
+  return all;
+}
+
 PlaceOptions read_place_options(const std::string& robot_file,
                                 const std::vector<std::string>& overrides) {
   refuse_other_parts(overrides);

@@ -23,6 +23,12 @@ struct PlacedRig {
   std::optional<RigSensitivity> sensitivity;       ///< likewise
 };
 
+/// What a programmed motion in the room of these scores would leave of the rig's mountings.
+Calibratability calibratability(const RigScoreOptions& scores, const Rig& rig, const Body& robot);
+
+/// As scores of a table; without values where there is none.
+std::vector<NamedScore> named_scores(const std::optional<Calibratability>& left);
+
 /// What `panoptes place` is told beside the rigs.
 struct PlaceOptions {
   RigScoreOptions scores;

@@ -11,10 +11,10 @@
 #include <utility>
 #include <variant>
 
+#include "apps/place/placed_rig.h"
 #include "apps/place/rig_search.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
-#include "core/eval/calibratability.h"
 #include "core/eval/requirement.h"
 #include "core/eval/rig_sight.h"
 
@@ -57,11 +57,9 @@ void score_one(const PlacementStudy& study, const std::vector<Line>& lines, Swep
                                                    static_cast<double>(rig.cameras.size()));
   }
   if (asks_calibratability(study)) {
-    CalibratabilityOptions motion;
-    motion.plan.room_m = study.scores.motion.room_m;
-    const Calibratability left = calibratability(motion, rig, study.robot);
-    swept.scores.emplace_back(rad_to_deg(left.rotation_rad));
-    swept.scores.emplace_back(left.position_m);
+    for (const NamedScore& score : named_scores(calibratability(study.scores, rig, study.robot))) {
+      swept.scores.push_back(score.value);
+    }
   }
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const std::optional<double>& value = swept.scores[lines[i].score];
@@ -281,10 +279,8 @@ RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
     sweep.names.push_back({"price", "price", "", 1, 2, Better::kLower, {}});
   }
   if (asks_calibratability(study)) {
-    sweep.names.push_back(
-        {"calibratability.rotation_deg", "calibrated to", "deg", 1, 3, Better::kLower, {}});
-    sweep.names.push_back(
-        {"calibratability.position_m", "calibrated to", "mm", 1000, 1, Better::kLower, {}});
+    const std::vector<NamedScore> more = named_scores(std::optional<Calibratability>());
+    sweep.names.insert(sweep.names.end(), more.begin(), more.end());
   }
   for (std::size_t i = 0; i < study.objectives.size(); ++i) {
     const std::string place =

@@ -41,10 +41,8 @@ std::string number(const NamedScore& score) {
 std::vector<NamedScore> all_scores(const PlacedRig& placed) {
   std::vector<NamedScore> all = named_scores(placed.scores);
   if (placed.calibratability) {
-    all.push_back({"calibratability.rotation_deg", "roll, pitch, yaw", "deg", 1, 3, Better::kLower,
-                   rad_to_deg(placed.calibratability->rotation_rad)});
-    all.push_back({"calibratability.position_m", "x, y", "mm", 1000, 1, Better::kLower,
-                   placed.calibratability->position_m});
+    const std::vector<NamedScore> more = named_scores(placed.calibratability);
+    all.insert(all.end(), more.begin(), more.end());
   }
   return all;
 }
