@@ -49,6 +49,11 @@ std::string settings_text(const StudySettings& settings, const char* indent) {
   return text;
 }
 
+std::string score_text(const StudyScore& score) {
+  return fmt::format("{}: {}", score.less_is_better() ? "least" : "most",
+                     in_quotes(score.figure()));
+}
+
 std::vector<StudyRung> rungs_of(const PlacementDrives& drive) {
   if (!drive.rungs.empty()) {
     return drive.rungs;
@@ -123,10 +128,16 @@ void write_drives(const fs::path& out_dir, const PlacementStudy& study, const Ri
       text += fmt::format("  - {}\n", in_quotes(line));
     }
   }
+  if (!study.drive->scores.empty()) {
+    text += "scores:\n";
+    for (const StudyScore& score : study.drive->scores) {
+      text += fmt::format("  - {{{}}}\n", score_text(score));
+    }
+  }
   if (study.drive->halving) {
     const StudyHalving& halving = *study.drive->halving;
-    text += fmt::format("halving: {{seeds: {}, keep: {}, {}: {}}}\n", halving.seeds, halving.keep,
-                        halving.most.empty() ? "least" : "most", halving.figure());
+    text += fmt::format("halving: {{seeds: {}, keep: {}, {}}}\n", halving.seeds, halving.keep,
+                        score_text(halving.score));
   }
   write_file(out_dir / "drives.yaml", text);
 }

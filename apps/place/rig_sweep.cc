@@ -15,6 +15,7 @@
 #include "apps/place/rig_search.h"
 #include "core/base/error.h"
 #include "core/base/text.h"
+#include "core/eval/ranking.h"
 #include "core/eval/requirement.h"
 #include "core/eval/rig_sight.h"
 
@@ -149,38 +150,21 @@ std::vector<double> costs(const RigSweep& sweep, const std::vector<Line>& lines,
 
 void rank(RigSweep& sweep) {
   const std::size_t objectives = sweep.objectives.size();
-  const auto costs_before = [&](std::size_t a, std::size_t b) {
-    for (std::size_t i = 0; i < objectives; ++i) {
-      const double one = cost(sweep, sweep.rigs[a], i);
-      const double other = cost(sweep, sweep.rigs[b], i);
-      if (one != other) {
-        return one < other;
-      }
-    }
-    return a < b;
-  };
-  const auto dominates = [&](std::size_t a, std::size_t b) {
-    bool better = false;
-    for (std::size_t i = 0; i < objectives; ++i) {
-      const double one = cost(sweep, sweep.rigs[a], i);
-      const double other = cost(sweep, sweep.rigs[b], i);
-      if (one > other) {
-        return false;
-      }
-      better = better || one < other;
-    }
-    return better;
-  };
+  std::vector<std::vector<double>> all_costs(sweep.rigs.size());
   for (std::size_t i = 0; i < sweep.rigs.size(); ++i) {
     if (sweep.rigs[i].refused.empty()) {
       sweep.ranked.push_back(i);
+      for (std::size_t k = 0; k < objectives; ++k) {
+        all_costs[i].push_back(cost(sweep, sweep.rigs[i], k));
+      }
     }
   }
-  std::sort(sweep.ranked.begin(), sweep.ranked.end(), costs_before);
+  std::stable_sort(sweep.ranked.begin(), sweep.ranked.end(),
+                   [&](std::size_t a, std::size_t b) { return all_costs[a] < all_costs[b]; });
   std::vector<std::size_t> front;  // whoever dominates a rig costs less than it
   for (const std::size_t i : sweep.ranked) {
     if (sweep.rigs[i].good() && std::none_of(front.begin(), front.end(), [&](std::size_t other) {
-          return dominates(other, i);
+          return dominates(all_costs[other], all_costs[i]);
         })) {
       sweep.rigs[i].pareto = true;
       front.push_back(i);

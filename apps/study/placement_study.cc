@@ -179,6 +179,7 @@ void bind(Fields& f, PlacementDrives& o) {
       f.require(false, "against_first", error.what());
     }
   }
+  f("scores", o.scores);
   f("halving", o.halving);
 }
 

@@ -72,6 +72,8 @@ struct PlacementDrives {
       rungs;  ///< what else they are tried under; none: as calibrating leaves them
   std::vector<std::string> against_first;
   std::vector<std::string> against_first_places;
+  /// By which they are ranked, as those of a study.
+  std::vector<StudyScore> scores{{{}, "map.coverage"}, {"checkpoints.error_mean_m", {}}};
   std::optional<StudyHalving> halving;
 };
 void bind(Fields& f, PlacementDrives& o);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -193,18 +194,37 @@ void bind(Fields& f, StudyLimit& o) {
   f.texts("rungs", o.rungs, o.rung_places);
 }
 
-void bind(Fields& f, StudyHalving& o) {
-  f("seeds", o.seeds, at_least(1));
-  f("keep", o.keep, at_least(1));
-  o.place = f.where("keep");
+std::optional<double> StudyScore::of(const FigureRow& run) const {
+  if (figure().find('*') == std::string::npos) {
+    return run.find(figure());
+  }
+  std::optional<double> worst;
+  for (const std::string& name : run.names()) {
+    if (is_one_of(name, figure())) {
+      const double value = *run.find(name);
+      worst = !worst ? value : less_is_better() ? std::max(*worst, value) : std::min(*worst, value);
+    }
+  }
+  return worst;
+}
+
+void bind(Fields& f, StudyScore& o) {
   f("least", o.least);
   f("most", o.most);
   f.require(o.least.empty() != o.most.empty(), o.least.empty() ? "least" : "most",
             o.least.empty() ? "missing; least or most must name the figure to compare rigs by"
                             : "must not be given beside least");
   const std::string near = nearest_word(o.figure(), figure_names());
-  f.require(o.figure().empty() || is_figure(o.figure()), o.least.empty() ? "most" : "least",
+  f.require(o.figure().empty() || is_figure(o.figure()) || is_calibration_figure(o.figure()),
+            o.least.empty() ? "most" : "least",
             near.empty() ? "must be a figure of a run" : "must be a figure of a run, as " + near);
+}
+
+void bind(Fields& f, StudyHalving& o) {
+  f("seeds", o.seeds, at_least(1));
+  f("keep", o.keep, at_least(1));
+  o.place = f.where("keep");
+  bind(f, o.score);
 }
 
 void bind(Fields& f, Study& o) {
@@ -234,6 +254,12 @@ void bind(Fields& f, Study& o) {
       continue;
     }
     o.against_first.push_back(std::move(one));
+  }
+  f("scores", o.scores);
+  std::set<std::string> named;
+  for (const StudyScore& score : o.scores) {
+    f.require(named.insert(score.figure()).second, "scores",
+              "must name each figure once, " + score.figure() + " comes twice");
   }
   f("halving", o.halving);
   f("figure", o.figure);

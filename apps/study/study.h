@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/study/figure_row.h"
 #include "apps/study/limit.h"
 #include "core/config/fields.h"
 
@@ -72,16 +73,25 @@ struct StudyComparison {
   Limit limit;
 };
 
+/// What rigs are compared by: a figure of their runs, `*` in it: the worst of several.
+struct StudyScore {
+  std::string least;  ///< the figure, the less the better, or
+  std::string most;   ///< the more the better; one of the two
+
+  const std::string& figure() const { return least.empty() ? most : least; }
+  bool less_is_better() const { return most.empty(); }
+  std::optional<double> of(const FigureRow& run) const;
+};
+/// {least, most}
+void bind(Fields& f, StudyScore& o);
+
 /// Not every rig is run with every seed: of those beside the first, the better half goes on to
 /// twice as many seeds, until `keep` are left.
 struct StudyHalving {
-  int seeds = 2;      ///< of the first round
-  int keep = 1;       ///< rigs that go on to the last seed
-  std::string least;  ///< the figure by which they are compared, the less the better, or
-  std::string most;   ///< the more the better; one of the two
+  int seeds = 2;  ///< of the first round
+  int keep = 1;   ///< rigs that go on to the last seed
+  StudyScore score;
   std::string place;
-
-  const std::string& figure() const { return least.empty() ? most : least; }
 };
 /// {seeds, keep, least, most}
 void bind(Fields& f, StudyHalving& o);
@@ -95,6 +105,7 @@ struct Study {
   std::vector<StudyRung> rungs;
   std::vector<StudyLimit> limits;
   std::vector<StudyComparison> against_first;
+  std::vector<StudyScore> scores;  ///< that rank its rigs, the first one first
   std::optional<StudyHalving> halving;
   std::string
       figure;  ///< in the cells of its tables, `*`: the worst of several; empty: the default

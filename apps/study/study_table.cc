@@ -20,25 +20,14 @@ constexpr double kCm = 100;
 
 // What the cells show of a run, and in which unit.
 struct Shown {
-  std::string figure = kError;
-  double scale = kCm;
+  std::string figure;
+  double scale;
 
-  explicit Shown(const Study& study) {
-    if (!study.figure.empty()) {
-      figure = study.figure;
-      scale = 1;
-    }
-  }
-  // The largest of those that the figure stands for.
+  explicit Shown(const Study& study)
+      : figure(shown_figure(study)), scale(figure == kError ? kCm : 1) {}
   std::optional<double> of(const StudyRun& run) const {
-    std::optional<double> most;
-    for (const std::string& name : run.figures.names()) {
-      if (is_one_of(name, figure)) {
-        const double value = scale * run.figures.find(name).value_or(0);
-        most = std::max(most.value_or(value), value);
-      }
-    }
-    return most;
+    const std::optional<double> largest = StudyScore{figure, {}}.of(run.figures);
+    return largest ? std::optional(scale * *largest) : std::nullopt;
   }
   std::string text(double value) const {
     return figure == kError ? fmt::format("{:.1f}", value) : fmt::format("{:.3g}", value);
@@ -73,10 +62,6 @@ std::string cell_text(const Shown& shown, const std::vector<StudyCell>& cells,
   }
   const std::string text = worst ? shown.text(*worst) : "-";
   return (all_passed ? text : "**" + text + "**") + (any_left ? " ..." : "");
-}
-
-std::string row(const std::vector<std::string>& words) {
-  return "| " + joined(words, " | ") + " |\n";
 }
 
 // The rungs that are tried under the same rigs, in the order of the first of each.
@@ -137,6 +122,14 @@ std::string legend(const Study& study, const std::vector<StudyRun>& runs) {
 
 }  // namespace
 
+std::string markdown_row(const std::vector<std::string>& cells) {
+  return fmt::format("| {} |\n", joined(cells, " | "));
+}
+
+std::string shown_figure(const Study& study) {
+  return study.figure.empty() ? kError : study.figure;
+}
+
 std::string study_tables(const Study& study, const std::vector<StudyRun>& runs) {
   const std::vector<StudyCell> cells = cells_of(study);
   const Shown shown(study);
@@ -149,7 +142,7 @@ std::string study_tables(const Study& study, const std::vector<StudyRun>& runs) 
     }
     head.insert(head.end(), rungs.begin(), rungs.end());
     text += text.empty() ? "" : "\n";
-    text += row(head) + row(std::vector<std::string>(head.size(), "---"));
+    text += markdown_row(head) + markdown_row(std::vector<std::string>(head.size(), "---"));
     for (const std::string& rig : rigs) {
       for (const StudyMission& mission : study.missions) {
         std::vector<std::string> words{rig};
@@ -159,7 +152,7 @@ std::string study_tables(const Study& study, const std::vector<StudyRun>& runs) 
         for (const std::string& rung : rungs) {
           words.push_back(cell_text(shown, cells, runs, mission.name, rig, rung));
         }
-        text += row(words);
+        text += markdown_row(words);
       }
     }
   }

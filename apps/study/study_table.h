@@ -22,6 +22,12 @@ struct StudyRun {
   FigureRow figures;
 };
 
+/// A row of a table in Markdown.
+std::string markdown_row(const std::vector<std::string>& cells);
+
+/// The figure that is shown in the tables of a study.
+std::string shown_figure(const Study& study);
+
 /// Tables in Markdown: a row a rig and mission, a column a rung, in each cell the position's rms
 /// error in cm, or the study's figure, the largest of the seeds. Bold where a run is no pass. Rungs
 /// that are tried under the same rigs share a table.

@@ -2,6 +2,7 @@
 #include "apps/trials/against_first.h"
 
 #include <algorithm>
+#include <variant>
 
 #include <fmt/format.h>
 
@@ -20,6 +21,13 @@ const TrialGroup* first_of(const Study& study, const std::vector<TrialGroup>& gr
            rig_of(other) == study.rigs.front().name;
   });
   return found == groups.end() || &*found == &group ? nullptr : &*found;
+}
+
+std::string verdict_of(const RigComparison& one) {
+  if (one.holds) {
+    return "holds";
+  }
+  return one.pairs > 1 ? fmt::format("not shown; {:+.2g} would be", one.detectable) : "not shown";
 }
 
 }  // namespace
@@ -41,8 +49,10 @@ std::vector<RigComparison> compare_with_first(const Study& study,
     using Op = Requirement::Op;
     const Requirement& requirement = asked.limit.requirement;
     const bool from_below = requirement.op == Op::kGreater || requirement.op == Op::kGreaterEqual;
+    const double margin = std::get<double>(requirement.wanted);
     const double bound = from_below ? found->at_least : found->at_most;
     all.push_back({asked.line, found->mean.count, found->mean.mean, bound,
+                   margin + (from_below ? found->detectable : -found->detectable),
                    found->mean.count > 1 && holds(requirement, bound)});
   }
   return all;
@@ -52,11 +62,10 @@ std::string comparison_page(const Study& study, const std::vector<TrialGroup>& g
   std::string rows;
   for (const TrialGroup& group : groups) {
     for (const RigComparison& one : compare_with_first(study, groups, group)) {
-      rows += fmt::format("| {}, {}, {} | {} | {} | {} | {} | {} |\n", group.point->mission,
-                          rig_of(group), rung_of(group), one.line,
-                          one.pairs > 0 ? fmt::format("{:+.4g}", one.mean) : "-",
-                          one.pairs > 1 ? fmt::format("{:+.4g}", one.bound) : "-", one.pairs,
-                          one.holds ? "holds" : "not shown");
+      rows += fmt::format(
+          "| {}, {}, {} | {} | {} | {} | {} | {} |\n", group.point->mission, rig_of(group),
+          rung_of(group), one.line, one.pairs > 0 ? fmt::format("{:+.4g}", one.mean) : "-",
+          one.pairs > 1 ? fmt::format("{:+.4g}", one.bound) : "-", one.pairs, verdict_of(one));
     }
   }
   if (rows.empty()) {

@@ -14,7 +14,9 @@ struct RigComparison {
   std::string line;
   int pairs = 0;  ///< 0: no two runs have the figure
   double mean = 0;
-  double bound = 0;    ///< that the true difference surely keeps to, 95 %; of two pairs or more
+  double bound = 0;  ///< that the true difference surely keeps to, 95 %; of two pairs or more
+  double detectable =
+      0;  ///< a true difference of this shows four times out of five that the line holds
   bool holds = false;  ///< by that bound, of two pairs or more
 };
 

@@ -66,14 +66,14 @@ void rank(const StudyHalving& halving, const std::vector<Trial>& trials,
       if (rig_of(trial) != rig || order.at(trial.seed) >= seeds) {
         continue;
       }
-      const std::optional<double> figure = trial.figures.find(halving.figure());
+      const std::optional<double> figure = halving.score.of(trial.figures);
       score.failed += trial.status == TrialStatus::kPassed ? 0 : 1;
       score.lacking += figure ? 0 : 1;
       sum += figure.value_or(0);
       count += figure ? 1 : 0;
     }
     if (count > 0) {
-      score.mean = sum / count * (halving.most.empty() ? 1 : -1);
+      score.mean = sum / count * (halving.score.less_is_better() ? 1 : -1);
     }
   }
   std::stable_sort(rigs.begin(), rigs.end(), [&](const std::string& a, const std::string& b) {
@@ -178,14 +178,14 @@ std::string halving_page(const Study& study, const std::vector<Trial>& trials) {
   std::string text = fmt::format(
       "\nThe worse half of the rigs drops out: by failed runs, then by {} (the {}, the better). {} "
       "stays for comparison.\n\n",
-      study.halving->figure(), study.halving->most.empty() ? "less" : "more",
+      study.halving->score.figure(), study.halving->score.less_is_better() ? "less" : "more",
       study.rigs.front().name);
   const bool is_known = std::any_of(trials.begin(), trials.end(), [&](const Trial& trial) {
-    return trial.figures.find(study.halving->figure()).has_value();
+    return study.halving->score.of(trial.figures).has_value();
   });
   text += is_known ? ""
                    : fmt::format("No run has {}: among equals rigs stay in their order.\n\n",
-                                 study.halving->figure());
+                                 study.halving->score.figure());
   text += "| after seeds | stay, best first | drop out |\n| --- | --- | --- |\n";
   for (const HalvingRound& round : rounds) {
     text +=

@@ -267,7 +267,7 @@ int report(const TrialsOptions& options, const std::vector<Trial>& trials, bool 
     write_junit(options, trials);
   }
   if (options.study) {
-    print_study(options, trials);
+    report_study(options, trials);
   } else if (!groups.empty()) {
     print_tables(groups);
   }

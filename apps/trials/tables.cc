@@ -17,9 +17,11 @@
 #include "apps/draw/pictures.h"
 #include "apps/recognition/recognition_table.h"
 #include "apps/report/figure_names.h"
+#include "apps/study/study_ranking.h"
 #include "apps/study/study_table.h"
 #include "apps/trials/against_first.h"
 #include "apps/trials/halving.h"
+#include "apps/trials/study_pictures.h"
 #include "core/base/text.h"
 #include "core/base/utf8.h"
 #include "core/eval/statistics.h"
@@ -277,6 +279,47 @@ Json differences_json(const TrialGroup& group, const TrialGroup& other) {
   return out;
 }
 
+std::vector<StudyRun> study_runs(const TrialsOptions& options, const std::vector<Trial>& trials) {
+  std::vector<StudyRun> runs;
+  for (const Trial& trial : trials) {
+    if (trial.left_out && !is_done(trial)) {
+      continue;
+    }
+    StudyRun& run = runs.emplace_back();
+    run.cell = trial.point->cell;
+    run.seed = trial.seed;
+    run.done = is_done(trial);
+    run.passed = trial.status == TrialStatus::kPassed;
+    if (run.done) {
+      run.figures = trial.figures;
+      run.faults = run.passed ? std::vector<std::string>() : faults(trial, options);
+    }
+  }
+  return runs;
+}
+
+/// Where a rig stands by each score, and by the first one.
+void add_standings(const StudyRanking& ranking, std::size_t cell, Json& setting) {
+  for (std::size_t k = 0; k < ranking.scores.size(); ++k) {
+    const auto& standing = ranking.standings[cell][k];
+    if (!standing) {
+      continue;
+    }
+    Json told{{"rank", standing->rank},
+              {"not_distinguishable_from_best", standing->not_distinguishable_from_best}};
+    if (k == 0) {
+      setting.update(told);
+    }
+    if (standing->detectable) {
+      told["detectable"] = *standing->detectable;
+    }
+    setting["ranks"][ranking.scores[k].figure()] = told;
+  }
+  if (ranking.scores.size() > 1) {
+    setting["pareto"] = static_cast<bool>(ranking.pareto[cell]);
+  }
+}
+
 }  // namespace
 
 void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trials,
@@ -312,6 +355,10 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
   metrics["requirements"] = requirements_of(trials);
   std::size_t runs = 0;
   int passed = 0;
+  std::optional<StudyRanking> ranking;
+  if (options.study) {
+    ranking = rank_rigs(*options.study, study_runs(options, trials));
+  }
   const std::vector<std::string> keys = varied(options);
   Json settings = Json::array();
   const TrialGroup* first = nullptr;  // of its mission
@@ -338,6 +385,9 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
     } else {
       first = &group;
     }
+    if (ranking) {
+      add_standings(*ranking, group.point->cell, setting);
+    }
     if (options.study) {
       for (const RigComparison& one : compare_with_first(*options.study, groups, group)) {
         Json line{{"line", one.line}, {"pairs", one.pairs}, {"holds", one.holds}};
@@ -346,6 +396,7 @@ void write_metrics(const TrialsOptions& options, const std::vector<Trial>& trial
         }
         if (one.pairs > 1) {
           line["bound"] = one.bound;
+          line["detectable"] = one.detectable;
         }
         setting["against_first"].push_back(line);
       }
@@ -486,23 +537,11 @@ void print_tables(const std::vector<TrialGroup>& groups) {
 
 namespace {
 
-std::vector<StudyRun> study_runs(const TrialsOptions& options, const std::vector<Trial>& trials) {
-  std::vector<StudyRun> runs;
-  for (const Trial& trial : trials) {
-    if (trial.left_out && !is_done(trial)) {
-      continue;
-    }
-    StudyRun& run = runs.emplace_back();
-    run.cell = trial.point->cell;
-    run.seed = trial.seed;
-    run.done = is_done(trial);
-    run.passed = trial.status == TrialStatus::kPassed;
-    if (run.done) {
-      run.figures = trial.figures;
-      run.faults = run.passed ? std::vector<std::string>() : faults(trial, options);
-    }
-  }
-  return runs;
+/// What is told of a study beside its tables.
+std::string study_findings(const TrialsOptions& options, const std::vector<Trial>& trials,
+                           const std::vector<StudyRun>& runs) {
+  return ranking_page(*options.study, runs, rank_rigs(*options.study, runs)) +
+         comparison_page(*options.study, groups_of(trials)) + halving_page(*options.study, trials);
 }
 
 }  // namespace
@@ -512,16 +551,16 @@ void write_study(const TrialsOptions& options, const std::vector<Trial>& trials)
     const std::vector<StudyRun> runs = study_runs(options, trials);
     write_study_csv(options.out_dir / "study.csv", *options.study, runs);
     write_file(options.out_dir / "study.md",
-               study_page(*options.study, runs) +
-                   comparison_page(*options.study, groups_of(trials)) +
-                   halving_page(*options.study, trials));
+               study_page(*options.study, runs) + study_findings(options, trials, runs));
   }
 }
 
-void print_study(const TrialsOptions& options, const std::vector<Trial>& trials) {
-  std::printf("%s%s%s\n%s\n", study_tables(*options.study, study_runs(options, trials)).c_str(),
-              comparison_page(*options.study, groups_of(trials)).c_str(),
-              halving_page(*options.study, trials).c_str(), (options.out_dir / "study.md").c_str());
+void report_study(const TrialsOptions& options, const std::vector<Trial>& trials) {
+  const std::vector<StudyRun> runs = study_runs(options, trials);
+  write_study_pictures(options, rank_rigs(*options.study, runs), trials);
+  std::printf("%s%s\n%s\n", study_tables(*options.study, runs).c_str(),
+              study_findings(options, trials, runs).c_str(),
+              (options.out_dir / "study.md").c_str());
 }
 
 void report_recognition(const TrialsOptions& options, const std::vector<Trial>& trials) {

@@ -19,8 +19,8 @@ void write_csv(const TrialsOptions& options, const std::vector<Trial>& trials);
 /// study.csv and study.md, of what is done so far; nothing where there is no study.
 void write_study(const TrialsOptions& options, const std::vector<Trial>& trials);
 
-/// The tables of study.md on stdout.
-void print_study(const TrialsOptions& options, const std::vector<Trial>& trials);
+/// The tables of study.md on stdout, and its pictures.
+void report_study(const TrialsOptions& options, const std::vector<Trial>& trials);
 
 /// The verdicts as JUnit has them.
 void write_junit(const TrialsOptions& options, const std::vector<Trial>& trials);

@@ -17,12 +17,16 @@ struct MeanInterval {
 };
 MeanInterval mean_interval(const std::vector<double>& values);
 
+/// The true difference that a two-sided test at this level shows four times out of five (Bloom
+/// 1995), where the difference of means has this standard error.
+double detectable_difference(double standard_error, int degrees_of_freedom, double level);
+
 /// By how much values are larger than others that differ from them, each from its own, in one thing
 /// alone: runs of the same seeds under two settings.
 struct PairedDifference {
   MeanInterval mean;
-  /// A true difference of this size shows four times out of five (Bloom 1995). 0 where all pairs
-  /// differ by the same; infinite for one pair.
+  /// A true difference of this size shows four times out of five. 0 where all pairs differ by the
+  /// same; infinite for one pair.
   double detectable = 0;
   /// Bounds that the true difference is above and below, each with 95 %; the mean for one pair.
   double at_least = 0;

@@ -222,7 +222,8 @@ TEST_F(Documents, TellOfTrials) {
 TEST_F(Documents, TellOfStudies) {
   const std::string study =
       write("study.yaml", "missions: [{name: office, mission: " + kOffice +
-                              "}]\nrigs: [{name: as it is}]\nrungs: [{name: none}]\n");
+                              "}]\nrigs: [{name: as it is}, {name: again}]\nrungs: [{name: none}]\n"
+                              "scores: [{most: distance_m}, {least: keyframes}]\n");
   panoptes(
       {"trials", "--study", study, "--seeds", "1", "--duration", "1", "--quiet", "--out", "s"});
   const fs::path out = folder_ / "work" / "s";

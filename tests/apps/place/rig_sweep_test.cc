@@ -234,8 +234,11 @@ TEST_F(RigSweeps, LeaveAStudyThatDrivesTheBest) {
   ASSERT_EQ(drives.rungs.size(), 2U);
   EXPECT_EQ(drives.rungs[1].name, "2 degrees");
   EXPECT_EQ(drives.rungs[1].settings.set[0], "e=2");
+  ASSERT_EQ(drives.scores.size(), 2U);
+  EXPECT_EQ(drives.scores[0].most, "map.coverage");
+  EXPECT_EQ(drives.scores[1].least, "checkpoints.error_mean_m");
   EXPECT_EQ(drives.halving->seeds, 3);
-  EXPECT_EQ(drives.halving->least, "exploration.t90_s");
+  EXPECT_EQ(drives.halving->score.least, "exploration.t90_s");
   EXPECT_EQ(read_settings<Rig>(drives.rigs[0].file).cameras.size(), 3U);
   const Rig best = read_settings<Rig>(drives.rigs[1].file);
   const Rig wanted = rig_of(of, sweep.rigs[sweep.ranked[0]].point);

@@ -206,13 +206,35 @@ TEST_F(StudyTest, RefusesAHalvingThatCannotDecide) {
                   "be kept"));
 }
 
+TEST_F(StudyTest, RefusesScoresThatAreNone) {
+  const auto with = [&](const std::string& scores) {
+    return faults("limits:", "scores: " + scores + "\nlimits:");
+  };
+  EXPECT_THAT(with("[{most: map.coverag}]"),
+              ElementsAre("study.yaml:12:17: scores[0].most: must be a figure of a run, as "
+                          "map.coverage, got map.coverag"));
+  EXPECT_THAT(with("[{}]"), ElementsAre(testing::HasSubstr("missing; least or most must name")));
+}
+
+TEST(StudyScore, OfManyIsTheWorst) {
+  const FigureRow run = FigureRows().row({{"cameras.a.rotation_error_deg", 1},
+                                          {"cameras.b.rotation_error_deg", 3},
+                                          {"map.coverage", 0.5}});
+  EXPECT_EQ((StudyScore{"cameras.*.rotation_error_deg", ""}.of(run)), 3);
+  EXPECT_EQ((StudyScore{"", "cameras.*.rotation_error_deg"}.of(run)), 1);
+  EXPECT_EQ((StudyScore{"", "map.coverage"}.of(run)), 0.5);
+  EXPECT_EQ((StudyScore{"loops.*.x", ""}.of(run)), std::nullopt);
+}
+
 TEST_F(StudyTest, IsWrittenAsItIsRead) {
   std::string whole = kStudy;
   whole.replace(whole.find(", rigs: [axis]"), 14, "");
   whole.replace(whole.find("rungs:"), 6, "  - {name: third}\nrungs:");
   const std::string text =
       write_settings(read(whole + "against_first: [map.coverage >= -0.01]\n"
+                                  "scores: [{least: loops.false}]\n"
                                   "halving: {seeds: 3, most: map.coverage}\n"));
+  EXPECT_EQ(read(text).scores[0].least, "loops.false");
   EXPECT_EQ(read(text).halving->seeds, 3);
   EXPECT_NE(text.find("map.coverage >= -0.01"), std::string::npos);
   EXPECT_EQ(write_settings(read(text)), text);

@@ -592,6 +592,45 @@ TEST_F(Trials, FailWhereALimitOfAStudyIsBroken) {
   EXPECT_EQ(run_trials(options_), 1) << "a figure that is absent breaks a limit";
 }
 
+TEST_F(Trials, RankTheRigsOfAStudy) {
+  options_.missions.clear();
+  Study study = small_study();
+  study.rigs[1].settings = {{"paint=better"}, {"s.yaml:3:9"}};  // by 0.05 to 0.06
+  study.rungs.resize(1);
+  study.scores = {{"", "map.coverage"}, {"seed", ""}};
+  options_.study = study;
+  options_.seeds = {1, 2, 3, 4, 5, 6, 7, 8};
+  testing::internal::CaptureStdout();
+  run_trials(options_);
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("| office, none | passed |"));
+  const std::string page = read_file(options_.out_dir / "study.md");
+  EXPECT_LT(page.find("| edges | "), page.find("| on the axis | ", page.find("Ranked")));
+  const json settings = metrics()["settings"];
+  EXPECT_EQ(settings[1]["rank"], 1);
+  EXPECT_EQ(settings[1]["not_distinguishable_from_best"], true);
+  EXPECT_EQ(settings[0]["rank"], 2);
+  EXPECT_EQ(settings[0]["not_distinguishable_from_best"], false);
+  const json by_coverage = settings[0]["ranks"]["map.coverage"];
+  EXPECT_GT(by_coverage["detectable"], 0);
+  EXPECT_LT(by_coverage["detectable"], 0.055);
+  for (const char* picture : {"scores.png", "pareto.png"}) {
+    EXPECT_TRUE(fs::exists(options_.out_dir / picture)) << picture;
+  }
+  EXPECT_FALSE(fs::exists(options_.out_dir / "maps.png")) << "these runs leave none";
+}
+
+TEST_F(Trials, RankTheRigsOfAStudyByWhatItsTablesShow) {
+  options_.missions.clear();
+  options_.study = small_study();
+  options_.study->figure = "map.coverage";
+  options_.seeds = {6};
+  testing::internal::CaptureStdout();
+  EXPECT_EQ(run_trials(options_), 0);
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), Not(HasSubstr("Ranked")));
+  EXPECT_EQ(metrics()["settings"][0]["rank"], 1);
+  EXPECT_FALSE(metrics()["settings"][0].contains("pareto")) << "by one score";
+}
+
 TEST_F(Trials, CompareTheRigsOfAStudyWithItsFirst) {
   options_.missions.clear();
   Study study = small_study();
@@ -619,6 +658,8 @@ TEST_F(Trials, CompareTheRigsOfAStudyWithItsFirst) {
   EXPECT_NEAR(told[0]["mean"].get<double>(), 0.055, kRoundoff);
   EXPECT_LT(told[0]["bound"].get<double>(), 0.055);
   EXPECT_GT(told[2]["bound"].get<double>(), 0.055);
+  EXPECT_GT(told[1]["detectable"].get<double>(), 0.055) << "it would have shown";
+  EXPECT_LT(told[2]["detectable"].get<double>(), 0.01);
 
   options_.seeds = {5};
   options_.out_dir = folder_ / "one";
@@ -635,7 +676,7 @@ Study halving_study() {
   study.rigs[1] = {"plain", "", "", "", {}};
   study.rigs[2] = {"better", "", "", "", {{"paint=better"}, {"s.yaml:3:9"}}};
   study.rigs[3] = {"other", "", "", "", {{"paint=other"}, {"s.yaml:4:9"}}};
-  study.halving = StudyHalving{1, 1, "", "map.coverage", ""};
+  study.halving = StudyHalving{1, 1, {"", "map.coverage"}, ""};
   return study;
 }
 
@@ -669,7 +710,7 @@ TEST_F(Trials, ByHalvingDropTheWorseHalfOfTheRigs) {
 TEST_F(Trials, ByHalvingCountRunsThatFailBeforeFigures) {
   options_.missions.clear();
   options_.study = halving_study();
-  options_.study->halving = StudyHalving{2, 1, "map.coverage", "", ""};
+  options_.study->halving = StudyHalving{2, 1, {"map.coverage", ""}, ""};
   StudyLimit limit;  // plain has the least coverage, and breaks it with seed 5
   limit.limit = parse_limit("map.coverage >= 0.505");
   limit.rigs = {"plain"};
