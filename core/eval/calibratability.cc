@@ -5,7 +5,27 @@
 #include <cmath>
 #include <utility>
 
+#include "core/calib/joint_of_rig.h"
+
 namespace panoptes {
+
+namespace {
+
+// Lenses and clocks go together with nothing.
+void leave_alone_what_is_no_mounting(JointCovariance& joint) {
+  for (Eigen::Index i = 0; i < joint.covariance.rows(); ++i) {
+    const std::string& parameter = joint.parameters[static_cast<std::size_t>(i)];
+    if (parameter.find(".rotation_") == std::string::npos &&
+        parameter.find(".position_") == std::string::npos) {
+      const double variance = joint.covariance(i, i);
+      joint.covariance.row(i).setZero();
+      joint.covariance.col(i).setZero();
+      joint.covariance(i, i) = variance;
+    }
+  }
+}
+
+}  // namespace
 
 Calibratability calibratability(const CalibratabilityOptions& options, const Rig& rig,
                                 const Body& body) {
@@ -17,6 +37,8 @@ Calibratability calibratability(const CalibratabilityOptions& options, const Rig
   const RigCovariance& known = plan.bundle.known;
   const Eigen::VectorXd sigma = known.covariance.diagonal().cwiseMax(0).cwiseSqrt();
   Calibratability out;
+  out.left = rig;
+  out.left.covariance = joint_covariance(plan);
   for (std::size_t i = 0; i < plan.cameras.size(); ++i) {
     CameraCalibratability camera;
     camera.camera = plan.cameras[i];
@@ -26,8 +48,12 @@ Calibratability calibratability(const CalibratabilityOptions& options, const Rig
     out.rotation_rad = std::max(out.rotation_rad, camera.rotation_rad);
     out.position_m = std::max(out.position_m, camera.position_m);
     out.all_observable = out.all_observable && camera.unobservable.empty();
+    CameraSigmas& left = out.left.cameras.at(camera.camera).sigma;
+    left.rotation_rad = sigma.segment<3>(known.camera[i]);
+    left.position_m = sigma.segment<3>(known.camera[i] + 3);
     out.cameras.push_back(std::move(camera));
   }
+  leave_alone_what_is_no_mounting(*out.left.covariance);
   return out;
 }
 

@@ -30,6 +30,7 @@ struct Calibratability {
   double rotation_rad = 0;
   double position_m = 0;
   bool all_observable = true;
+  Rig left;  ///< the rig; sigmas and covariance of how its cameras sit are what the motion leaves
 };
 
 /// Takes a second and more. Needs one camera or more.

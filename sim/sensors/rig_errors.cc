@@ -6,9 +6,11 @@
 #include <utility>
 #include <variant>
 
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include "core/base/error.h"
+#include "core/camera/joint_covariance.h"
 
 namespace panoptes::sim {
 namespace {
@@ -22,17 +24,49 @@ Vec3 three_normals(Rng& rng, double sigma) {
   return {x, y, z};
 }
 
-Pose3 drawn_mounting(const MountingError& error, const Pose3& T_body_camera, Rng draw) {
+using Mounting = Eigen::Vector<double, 6>;  // a turn about the body's axes, a shift along them
+
+Pose3 mounted_off(const Pose3& T_body_camera, const Mounting& by) {
   Pose3 T = T_body_camera;
-  const Vec3 turn_rad = three_normals(draw, deg_to_rad(error.sigma_deg));
-  const Vec3 shift_m = three_normals(draw, error.sigma_m);
-  const double angle_rad = turn_rad.norm();
-  if (angle_rad > 0) {
-    const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle_rad, turn_rad / angle_rad));
-    T.rotation = (turn * T.rotation).normalized();
+  if (!by.head<3>().isZero(0)) {
+    T.rotation = (turned_by(by.head<3>()) * T.rotation).normalized();
   }
-  T.translation += shift_m;
+  T.translation += by.tail<3>();
   return T;
+}
+
+Mounting drawn_mounting(const MountingError& error, Rng draw) {
+  Mounting by;
+  by << three_normals(draw, deg_to_rad(error.sigma_deg)), three_normals(draw, error.sigma_m);
+  return by;
+}
+
+// Of all cameras at once, as what was calibrated together is off together.
+std::map<std::string, Mounting> mountings_as_known(const Rig& rig, Rng draw) {
+  std::vector<std::string> parameters;
+  const auto size = static_cast<Eigen::Index>(6 * rig.cameras.size());
+  Eigen::VectorXd sigma(size);
+  for (const auto& [name, camera] : rig.cameras) {
+    const std::vector<std::string> all = joint_parameters(name, camera.intrinsics);
+    sigma.segment<6>(static_cast<Eigen::Index>(parameters.size())) << camera.sigma.rotation_rad,
+        camera.sigma.position_m;
+    parameters.insert(parameters.end(), all.begin(), all.begin() + 6);
+  }
+  const Eigen::MatrixXd together = rig.covariance ? correlations(*rig.covariance, parameters)
+                                                  : Eigen::MatrixXd::Identity(size, size);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(together);
+  Eigen::VectorXd normals(size);
+  for (double& number : normals) {
+    number = draw.normal();
+  }
+  const Eigen::VectorXd drawn =
+      sigma.asDiagonal() *
+      (axes.eigenvectors() * (axes.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * normals));
+  std::map<std::string, Mounting> by;
+  for (const auto& [name, camera] : rig.cameras) {
+    by[name] = drawn.segment<6>(static_cast<Eigen::Index>(6 * by.size()));
+  }
+  return by;
 }
 
 LensOffset drawn_lens(const LensError& error, Rng draw) {
@@ -94,8 +128,15 @@ void add_unknown(const std::map<std::string, T>& exactly, const std::string& key
 }  // namespace
 
 void bind(Fields& f, MountingError& o) {
-  f("sigma_deg", o.sigma_deg, between(0, 45));
-  f("sigma_m", o.sigma_m, between(0, 1));
+  f("as_known", o.as_known);
+  if (!f.writing() || !o.as_known) {
+    f("sigma_deg", o.sigma_deg, between(0, 45));
+    f("sigma_m", o.sigma_m, between(0, 1));
+  }
+  for (const char* key : {"sigma_deg", "sigma_m"}) {
+    f.require(!o.as_known || !f.present(key), key,
+              "must not be given beside as_known, by which the rig's own sigmas count");
+  }
   f("exactly", o.exactly);
 }
 
@@ -139,12 +180,18 @@ Rig true_rig(const RigErrors& errors, const Rig& nominal, const Rng& rng) {
   const Rng clock_rng = rng.fork("clock-errors");
   Rig rig = nominal;
   rig.covariance.reset();
+  const std::map<std::string, Mounting> known =
+      errors.mounting.as_known ? mountings_as_known(nominal, mounting_rng.fork("as known"))
+                               : std::map<std::string, Mounting>();
   for (auto& [name, camera] : rig.cameras) {
     const auto mounting = errors.mounting.exactly.find(name);
     camera.T_body_camera =
-        mounting == errors.mounting.exactly.end()
-            ? drawn_mounting(errors.mounting, camera.T_body_camera, mounting_rng.fork(name))
-            : displaced(camera.T_body_camera, mounting->second);
+        mounting != errors.mounting.exactly.end()
+            ? displaced(camera.T_body_camera, mounting->second)
+            : mounted_off(camera.T_body_camera,
+                          errors.mounting.as_known
+                              ? known.at(name)
+                              : drawn_mounting(errors.mounting, mounting_rng.fork(name)));
     const auto lens = errors.lens.exactly.find(name);
     const LensOffset offset = lens == errors.lens.exactly.end()
                                   ? drawn_lens(errors.lens, lens_rng.fork(name))

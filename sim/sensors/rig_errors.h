@@ -19,8 +19,12 @@ namespace panoptes::sim {
 struct MountingError {
   double sigma_deg = 0.2;
   double sigma_m = 0.003;
+  /// In place of these: as well as the nominal rig says that it is known, by each camera's sigma
+  /// and by how cameras are off together (Rig::covariance).
+  bool as_known = false;
   std::map<std::string, MountingOffset> exactly = {};
 };
+/// {sigma_deg, sigma_m, as_known, exactly}
 void bind(Fields& f, MountingError& o);
 
 /// What the true lens of one camera has more than the nominal one.

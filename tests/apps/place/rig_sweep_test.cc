@@ -227,7 +227,8 @@ TEST_F(RigSweeps, LeaveAStudyThatDrivesTheBest) {
   ASSERT_EQ(drives.rigs.size(), 3U);
   EXPECT_EQ(drives.rigs[0].name, "front-back-floor");
   EXPECT_EQ(drives.rigs[1].name, "rig-" + std::to_string(sweep.ranked[0] + 1));
-  EXPECT_THAT(drives.rigs[1].settings.set[0], HasSubstr("platform.mounting_error={sigma_deg: 0.0"));
+  EXPECT_THAT(drives.rigs[1].settings.set[0],
+              HasSubstr("platform.mounting_error={as_known: true}"));
   EXPECT_EQ(drives.missions[0].settings.set[0], "until.duration_s=9");
   EXPECT_EQ(drives.settings.set[0], "a={b: 1}");
   EXPECT_EQ(drives.against_first[0].line, "map.coverage >= -0.01");
@@ -246,6 +247,7 @@ TEST_F(RigSweeps, LeaveAStudyThatDrivesTheBest) {
       wanted.cameras.at("floor").T_body_camera.rotation));
   EXPECT_LT(best.cameras.at("floor").sigma.rotation_rad.maxCoeff(), deg_to_rad(0.1))
       << "as a programmed motion leaves it";
+  EXPECT_TRUE(best.covariance.has_value());
 }
 
 TEST_F(RigSweeps, LeaveAStudyThatRecordsAndCalibratesTheRigsThatItDrives) {

@@ -34,6 +34,13 @@ TEST(Calibratability, SaysWhatTheMotionDoesNotShow) {
   EXPECT_FALSE(rose.all_observable);
   EXPECT_THAT(rose.cameras[0].unobservable, testing::Contains(testing::HasSubstr("height")));
   EXPECT_LT(rose.position_m, 0.02);
+  // So cameras are known to be as high as one another, and no better than before.
+  const JointCovariance& left = *rose.left.covariance;
+  EXPECT_GT(correlations(left, {"ahead.position_z_m", "aside.position_z_m"})(0, 1), 0.9);
+  EXPECT_EQ(correlations(left, {"ahead.position_z_m", "ahead.fx_px"})(0, 1), 0);
+  EXPECT_GT(rose.left.cameras.at("ahead").sigma.position_m.z(), 0.005);
+  EXPECT_LT(rose.left.cameras.at("ahead").sigma.rotation_rad.maxCoeff(), deg_to_rad(0.2));
+  EXPECT_EQ(rose.left.cameras.at("ahead").sigma.focal_ratio, CameraSigmas().focal_ratio);
 }
 
 }  // namespace

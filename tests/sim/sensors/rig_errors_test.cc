@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "core/camera/mounting.h"
 
 namespace panoptes::sim {
 namespace {
@@ -51,6 +52,52 @@ TEST(RigErrors, TurnAndMoveEveryAxisByItsSigma) {
   }
   EXPECT_NEAR(turn2 / kDraws / 3, 1, three_sigma(3));
   EXPECT_NEAR(shift2 / kDraws / 3 / (0.005 * 0.005), 1, three_sigma(3));
+}
+
+TEST(RigErrors, AreAsFarOffAsTheRigSaysTheyAreKnown) {
+  Rig rig = one_camera();
+  rig.cameras["side"] = rig.cameras["front"];
+  for (auto& [name, camera] : rig.cameras) {
+    camera.sigma.rotation_rad = {0.001, 0.002, 0.003};
+    camera.sigma.position_m = {0.004, 0.005, 0.01};
+  }
+  RigErrors errors;
+  errors.mounting.as_known = true;
+  const auto height_off = [&](int seed, const char* camera) {
+    return true_rig(errors, rig, Rng(static_cast<std::uint64_t>(seed)))
+               .cameras.at(camera)
+               .T_body_camera.translation.z() -
+           rig.cameras.at(camera).T_body_camera.translation.z();
+  };
+  double height2 = 0;
+  double pitch2 = 0;
+  double product = 0;
+  for (int i = 0; i < kDraws; ++i) {
+    const Pose3 pose = drawn(errors, i, rig).T_body_camera;
+    pitch2 +=
+        std::pow(mounting_offset(rig.cameras["front"].T_body_camera, pose).rotation_rad.y(), 2);
+    height2 += std::pow(height_off(i, "front"), 2);
+    product += height_off(i, "front") * height_off(i, "side");
+  }
+  EXPECT_NEAR(pitch2 / kDraws / (0.002 * 0.002), 1, three_sigma(1));
+  EXPECT_NEAR(height2 / kDraws / (0.01 * 0.01), 1, three_sigma(1));
+  EXPECT_LT(std::abs(product / height2), 0.15) << "nothing says that they go together";
+
+  rig.covariance =
+      JointCovariance{{"front.position_z_m", "side.position_z_m"}, 1e-4 * Eigen::Matrix2d::Ones()};
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_NEAR(height_off(i, "front"), height_off(i, "side"), 1e-9) << "now it does";
+    EXPECT_NE(height_off(i, "front"), 0);
+  }
+}
+
+TEST(RigErrors, AreDrawnByOneRuleAlone) {
+  const auto read = [](const std::string& text) {
+    return read_settings_text<MountingError>(text, "error", {});
+  };
+  EXPECT_TRUE(read("{as_known: true}").as_known);
+  EXPECT_TRUE(read(write_settings(read("{as_known: true}"))).as_known);
+  EXPECT_THROW(read("{as_known: true, sigma_deg: 1}"), ConfigError);
 }
 
 TEST(RigErrors, LensesAndClocksAreOffByTheirSigma) {
