@@ -22,10 +22,10 @@ constexpr std::array<std::string_view, 16> kRooms = {
     "base",  "geometry", "config", "camera",  "vision", "motion", "odometry", "map",
     "graph", "loops",    "plan",   "explore", "calib",  "nav",    "io",       "eval"};
 constexpr std::array<std::string_view, 4> kHwRooms = {"physical", "replay", "pioneer", "standin"};
-constexpr std::array<std::string_view, 21> kAppRooms = {
-    "process", "command",  "step",    "draw",   "relax",  "recognition", "report",
-    "study",   "teleop",   "mission", "doctor", "pilots", "listeners",   "run",
-    "serve",   "evaluate", "preview", "batch",  "trials", "calibrate",   "place"};
+constexpr std::array<std::string_view, 22> kAppRooms = {
+    "process", "command", "step",   "draw",      "relax",     "recognition", "report", "study",
+    "teleop",  "mission", "doctor", "pilots",    "listeners", "run",         "serve",  "evaluate",
+    "preview", "batch",   "trials", "calibrate", "place",     "check"};
 /// What draws, moves and loads the synthetic world.
 constexpr std::array<std::string_view, 6> kWorldly = {"GL/",    "GLES",    "box2d/",
                                                       "Box2D/", "assimp/", "embree"};

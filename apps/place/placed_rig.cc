@@ -30,6 +30,17 @@ std::vector<std::string> part_of(const std::vector<std::string>& overrides, std:
   return own;
 }
 
+/// What is said of an override, by the name that the user gave it.
+std::vector<std::string> with_part(std::vector<std::string> lines, std::string_view part) {
+  constexpr std::string_view kSet = "--set ";
+  for (std::string& line : lines) {
+    if (line.starts_with(kSet)) {
+      line.insert(kSet.size(), part);
+    }
+  }
+  return lines;
+}
+
 void refuse_other_parts(const std::vector<std::string>& overrides) {
   for (const std::string& override : overrides) {
     if (std::none_of(std::begin(kParts), std::end(kParts),
@@ -93,11 +104,19 @@ PlaceOptions read_place_options(const std::string& robot_file,
   refuse_other_parts(overrides);
   PlaceOptions options;
   const std::vector<std::string> of_robot = part_of(overrides, "robot.");
-  options.robot = robot_file.empty() ? read_settings_text<Body>("{}", "robot", of_robot)
-                                     : read_settings<Body>(robot_file, of_robot);
+  try {
+    options.robot = robot_file.empty() ? read_settings_text<Body>("{}", "robot", of_robot)
+                                       : read_settings<Body>(robot_file, of_robot);
+  } catch (const ConfigError& error) {
+    throw ConfigError(with_part(error.lines(), "robot."));
+  }
   sim::read_body_faces(options.robot);
-  options.scores =
-      read_settings_text<RigScoreOptions>("{}", "scores", part_of(overrides, "scores."));
+  try {
+    options.scores =
+        read_settings_text<RigScoreOptions>("{}", "scores", part_of(overrides, "scores."));
+  } catch (const ConfigError& error) {
+    throw ConfigError(with_part(error.lines(), "scores."));
+  }
   return options;
 }
 
@@ -117,7 +136,8 @@ std::vector<PlacedRig> read_rigs(const std::vector<std::string>& files, const Bo
       }
       rigs.push_back(std::move(placed));
     } catch (const ConfigError& error) {
-      faults.insert(faults.end(), error.lines().begin(), error.lines().end());
+      const std::vector<std::string> lines = with_part(error.lines(), "rig.");
+      faults.insert(faults.end(), lines.begin(), lines.end());
     }
   }
   if (!faults.empty()) {

@@ -251,9 +251,10 @@ bool asks_calibratability(const PlacementStudy& study) {
          std::any_of(study.require.begin(), study.require.end(), asks);
 }
 
-RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
-                    const std::function<void(double done)>& progress,
-                    const std::function<bool()>& stop) {
+namespace {
+
+/// What the study names, of no rigs yet.
+RigSweep sweep_of(const PlacementStudy& study) {
   RigSweep sweep;
   sweep.names = named_scores(score_rig(study.scores, Rig(), study.robot));
   for (NamedScore& name : sweep.names) {
@@ -276,6 +277,10 @@ RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
     }
     sweep.objectives.push_back(score);
   }
+  return sweep;
+}
+
+std::vector<Line> lines_of(const PlacementStudy& study, const RigSweep& sweep) {
   std::vector<Line> lines;
   for (std::size_t i = 0; i < study.require.size(); ++i) {
     Requirement requirement = parse_requirement(study.require[i]);
@@ -283,6 +288,36 @@ RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
         index_of(sweep, requirement.figure, study.require_places[i], "require");
     lines.push_back({score, std::move(requirement)});
   }
+  return lines;
+}
+
+}  // namespace
+
+void check_placement_study(const PlacementStudy& study) {
+  lines_of(study, sweep_of(study));
+  const std::vector<PlacementAxis> axes = axes_of(study);
+  std::vector<double> lows;
+  for (const PlacementAxis& axis : axes) {
+    lows.push_back(axis.low);
+  }
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    std::vector<double> numbers = lows;
+    for (double number = axes[i].low; number <= axes[i].high;
+         number += axes[i].is_whole ? 1 : axes[i].high - axes[i].low) {
+      numbers[i] = number;
+      rig_of(study, point_at(study, numbers));
+    }
+  }
+  if (!std::holds_alternative<Nsga2Sweep>(study.sweep)) {
+    points_of(study);
+  }
+}
+
+RigSweep sweep_rigs(const PlacementStudy& study, int jobs,
+                    const std::function<void(double done)>& progress,
+                    const std::function<bool()>& stop) {
+  RigSweep sweep = sweep_of(study);
+  const std::vector<Line> lines = lines_of(study, sweep);
   if (const auto* search = std::get_if<Nsga2Sweep>(&study.sweep)) {
     struct Stopped {};
     std::vector<SweptRig> tried;

@@ -48,6 +48,10 @@ RigSweep sweep_rigs(
     const PlacementStudy& study, int jobs, const std::function<void(double done)>& progress,
     const std::function<bool()>& stop = [] { return false; });
 
+/// Throws ConfigError where a score that the study names is none, or a setting makes no rig, each
+/// value of a parameter tried once. Scores nothing.
+void check_placement_study(const PlacementStudy& study);
+
 /// Whether the study names calibratability, which takes far longer than all other scores of a rig.
 bool asks_calibratability(const PlacementStudy& study);
 

@@ -309,6 +309,7 @@ std::vector<NamedScore> named_scores(const RigScores& scores) {
   add("bus.table_3_1_mbit_per_s", "24-bit pixels as in Table 3.1 (800 fit)", "Mbit/s", 1, 1, kLower,
       scores.table_mbit_per_s);
   share("bus.load_share", "of what the bus carries", kLower, scores.bus.load / scores.bus.allowed);
+  add("bus.fits", "the bus carries it (1 yes, 0 no)", "", 1, 0, kHigher, scores.bus.fits() ? 1 : 0);
   return all;
 }
 

@@ -77,7 +77,8 @@ TEST_F(Place, RefusesWhatIsNoRig) {
   expect_refused({kRigs}, "is a folder; give a rig file");
   expect_refused({kThree, "--set", "until.duration_s=3"},
                  "must begin with rig., robot. or scores.");
-  expect_refused({kThree, "--set", "scores.reach=3"}, "did you mean reach_m?");
+  expect_refused({kThree, "--set", "scores.reach=3"},
+                 "--set scores.reach: unknown key; did you mean reach_m?");
   expect_refused({kThree, kCorners, kThree}, "see panoptes place --help");
   const std::string old =
       write("old.yaml",

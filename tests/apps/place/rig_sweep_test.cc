@@ -286,13 +286,19 @@ TEST_F(RigSweeps, AreRefusedWhereTheStudyNamesWhatIsNot) {
         << "parameters:\n  t: {set: [\"cameras.floor.tlit_deg={}\"], values: [1]}\n";
     return read_placement_study(path("wrong.yaml"));
   }();
-  try {
-    swept(wrong);
-    FAIL() << "it was taken";
-  } catch (const ConfigError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("wrong.yaml:3:13: cameras.floor.tlit_deg: "));
-    EXPECT_THAT(error.what(), HasSubstr("did you mean tilt_deg?"));
+  const std::function<void()> ways[] = {[&] { swept(wrong); },
+                                        [&] { check_placement_study(wrong); }};
+  for (const auto& way : ways) {
+    try {
+      way();
+      FAIL() << "it was taken";
+    } catch (const ConfigError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("wrong.yaml:3:13: cameras.floor.tlit_deg: "));
+      EXPECT_THAT(error.what(), HasSubstr("did you mean tilt_deg?"));
+    }
   }
+  EXPECT_THROW(check_placement_study(study("objectives: [overlap.twice_share]\n")), ConfigError);
+  check_placement_study(study("require: [\"bus.fits == 1\"]\n"));
 }
 
 }  // namespace

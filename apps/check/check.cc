@@ -14,6 +14,7 @@
 #include "apps/mission/file_kind.h"
 #include "apps/mission/mission.h"
 #include "apps/mission/open_robot.h"
+#include "apps/place/rig_sweep.h"
 #include "apps/study/placement_study.h"
 #include "apps/study/study.h"
 #include "core/base/error.h"
@@ -66,7 +67,8 @@ CheckFile check_of(const FileKind& kind) {
       {"route", [](const std::string& file) { read_settings<sim::Route>(file); }},
       {"map", [](const std::string& file) { read_turned_map_server(file); }},
       {"study", check_study},
-      {"placement study", [](const std::string& file) { points_of(read_placement_study(file)); }},
+      {"placement study",
+       [](const std::string& file) { check_placement_study(read_placement_study(file)); }},
   };
   return kChecks.at(kind.name);
 }
