@@ -76,6 +76,7 @@ void bind(Fields& f, FloorMapperOptions& o) {
   f("parallax", o.parallax);
   f("parallax_check", o.parallax_check);
   f("upright", o.upright);
+  f("faces", o.faces);
   f("obstacle_height_m", o.obstacle_height_m, between(0.005, 0.3));
   f("foot_depth_m", o.foot_depth_m, between(0.01, 0.3));
   f("start_far_m", o.start_far_m, positive);
@@ -104,6 +105,9 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
     edges_.emplace(projection_,
                    second_camera != nullptr ? second_view(p, *second_camera) : std::nullopt);
   }
+  if (options_.faces && second_camera != nullptr) {
+    faces_ = UprightFaces::of(p, *second_camera, options_.colour.sigma_min_grey);
+  }
   const auto rays = static_cast<std::size_t>(p.rays);
   const auto rows = static_cast<std::size_t>(p.rows);
   const int width = floor_camera.intrinsics.width_px;
@@ -125,6 +129,8 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
   first_.assign(rays, 0);
   hidden_.assign(rays, static_cast<std::int16_t>(p.rows));
   stands_.assign(rays, 0);
+  face_.assign(rays, static_cast<std::int16_t>(p.rows));
+  face_ends_.assign(rays, 0);
   mark_ranges_m_.resize(rays);
 
   // An upright object of height z at range r hides the floor from r to r h / (h - z).
@@ -330,7 +336,9 @@ void FloorMapper::hide(const Vec2& from_foot, double sigma_m) {
   }
 }
 
-void FloorMapper::hide_between(const Vec2& from_foot_a, const Vec2& from_foot_b, double sigma_m) {
+// Calls `of_ray` with each ray between two points near each other, and the range there.
+template <class OfRay>
+void FloorMapper::between(const Vec2& from_foot_a, const Vec2& from_foot_b, OfRay&& of_ray) const {
   const FloorProjection& p = *projection_;
   const double ray_a = ray_at(from_foot_a);
   const double ray_b = ray_at(from_foot_b);
@@ -338,14 +346,19 @@ void FloorMapper::hide_between(const Vec2& from_foot_a, const Vec2& from_foot_b,
   const int end = std::min(p.rays, static_cast<int>(std::floor(std::max(ray_a, ray_b))) + 1);
   for (int ray = begin; ray < end; ++ray) {
     const double share = (ray - ray_a) / (ray_b - ray_a);  // near enough: they are close together
-    const double range_m = (from_foot_a + share * (from_foot_b - from_foot_a)).norm();
-    std::int16_t& hidden = hidden_[static_cast<std::size_t>(ray)];
-    const auto row = static_cast<std::int16_t>(row_at(range_m + sigma_m));
-    if (row < hidden) {
-      hidden = row;
-      stands_[static_cast<std::size_t>(ray)] = 0;
-    }
+    of_ray(static_cast<std::size_t>(ray),
+           (from_foot_a + share * (from_foot_b - from_foot_a)).norm());
   }
+}
+
+void FloorMapper::hide_between(const Vec2& from_foot_a, const Vec2& from_foot_b, double sigma_m) {
+  between(from_foot_a, from_foot_b, [&](std::size_t ray, double range_m) {
+    const auto row = static_cast<std::int16_t>(row_at(range_m + sigma_m));
+    if (row < hidden_[ray]) {
+      hidden_[ray] = row;
+      stands_[ray] = 0;
+    }
+  });
 }
 
 void FloorMapper::find_upright(const Pose2& T_odom_body) {
@@ -368,6 +381,35 @@ void FloorMapper::find_upright(const Pose2& T_odom_body) {
     if (ahead(a) && ahead(b)) {
       hide_between(a, b, std::max(join.a.sigma_m, join.b.sigma_m));
     }
+  }
+}
+
+// What stands up on a ray, by where it reaches: floor's colour from its foot on is no floor.
+void FloorMapper::find_faces(const Pose2& T_odom_body, const SecondPicture& second_picture) {
+  constexpr double kTogether_m = 0.2;  // feet of one face
+  const FloorProjection& p = *projection_;
+  const Pose2 T_view_then =
+      (T_odom_body * p.T_body_view).inverse() * (second_picture.T_odom_body * p.T_body_view);
+  const std::vector<std::optional<UprightFaces::Face>> faces =
+      faces_->find(second_picture.bgr, levels_ ? &*levels_ : nullptr, colour_);
+  for (std::size_t k = 0; k + 1 < faces.size(); ++k) {
+    if (!faces[k] || !faces[k + 1]) {
+      continue;
+    }
+    const Vec2 a = T_view_then * faces[k]->foot_view - p.foot_view;
+    const Vec2 b = T_view_then * faces[k + 1]->foot_view - p.foot_view;
+    if ((a - b).norm() >= kTogether_m) {
+      continue;
+    }
+    const bool ends = faces[k]->ends && faces[k + 1]->ends;
+    const double sigma_m = std::max(faces[k]->depth_m, faces[k + 1]->depth_m);
+    between(a, b, [&](std::size_t ray, double range_m) {
+      const auto row = static_cast<std::int16_t>(row_at(range_m + sigma_m));
+      if (row < face_[ray]) {
+        face_[ray] = row;
+        face_ends_[ray] = ends ? 1 : 0;
+      }
+    });
   }
 }
 
@@ -410,10 +452,11 @@ bool FloorMapper::is_line(std::size_t ray, std::size_t row, std::size_t end) con
 void FloorMapper::note_edges(const cv::Mat& bgr, const Pose2& T_odom_body,
                              const SecondPicture* second_picture) {
   std::optional<EdgeHeights::Second> second;
-  if (second_picture != nullptr && edges_->second() && edges_->is_due(T_odom_body)) {
-    const std::vector<std::int8_t> rated =
-        rate_second(*edges_->second(), second_picture->bgr, *projection_, bgr, smooth_, colour_);
-    if (!rated.empty()) {
+  if (second_picture != nullptr && edges_->second()) {
+    levels_ = levels_alike(*edges_->second(), second_picture->bgr, *projection_, bgr, smooth_);
+    if (levels_ && edges_->is_due(T_odom_body)) {
+      const std::vector<std::int8_t> rated =
+          rate_second(*edges_->second(), second_picture->bgr, *levels_, colour_);
       second = {mean_of_neighbours(rated, static_cast<std::size_t>(projection_->rays)),
                 second_picture->T_odom_body};
     }
@@ -484,21 +527,27 @@ void FloorMapper::scan() {
     const int scaled = ratio * p.weight[i] * kGainNumerator;
     return static_cast<std::int8_t>((scaled + (scaled < 0 ? -kDivisor : kDivisor) / 2) / kDivisor);
   };
+  const auto mark_foot = [&](std::size_t ray, std::size_t foot) {
+    const std::size_t end = std::min(foot + static_cast<std::size_t>(foot_run_[foot]), rows);
+    for (std::size_t row = foot; row < end; ++row) {
+      if (p.pixel[row * rays + ray] >= 0) {
+        evidence_[row * rays + ray] = weighed(row * rays + ray, -kClearly);
+      }
+    }
+  };
   for (std::size_t ray = 0; ray < rays; ++ray) {
     first_[ray] = static_cast<std::int16_t>(rows);
     std::size_t row = 0;
     while (row < rows) {
       const std::size_t i = row * rays + ray;
-      if (static_cast<int>(row) >= hidden_[ray]) {
+      const bool is_hidden = static_cast<int>(row) >= hidden_[ray];
+      if (is_hidden || (static_cast<int>(row) >= face_[ray] && smooth_[i] > 0)) {
         first_[ray] = static_cast<std::int16_t>(row);
-        if (stands_[ray] != 0) {
-          const std::size_t foot_end =
-              std::min(row + static_cast<std::size_t>(foot_run_[row]), rows);
-          for (; row < foot_end; ++row) {
-            if (p.pixel[row * rays + ray] >= 0) {
-              evidence_[row * rays + ray] = weighed(row * rays + ray, -kClearly);
-            }
-          }
+        if (!is_hidden && face_ends_[ray] != 0) {
+          mark_foot(ray, row);
+        }
+        if (stands_[ray] != 0 && hidden_[ray] < static_cast<int>(rows)) {
+          mark_foot(ray, static_cast<std::size_t>(hidden_[ray]));
         }
         break;
       }
@@ -611,6 +660,10 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
     reading.upright_odom.insert(reading.upright_odom.end(), joined_new_.begin(), joined_new_.end());
     find_upright(T_odom_body);
     find_marks(T_odom_body);
+  }
+  std::fill(face_.begin(), face_.end(), static_cast<std::int16_t>(p.rows));
+  if (faces_ && second_picture != nullptr) {
+    find_faces(T_odom_body, *second_picture);
   }
   scan();
   if (edges_ && sees_floor_) {

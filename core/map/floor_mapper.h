@@ -15,6 +15,7 @@
 #include "core/map/floor_colour.h"
 #include "core/map/floor_parallax.h"
 #include "core/map/floor_projection.h"
+#include "core/map/upright_faces.h"
 #include "core/map/upright_points.h"
 
 namespace panoptes {
@@ -23,6 +24,7 @@ struct FloorMapperOptions {
   FloorColourOptions colour;
   bool parallax = true;  ///< learn other floors by their motion; off: the thesis's own
   bool upright = true;   ///< what stands up by its motion ends the floor
+  bool faces = true;     ///< and what reaches over the horizon
   FloorParallaxOptions parallax_check;
   double obstacle_height_m = 0.02;  ///< what is lower than this may pass for a stain
   double foot_depth_m = 0.04;       ///< how far behind its foot an obstacle is taken to reach
@@ -78,8 +80,11 @@ class FloorMapper {
   bool reaches_horizon(const cv::Mat& bgr);
   void rate(const cv::Mat& bgr);
   void find_upright(const Pose2& T_odom_body);
+  void find_faces(const Pose2& T_odom_body, const SecondPicture& second_picture);
   void join_upright(const std::vector<UprightPoint>& found);
   void hide(const Vec2& from_foot, double sigma_m);
+  template <class OfRay>
+  void between(const Vec2& from_foot_a, const Vec2& from_foot_b, OfRay&& of_ray) const;
   void hide_between(const Vec2& from_foot_a, const Vec2& from_foot_b, double sigma_m);
   int row_at(double range_m) const;
   double ray_at(const Vec2& from_foot_view) const;
@@ -100,6 +105,8 @@ class FloorMapper {
   std::optional<FloorParallax> parallax_;
   std::optional<UprightPoints> upright_;
   std::optional<EdgeHeights> edges_;
+  std::optional<UprightFaces> faces_;
+  std::optional<Levels> levels_;                   // of the second camera's last picture
   std::vector<Vec2> marks_odom_;                   // ends of what is painted on the floor
   std::vector<std::vector<float>> mark_ranges_m_;  // of those along each ray
   std::vector<std::int32_t> painted_;              // samples before the marks in the scan
@@ -119,6 +126,8 @@ class FloorMapper {
   std::vector<std::int8_t> evidence_;  // scan
   std::vector<std::int16_t> hidden_;   // per ray: row from which something hides the floor,
   std::vector<std::uint8_t> stands_;   // and whether it stands on this very ray
+  std::vector<std::int16_t> face_;     // per ray: row from which floor's colour is an upright face,
+  std::vector<std::uint8_t> face_ends_;  // and whether its foot shows there
   struct Join {
     UprightPoint a;
     UprightPoint b;

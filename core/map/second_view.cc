@@ -85,9 +85,9 @@ std::optional<SecondView> second_view(const FloorProjection& projection, const R
   return out;
 }
 
-std::vector<std::int8_t> rate_second(const SecondView& view, const cv::Mat& bgr,
-                                     const FloorProjection& projection, const cv::Mat& floor_bgr,
-                                     const std::vector<std::int8_t>& known, FloorColour& colour) {
+std::optional<Levels> levels_alike(const SecondView& view, const cv::Mat& bgr,
+                                   const FloorProjection& projection, const cv::Mat& floor_bgr,
+                                   const std::vector<std::int8_t>& known) {
   const cv::Mat picture = bgr.isContinuous() ? bgr : bgr.clone();
   PANOPTES_CHECK(
       picture.type() == CV_8UC3 && static_cast<std::int64_t>(picture.total()) >
@@ -108,9 +108,9 @@ std::vector<std::int8_t> rate_second(const SecondView& view, const cv::Mat& bgr,
     }
   }
   if (ratios[0].size() < kPairs) {
-    return {};
+    return std::nullopt;
   }
-  std::array<std::array<std::uint8_t, 256>, 3> alike;
+  Levels alike;
   for (std::size_t channel = 0; channel < 3; ++channel) {
     std::vector<float>& all = ratios[channel];
     const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
@@ -120,11 +120,17 @@ std::vector<std::int8_t> rate_second(const SecondView& view, const cv::Mat& bgr,
           std::clamp(*middle * (static_cast<float>(level) + 1) - 1 + 0.5F, 0.0F, 255.0F));
     }
   }
+  return alike;
+}
+
+std::vector<std::int8_t> rate_second(const SecondView& view, const cv::Mat& bgr,
+                                     const Levels& levels, FloorColour& colour) {
+  const cv::Mat picture = bgr.isContinuous() ? bgr : bgr.clone();
   std::vector<std::int8_t> rated(view.pixel.size(), 0);
   for (std::size_t i = 0; i < view.pixel.size(); ++i) {
     if (view.pixel[i] >= 0) {
       const std::uint8_t* p = picture.data + 3 * static_cast<std::ptrdiff_t>(view.pixel[i]);
-      const std::array<std::uint8_t, 3> as_floor{alike[0][p[0]], alike[1][p[1]], alike[2][p[2]]};
+      const std::array<std::uint8_t, 3> as_floor{levels[0][p[0]], levels[1][p[1]], levels[2][p[2]]};
       rated[i] = colour.quick(as_floor.data());
     }
   }

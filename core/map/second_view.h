@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -37,12 +38,18 @@ struct SecondView {
 /// Empty where the two cameras share too little floor or stand at much the same height.
 std::optional<SecondView> second_view(const FloorProjection& projection, const RigCamera& camera);
 
-/// How clearly each sample has the floor's colour, as FloorColour::quick says it. The exposures
-/// of the two cameras differ: colours are made alike on the floor that both see. `known`: the same
-/// of the floor camera's scan, whose picture `floor_bgr` was taken at about the same instant. Empty
-/// where they see too little floor together.
+/// By which levels of each channel the floor camera shows what the second one shows at a level, as
+/// the exposures of the two differ.
+using Levels = std::array<std::array<std::uint8_t, 256>, 3>;
+
+/// Made alike on the floor that both see. `known`: how clearly each sample of the floor camera's
+/// scan has the floor's colour. Empty where they see too little floor together.
+std::optional<Levels> levels_alike(const SecondView& view, const cv::Mat& bgr,
+                                   const FloorProjection& projection, const cv::Mat& floor_bgr,
+                                   const std::vector<std::int8_t>& known);
+
+/// How clearly each sample has the floor's colour, as FloorColour::quick says it.
 std::vector<std::int8_t> rate_second(const SecondView& view, const cv::Mat& bgr,
-                                     const FloorProjection& projection, const cv::Mat& floor_bgr,
-                                     const std::vector<std::int8_t>& known, FloorColour& colour);
+                                     const Levels& levels, FloorColour& colour);
 
 }  // namespace panoptes

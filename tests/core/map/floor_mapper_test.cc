@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/camera/mounting.h"
 #include "tests/support/floor_scene.h"
 
 namespace panoptes {
@@ -261,6 +262,36 @@ TEST(FloorMapper, FindsTheWholeFaceOfAThingOfTheFloorsColour) {
 }
 
 // A wall with a skirting board of the floor's colour: colour alone sees floor up to its edge.
+// It stands still, so that nothing moves: only how far up the wall goes tells it from the floor.
+TEST(FloorMapper, AWallOfTheFloorsColourEndsTheFloorForACameraThatSeesTheHorizon) {
+  const RigCamera camera = office_floor_camera();
+  RigCamera level = camera;
+  level.floor.reset();
+  level.T_body_camera = mounted_camera(camera.T_body_camera.translation - Vec3(0, 0, 0.3), 0, 0);
+  FloorScene scene;
+  scene.carpet = kGreyBlue;
+  Surface plain = kGreyBlue;
+  plain.bgr *= 1.1;
+  plain.contrast = 0.01;
+  scene.boxes = {{Vec2(1.4, -5), Vec2(1.6, 5), 2, plain}};
+  const auto leaks = [&](bool faces) {
+    Rng rng(2);
+    FloorMapperOptions options;
+    options.faces = faces;
+    FloorMapper mapper(options, camera, {}, &level);
+    FloorReading reading;
+    for (int i = 0; i < 5; ++i) {
+      const cv::Mat picture = draw(scene, camera, {}, rng);
+      const FloorMapper::SecondPicture second{draw(scene, level, {}, rng), Pose2{}};
+      reading = mapper.read(picture, {}, true, &second);
+    }
+    EXPECT_GT(shares(reading, Vec2(0.5, -0.2), Vec2(1.25, 0.2)).free, 0.9);
+    return shares(reading, Vec2(1.6, -0.3), Vec2(2.5, 0.3)).free;
+  };
+  EXPECT_GT(leaks(false), 0.9);
+  EXPECT_LT(leaks(true), 0.02);
+}
+
 TEST(FloorMapper, AWallStandsWhereItsSkirtingBoardDoes) {
   FloorScene scene;
   scene.carpet = {kGreyBlue.bgr, 0.15, 1};
