@@ -149,6 +149,7 @@ cv::Mat draw_bands(const Bands& picture) {
     const auto aside_px = [&](std::size_t curve) {
       return 5 * (static_cast<double>(curve) - 0.5 * static_cast<double>(curves - 1));
     };
+    canvas.text_upwards(panel.label, {22, (top + bottom) / 2}, kInk, 14, kPaper);
     for (const std::size_t c : widest_first(panel.curves)) {
       fill_band(canvas, scale, panel.curves[c], colour_of(c), aside_px(c));
     }
@@ -162,13 +163,12 @@ cv::Mat draw_bands(const Bands& picture) {
       draw_curve(canvas, scale, panel.curves[c], colour_of(c), aside_px(c));
     }
     canvas.frame({kLeft_px, top}, {right, bottom}, kFaint, 1);
-    canvas.text_upwards(panel.label, {22, (top + bottom) / 2}, kInk, 14, kPaper);
   }
   const double step_px =
       (right - kLeft_px) / static_cast<double>(std::max<std::size_t>(1, picture.steps.size()));
   for (std::size_t i = 0; i < picture.steps.size(); ++i) {
     const double at = kLeft_px + (static_cast<double>(i) + 0.5) * step_px;
-    canvas.text(cut(picture.steps[i], 2 * step_px - 12, 13),
+    canvas.text(cut(picture.steps[i], std::min(2 * step_px - 12, 2 * (kWidth_px - 4 - at)), 13),
                 {at, bottom + kLine_px * (i % 2 == 0 ? 1 : 2)}, kInk, 13, 0.5);
   }
   for (std::size_t c = 0; c < curves; ++c) {

@@ -86,6 +86,7 @@ cv::Mat draw_scatter(const Scatter& picture) {
     return Vec2(low.x() + x.share(at.x()) * (high.x() - low.x()),
                 low.y() + y.share(at.y()) * (high.y() - low.y()));
   };
+  canvas.text_upwards(label_of(picture.y), {22, (low.y() + high.y()) / 2}, kInk, 15, kPaper);
   for (const double value : round_values(x.low, x.high, round_step(x.high - x.low, 8))) {
     const double at = to_px({value, y.low}).x();
     canvas.line({at, low.y()}, {at, high.y()}, kGridColour, 1);
@@ -127,7 +128,6 @@ cv::Mat draw_scatter(const Scatter& picture) {
   canvas.frame({low.x(), high.y()}, {high.x(), low.y()}, kFaint, 1);
   canvas.text(picture.title, {kLeft_px, 30}, kInk, 20);
   canvas.text(label_of(picture.x), {(low.x() + high.x()) / 2, low.y() + 42}, kInk, 15, 0.5);
-  canvas.text_upwards(label_of(picture.y), {22, (low.y() + high.y()) / 2}, kInk, 15, kPaper);
   double at = kLeft_px;
   for (auto layer = picture.layers.rbegin(); layer != picture.layers.rend(); ++layer) {
     canvas.disc({at + 6, kHeight_px - 21.0}, layer->radius_px, layer->colour);

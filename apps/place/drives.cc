@@ -92,18 +92,20 @@ void write_drives(const fs::path& out_dir, const PlacementStudy& study, const Ri
     const Calibratability known = calibratability(study.scores, rigs[i].rig, study.robot);
     write_file(out_dir / "rigs" / (rigs[i].name + ".yaml"),
                "# " + rigs[i].what + "\n" + write_settings(known.left));
-    text += fmt::format(
-        "  - name: {0}  # {1}\n    rig: rigs/{0}.yaml\n    set:\n"
-        "      - \"platform.mounting_error={{as_known: true}}\"\n",
-        rigs[i].name, rigs[i].what);
+    text +=
+        fmt::format("  - name: {0}  # {1}\n    rig: rigs/{0}.yaml\n", rigs[i].name, rigs[i].what);
     progress(static_cast<double>(i + 1) / static_cast<double>(rigs.size()));
   }
   text += "rungs:\n";
   for (const StudyRung& rung : rungs_of(*study.drive)) {
-    text += fmt::format("  - name: {}\n", in_quotes(rung.name));
-    if (!rung.settings.set.empty()) {
-      text += "    set:\n" + settings_text(rung.settings, "      ");
-    }
+    // What is off otherwise goes together otherwise.
+    const bool has_own = std::any_of(
+        rung.settings.set.begin(), rung.settings.set.end(),
+        [](const std::string& setting) { return setting.starts_with("platform.mounting_error"); });
+    text += fmt::format(
+        "  - name: {}\n    set:\n      - {}\n", in_quotes(rung.name),
+        has_own ? "rig.covariance=null" : "\"platform.mounting_error={as_known: true}\"");
+    text += settings_text(rung.settings, "      ");
   }
   if (!study.drive->against_first.empty()) {
     text += "against_first:\n";
@@ -147,6 +149,7 @@ void write_calibrations(const fs::path& out_dir, const PlacementStudy& study,
       "  - name: mounted to 1 degree and 5 mm\n"
       "    set:\n"
       "      - \"platform.mounting_error={sigma_deg: 1, sigma_m: 0.005}\"\n"
+      "      - rig.covariance=null\n"
       "      - \"rig.cameras.*.sigma.rotation_rad=[0.0175, 0.0175, 0.0175]\"\n"
       "      - \"rig.cameras.*.sigma.position_m=[0.005, 0.005, 0.005]\"\n"
       "figure: cameras.*.T_body_camera.rotation_error_deg\n";

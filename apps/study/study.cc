@@ -258,7 +258,7 @@ void bind(Fields& f, Study& o) {
   f("scores", o.scores);
   std::set<std::string> named;
   for (const StudyScore& score : o.scores) {
-    f.require(named.insert(score.figure()).second, "scores",
+    f.require(score.figure().empty() || named.insert(score.figure()).second, "scores",
               "must name each figure once, " + score.figure() + " comes twice");
   }
   f("halving", o.halving);

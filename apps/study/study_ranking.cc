@@ -37,7 +37,7 @@ std::string standing_text(const std::optional<Standing>& standing) {
   if (standing->rank > 1 && standing->not_distinguishable_from_best) {
     text += standing->detectable
                 ? fmt::format(", not distinguishable; {:.2g} would show", *standing->detectable)
-                : ", not distinguishable by one seed";
+                : ", not distinguishable by these seeds";
   }
   return text + ")";
 }
@@ -47,7 +47,7 @@ std::string standing_text(const std::optional<Standing>& standing) {
 StudyRanking rank_rigs(const Study& study, const std::vector<StudyRun>& runs) {
   StudyRanking ranking;
   ranking.scores = study.scores;
-  if (ranking.scores.empty()) {
+  if (ranking.scores.empty() && study.figure.empty()) {
     ranking.scores.push_back({shown_figure(study), {}});
   }
   const std::vector<StudyCell> cells = cells_of(study);
@@ -64,21 +64,27 @@ StudyRanking rank_rigs(const Study& study, const std::vector<StudyRun>& runs) {
   ranking.pareto.assign(cells.size(), false);
   for (const std::vector<std::size_t>& race : races_of(cells)) {
     std::vector<std::vector<double>> costs(race.size());
+    std::size_t known = 0;  // scores that any run has
     for (std::size_t k = 0; k < count; ++k) {
+      const bool less = ranking.scores[k].less_is_better();
       std::vector<ScoreBySeed> contenders;
+      std::size_t most = 0;
       for (const std::size_t cell : race) {
         contenders.push_back(values[cell][k]);
+        most = std::max(most, contenders.back().size());
       }
-      const auto standings = rank(contenders, ranking.scores[k].less_is_better());
+      known += most > 0 ? 1 : 0;
+      const auto standings = rank(contenders, less);
       for (std::size_t i = 0; i < race.size(); ++i) {
         ranking.standings[race[i]][k] = standings[i];
-        if (standings[i]) {
-          costs[i].push_back((ranking.scores[k].less_is_better() ? 1 : -1) *
-                             standings[i]->mean.mean);
+        if (standings[i] && contenders[i].size() == most) {  // with other seeds it is not compared
+          costs[i].push_back((less ? 1 : -1) * standings[i]->mean.mean);
         }
       }
     }
-    const auto has_all = [&](const std::vector<double>& own) { return own.size() == count; };
+    const auto has_all = [&](const std::vector<double>& own) {
+      return known > 0 && own.size() == known;
+    };
     for (std::size_t i = 0; i < race.size(); ++i) {
       ranking.pareto[race[i]] =
           has_all(costs[i]) && std::none_of(costs.begin(), costs.end(), [&](const auto& other) {
@@ -139,10 +145,10 @@ std::string ranking_page(const Study& study, const std::vector<StudyRun>& runs,
     return {};
   }
   return fmt::format(
-      "\nRanked: means over the seeds +- half of their 95 % intervals, and each rig's rank. Not "
-      "distinguishable: from the first, by runs of the same seeds (paired bootstrap, 5 % over all "
-      "rigs by Holm's correction), though a difference of so much would show four times out of "
-      "five.\n{}",
+      "\nRanked: means over the seeds +- half of their 95 % intervals, and each rig's rank by the "
+      "score. Not distinguishable: from the best by that score, by runs of the same seeds (paired "
+      "bootstrap, 5 % over all rigs by Holm's correction), though a difference of so much would "
+      "show about four times out of five.\n{}",
       tables);
 }
 

@@ -13,7 +13,8 @@ namespace panoptes {
 
 /// Where each rig stands among those that are tried with it, in one mission under one rung.
 struct StudyRanking {
-  std::vector<StudyScore> scores;  ///< those of the study; where it has none what its tables show
+  std::vector<StudyScore> scores;  ///< of the study; where it names neither scores nor
+                                   ///< a figure what its tables show
   std::vector<std::vector<std::optional<Standing>>> standings;  ///< by cell, by score
   std::vector<bool> pareto;  ///< by cell: nobody is better by one score and worse by none
 };

@@ -51,9 +51,10 @@ std::vector<RigComparison> compare_with_first(const Study& study,
     const bool from_below = requirement.op == Op::kGreater || requirement.op == Op::kGreaterEqual;
     const double margin = std::get<double>(requirement.wanted);
     const double bound = from_below ? found->at_least : found->at_most;
-    all.push_back({asked.line, found->mean.count, found->mean.mean, bound,
-                   margin + (from_below ? found->detectable : -found->detectable),
-                   found->mean.count > 1 && holds(requirement, bound)});
+    all.push_back(
+        {asked.line, found->mean.count, found->mean.mean, bound,
+         margin + (from_below ? found->detectable_one_sided : -found->detectable_one_sided),
+         found->mean.count > 1 && holds(requirement, bound)});
   }
   return all;
 }

@@ -167,11 +167,19 @@ void write_study_pictures(const TrialsOptions& options, const StudyRanking& rank
                           const std::vector<Trial>& trials) {
   constexpr std::size_t kMostMaps = 60;
   const Study& study = *options.study;
-  if (std::max(study.rigs.size(), study.rungs.size()) > 1) {
+  for (const char* file : {"scores.png", "pareto.png", "maps.png"}) {
+    std::filesystem::remove(options.out_dir / file);  // of a study as it was before
+  }
+  if (!ranking.scores.empty() && std::max(study.rigs.size(), study.rungs.size()) > 1) {
     write_file(options.out_dir / "scores.png", png(draw_bands(bands_of(study, ranking))));
   }
   if (study.scores.size() > 1) {
-    write_file(options.out_dir / "pareto.png", png(draw_scatter(pareto_of(study, ranking))));
+    const Scatter pareto = pareto_of(study, ranking);
+    const bool any = std::any_of(pareto.layers.begin(), pareto.layers.end(),
+                                 [](const ScatterLayer& layer) { return !layer.points.empty(); });
+    if (any) {
+      write_file(options.out_dir / "pareto.png", png(draw_scatter(pareto)));
+    }
   }
   const std::vector<Tile> tiles = maps_of(options, trials);
   if (!tiles.empty() && tiles.size() <= kMostMaps) {

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <numeric>
 #include <utility>
 
 #include "core/base/rng.h"
@@ -11,27 +13,7 @@ namespace panoptes {
 namespace {
 
 constexpr double kLevel = 0.05;  // of all comparisons with the best together
-constexpr int kResamples = 9999;
-
-struct Moments {
-  double mean = 0;
-  double standard_error = 0;
-};
-
-template <class At>
-Moments moments(std::size_t count, const At& at) {
-  const auto n = static_cast<double>(count);
-  Moments result;
-  for (std::size_t i = 0; i < count; ++i) {
-    result.mean += at(i) / n;
-  }
-  double squares = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    squares += (at(i) - result.mean) * (at(i) - result.mean);
-  }
-  result.standard_error = count > 1 ? std::sqrt(squares / (n - 1) / n) : 0;
-  return result;
-}
+constexpr double kNoSpread = 1e-9;
 
 std::vector<double> differences(const ScoreBySeed& values, const ScoreBySeed& others) {
   std::vector<double> all;
@@ -43,30 +25,37 @@ std::vector<double> differences(const ScoreBySeed& values, const ScoreBySeed& ot
   return all;
 }
 
-/// That their mean is 0 but for chance.
+/// That they are no larger than 0 on the mean but for chance, were either sign of each as likely:
+/// of all signs, or of many that are drawn, the share whose mean is as far from 0.
 double probability_of_chance(const std::vector<double>& values) {
+  constexpr std::size_t kAllSigns = 13;  // of so many values at most
+  constexpr int kDrawn = 9999;
+  constexpr double kAsFar = 1 - 1e-9;
   const std::size_t count = values.size();
-  const auto [least, most] = std::minmax_element(values.begin(), values.end());
-  if (count == 0 || (*least == 0 && *most == 0)) {
+  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+  if (sum == 0) {
     return 1;
   }
-  if (*least == *most) {
-    return std::exp2(1 - static_cast<double>(count));
-  }
-  const Moments all = moments(count, [&](std::size_t i) { return values[i]; });
-  const double t = std::abs(all.mean) / all.standard_error;
-  Rng rng = Rng(1).fork("paired bootstrap");
-  std::vector<std::size_t> drawn(count);
-  int beyond = 0;
-  for (int k = 0; k < kResamples; ++k) {
-    for (std::size_t& i : drawn) {
-      i = static_cast<std::size_t>(rng.index(static_cast<int>(count)));
+  const auto flipped = [&](const std::function<bool(std::size_t)>& is_flipped) {
+    double flipped_sum = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      flipped_sum += is_flipped(i) ? -values[i] : values[i];
     }
-    const Moments resample = moments(count, [&](std::size_t i) { return values[drawn[i]]; });
-    // Where one value alone was drawn there is no standard error, and t is beyond any.
-    beyond += std::abs(resample.mean - all.mean) >= t * resample.standard_error ? 1 : 0;
+    return std::abs(flipped_sum) >= kAsFar * std::abs(sum) ? 1 : 0;
+  };
+  int beyond = 0;
+  if (count <= kAllSigns) {
+    const unsigned all = 1U << count;
+    for (unsigned signs = 0; signs < all; ++signs) {
+      beyond += flipped([&](std::size_t i) { return (signs >> i & 1U) != 0; });
+    }
+    return static_cast<double>(beyond) / all;
   }
-  return (beyond + 1.0) / (kResamples + 1.0);
+  Rng rng = Rng(1).fork("signs");
+  for (int k = 0; k < kDrawn; ++k) {
+    beyond += flipped([&](std::size_t) { return rng.index(2) == 1; });
+  }
+  return (beyond + 1.0) / (kDrawn + 1.0);
 }
 
 /// Holm's step-down procedure: which of these show.
@@ -120,15 +109,21 @@ std::vector<std::optional<Standing>> rank(const std::vector<ScoreBySeed>& conten
     standings[order[k]]->rank = shared ? standings[order[k - 1]]->rank : static_cast<int>(k) + 1;
   }
   const std::size_t others = order.size() - 1;
+  const double level = kLevel / static_cast<double>(std::max<std::size_t>(1, others));
   std::vector<double> probabilities;
   for (std::size_t k = 1; k <= others; ++k) {
     const std::vector<double> values = differences(contenders[order[k]], contenders[order[0]]);
-    probabilities.push_back(probability_of_chance(values));
-    if (values.size() > 1) {
-      const Moments all = moments(values.size(), [&](std::size_t i) { return values[i]; });
-      standings[order[k]]->detectable =
-          detectable_difference(all.standard_error, static_cast<int>(values.size()) - 1,
-                                kLevel / static_cast<double>(others));
+    const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+    const bool is_worse = less_is_better ? sum > 0 : sum < 0;
+    probabilities.push_back(is_worse ? probability_of_chance(values) : 1);
+    const bool could_show = std::exp2(1 - static_cast<double>(values.size())) <= level;
+    if (could_show) {
+      const MeanInterval mean = mean_interval(values);
+      const double standard_error = standard_error_of(mean);
+      if (standard_error > kNoSpread * std::abs(mean.mean)) {
+        standings[order[k]]->detectable =
+            detectable_difference(standard_error, mean.count - 1, level);
+      }
     }
   }
   const std::vector<bool> show = shown(probabilities);

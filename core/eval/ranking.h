@@ -17,19 +17,21 @@ using ScoreBySeed = std::map<std::uint64_t, double>;
 struct Standing {
   int rank = 0;  ///< 1 is the best; equals share a rank
   MeanInterval mean;
-  /// It may be as good as the best one: by runs of the same seeds no difference shows (5 %, over
-  /// all contenders together). So is the best one itself.
+  /// It may be as good as the best one: by runs of the same seeds it is not shown to be worse (5 %,
+  /// over all contenders together). So is the best one itself. That the best is chosen by the same
+  /// runs is not corrected for: among eight that are all the same some show in one study of ten.
   bool not_distinguishable_from_best = true;
-  /// A true difference from the best one of this size shows four times out of five, whatever the
-  /// other contenders do. Empty of the best one itself, and where no size would show: of one seed.
+  /// A true difference from the best one of this size shows about four times out of five, whatever
+  /// the other contenders do. Empty of the best one itself, of so few seeds that no size would
+  /// show, and where all pairs differ by the same.
   std::optional<double> detectable;
 };
 
 /// By their means over the seeds; whoever has fewer than another ranks behind it. Each is compared
-/// with the best by the seeds that both have: a paired bootstrap of Student's t (Efron and
-/// Tibshirani 1993, 16.4), whose probabilities are corrected as Holm (1979) says. Where all pairs
-/// differ by the same there is no spread to go by, and the probability is that of equal signs.
-/// Empty of a contender that has no value. The same values give the same standings.
+/// with the best by the seeds that both have: a paired bootstrap of the signs of their differences
+/// (the wild bootstrap of Liu 1988, all signs of up to 13 pairs), whose probabilities are corrected
+/// as Holm (1979) says. Empty of a contender that has no value. The same values give the same
+/// standings.
 std::vector<std::optional<Standing>> rank(const std::vector<ScoreBySeed>& contenders,
                                           bool less_is_better);
 

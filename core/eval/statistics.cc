@@ -53,6 +53,11 @@ MeanInterval mean_interval(const std::vector<double>& values) {
   return result;
 }
 
+double standard_error_of(const MeanInterval& mean) {
+  return mean.count < 2 ? 0
+                        : 0.5 * (mean.high - mean.low) / student(mean.count - 1, 1 - kLevel / 2);
+}
+
 double detectable_difference(double standard_error, int degrees_of_freedom, double level) {
   return standard_error *
          (student(degrees_of_freedom, 1 - level / 2) + student(degrees_of_freedom, kPower));
@@ -69,14 +74,15 @@ PairedDifference paired_difference(const std::vector<double>& values,
   const int degrees_of_freedom = result.mean.count - 1;
   result.at_least = result.at_most = result.mean.mean;
   if (degrees_of_freedom == 0) {
-    result.detectable = std::numeric_limits<double>::infinity();
+    result.detectable = result.detectable_one_sided = std::numeric_limits<double>::infinity();
     return result;
   }
-  const double half = 0.5 * (result.mean.high - result.mean.low);
-  const double standard_error = half / student(degrees_of_freedom, 1 - kLevel / 2);
+  const double standard_error = standard_error_of(result.mean);
   result.at_least -= standard_error * student(degrees_of_freedom, 1 - kLevel);
   result.at_most += standard_error * student(degrees_of_freedom, 1 - kLevel);
   result.detectable = detectable_difference(standard_error, degrees_of_freedom, kLevel);
+  result.detectable_one_sided =
+      detectable_difference(standard_error, degrees_of_freedom, 2 * kLevel);
   return result;
 }
 

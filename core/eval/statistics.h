@@ -17,6 +17,9 @@ struct MeanInterval {
 };
 MeanInterval mean_interval(const std::vector<double>& values);
 
+/// Of the mean; 0 of one value.
+double standard_error_of(const MeanInterval& mean);
+
 /// The true difference that a two-sided test at this level shows four times out of five (Bloom
 /// 1995), where the difference of means has this standard error.
 double detectable_difference(double standard_error, int degrees_of_freedom, double level);
@@ -28,6 +31,7 @@ struct PairedDifference {
   /// A true difference of this size shows four times out of five. 0 where all pairs differ by the
   /// same; infinite for one pair.
   double detectable = 0;
+  double detectable_one_sided = 0;  ///< the same by one of the bounds below
   /// Bounds that the true difference is above and below, each with 95 %; the mean for one pair.
   double at_least = 0;
   double at_most = 0;

@@ -398,7 +398,7 @@ void FloorMapper::find_faces(const Pose2& T_odom_body, const SecondPicture& seco
     }
     const Vec2 a = T_view_then * faces[k]->foot_view - p.foot_view;
     const Vec2 b = T_view_then * faces[k + 1]->foot_view - p.foot_view;
-    if ((a - b).norm() >= kTogether_m) {
+    if ((a - b).norm() >= kTogether_m || a.x() <= 0 || b.x() <= 0) {
       continue;
     }
     const bool ends = faces[k]->ends && faces[k + 1]->ends;

@@ -8,6 +8,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "core/base/check.h"
+
 namespace panoptes {
 namespace {
 
@@ -20,6 +22,7 @@ constexpr double kColoured = 0.7;     // of the pixels, the others a pattern's
 constexpr int kAcross = 9;            // pixels
 constexpr std::size_t kLeastRun = 6;  // pixels of a face, and of the floor before it
 constexpr double kApart = 4;          // of the noise, of the means of a face and of the floor
+constexpr double kNearer = 2;         // times, the floor's colour is to a known floor's
 constexpr double kRaysSeen = 0.25;    // of all
 
 }  // namespace
@@ -34,6 +37,8 @@ std::optional<UprightFaces> UprightFaces::of(const FloorProjection& projection,
   }
   faces.foot_view_ = T_body_view.inverse() * Vec2(c.head<2>());
   faces.noise_grey_ = noise_grey;
+  faces.width_px_ = camera.intrinsics.width_px;
+  faces.height_px_ = camera.intrinsics.height_px;
   faces.near_m_ = static_cast<double>(projection.range_m.front());
   const Intrinsics& lens = camera.intrinsics;
   const Eigen::Quaterniond R_camera_body = camera.T_body_camera.rotation.conjugate();
@@ -71,6 +76,8 @@ std::optional<UprightFaces> UprightFaces::of(const FloorProjection& projection,
 std::vector<std::optional<UprightFaces::Face>> UprightFaces::find(const cv::Mat& bgr,
                                                                   const Levels* levels,
                                                                   FloorColour& colour) const {
+  PANOPTES_CHECK(bgr.type() == CV_8UC3 && bgr.cols == width_px_ && bgr.rows == height_px_,
+                 "a picture of the second camera is 8-bit BGR of the size its rig says");
   cv::Mat smooth;
   cv::Mat wide;  // texture evened out across the rays
   cv::blur(bgr, smooth, {3, 3});
@@ -104,33 +111,45 @@ std::vector<std::optional<UprightFaces::Face>> UprightFaces::find(const cv::Mat&
     return static_cast<double>(coloured) >= kColoured * static_cast<double>(sights.size()) &&
            static_cast<double>(coloured_above) >= kColoured * static_cast<double>(above);
   };
-  // Where what is above is told best from what is below, by their colours' means (least squares).
+  // Where what is above is told best from what is below, by their colours' means (least squares);
+  // these as the floor camera shows them.
+  struct Change {
+    std::size_t at = 0;
+    Vec3 above = Vec3::Zero();
+    Vec3 below = Vec3::Zero();
+  };
   const auto change = [&](const std::vector<Sight>& sights) {
-    const std::size_t count = sights.size();
-    Eigen::Vector3d all = Eigen::Vector3d::Zero();
-    std::vector<Eigen::Vector3d> colours(count);
-    for (std::size_t k = 0; k < count; ++k) {
+    Vec3 all = Vec3::Zero();
+    std::vector<Vec3> colours(sights.size());
+    for (std::size_t k = 0; k < sights.size(); ++k) {
       const std::uint8_t* p = wide.data + 3 * static_cast<std::ptrdiff_t>(sights[k].pixel);
-      colours[k] = Eigen::Vector3d(p[0], p[1], p[2]);
+      colours[k] = Vec3((*levels)[0][p[0]], (*levels)[1][p[1]], (*levels)[2][p[2]]);
       all += colours[k];
     }
-    Eigen::Vector3d above = Eigen::Vector3d::Zero();
+    Vec3 above = Vec3::Zero();
     double most = 0;
-    double apart = 0;
-    std::size_t best = 0;
-    for (std::size_t k = 0; k + kLeastRun < count; ++k) {
+    Change best;
+    for (std::size_t k = 0; k + kLeastRun < sights.size(); ++k) {
       above += colours[k];
       const auto n = static_cast<double>(k + 1);
-      const auto m = static_cast<double>(count) - n;
-      const double apart2 = ((above / n) - (all - above) / m).squaredNorm();
-      const double between = n * m / (n + m) * apart2;
+      const auto m = static_cast<double>(sights.size()) - n;
+      const double between = n * m / (n + m) * ((above / n) - (all - above) / m).squaredNorm();
       if (k + 1 >= kLeastRun && std::isfinite(sights[k].range_m) && between > most) {
         most = between;
-        apart = std::sqrt(apart2);
-        best = k;
+        best = {k, above / n, (all - above) / m};
       }
     }
-    return std::pair(best, apart);
+    return best;
+  };
+  // What is below is floor only where it is far more like a floor that is known.
+  const auto shows_floor = [&](const Change& found) {
+    double below = std::numeric_limits<double>::infinity();
+    double above = below;
+    for (const ColourGaussian& floor : colour.learned()) {
+      below = std::min(below, (found.below - floor.mean).norm());
+      above = std::min(above, (found.above - floor.mean).norm());
+    }
+    return (found.above - found.below).norm() > kApart * noise_grey_ && kNearer * below < above;
   };
   std::vector<std::optional<Face>> faces(sights_.size());
   for (std::size_t ray = 0; ray < sights_.size(); ++ray) {
@@ -146,13 +165,13 @@ std::vector<std::optional<UprightFaces::Face>> UprightFaces::find(const cv::Mat&
     }
     if (levels != nullptr) {
       if (has_floor_colour_throughout(sights)) {
-        const auto [foot, apart_grey] = change(sights);
-        if (apart_grey <= kApart * noise_grey_) {  // all that is seen may be of the face
+        const Change found = change(sights);
+        if (!shows_floor(found)) {  // all that is seen may be of the face
           faces[ray] = Face{foot_view_ + near_m_ * directions_[ray], 0, false};
           continue;
         }
-        ends = ends || foot > k;
-        k = std::max(k, foot);
+        ends = ends || found.at > k;
+        k = std::max(k, found.at);
       }
     }
     const auto range_m = static_cast<double>(sights[k - kHalfEdge].range_m);

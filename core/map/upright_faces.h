@@ -28,10 +28,11 @@ class UprightFaces {
   struct Face {
     Vec2 foot_view = Vec2::Zero();  ///< where it stands at the farthest
     double depth_m = 0;             ///< floor along the ray that a pixel covers there
-    bool ends = false;              ///< an edge is there, or it goes on out of the picture
+    bool ends = false;              ///< its foot shows there
   };
   /// Of each ray of the scan, in these directions about the camera's own foot; empty where nothing
-  /// is known. `bgr` is the camera's picture.
+  /// is known. `bgr` is the camera's picture, 8 bit, of the size its rig says; `levels` and
+  /// `colour` tell which of its colours are the floor's, null: nobody knows.
   std::vector<std::optional<Face>> find(const cv::Mat& bgr, const Levels* levels,
                                         FloorColour& colour) const;
 
@@ -40,6 +41,8 @@ class UprightFaces {
     std::int32_t pixel = 0;
     float range_m = 0;  // to the floor; infinite above the horizon
   };
+  int width_px_ = 0;
+  int height_px_ = 0;
   Vec2 foot_view_ = Vec2::Zero();
   double noise_grey_ = 0;
   double near_m_ = 0;                       // of the floor that is mapped

@@ -41,27 +41,30 @@ Mounting drawn_mounting(const MountingError& error, Rng draw) {
   return by;
 }
 
-// Of all cameras at once, as what was calibrated together is off together.
-std::map<std::string, Mounting> mountings_as_known(const Rig& rig, Rng draw) {
+// Of all cameras at once, as what was calibrated together is off together. What is drawn for a
+// camera is its own, so that rigs which hardly differ are off by much the same.
+std::map<std::string, Mounting> mountings_as_known(const Rig& rig, const Rng& draw) {
   std::vector<std::string> parameters;
   const auto size = static_cast<Eigen::Index>(6 * rig.cameras.size());
   Eigen::VectorXd sigma(size);
+  Eigen::VectorXd normals(size);
   for (const auto& [name, camera] : rig.cameras) {
+    const auto at = static_cast<Eigen::Index>(parameters.size());
     const std::vector<std::string> all = joint_parameters(name, camera.intrinsics);
-    sigma.segment<6>(static_cast<Eigen::Index>(parameters.size())) << camera.sigma.rotation_rad,
-        camera.sigma.position_m;
     parameters.insert(parameters.end(), all.begin(), all.begin() + 6);
+    sigma.segment<6>(at) << camera.sigma.rotation_rad, camera.sigma.position_m;
+    Rng of_camera = draw.fork(name);
+    for (double& number : normals.segment<6>(at)) {
+      number = of_camera.normal();
+    }
   }
   const Eigen::MatrixXd together = rig.covariance ? correlations(*rig.covariance, parameters)
                                                   : Eigen::MatrixXd::Identity(size, size);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(together);
-  Eigen::VectorXd normals(size);
-  for (double& number : normals) {
-    number = draw.normal();
-  }
+  const Eigen::MatrixXd& V = axes.eigenvectors();
+  const Eigen::VectorXd root = axes.eigenvalues().cwiseMax(0).cwiseSqrt();
   const Eigen::VectorXd drawn =
-      sigma.asDiagonal() *
-      (axes.eigenvectors() * (axes.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * normals));
+      sigma.asDiagonal() * (V * (root.asDiagonal() * (V.transpose() * normals)));
   std::map<std::string, Mounting> by;
   for (const auto& [name, camera] : rig.cameras) {
     by[name] = drawn.segment<6>(static_cast<Eigen::Index>(6 * by.size()));
