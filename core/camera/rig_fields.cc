@@ -156,7 +156,9 @@ std::string key_of_row(std::size_t i, const char* what) {
   return fmt::format("covariance[{}].{}", i, what);
 }
 
-/// Whether the rows are those of cameras of the rig, each whole and in order.
+constexpr std::size_t kMountingParameters = 6;  // the first of a camera's: its turn, its place
+
+/// Whether the rows are those of cameras of the rig in order, each whole, or of its mounting alone.
 bool has_right_order(Fields& f, const Rig& rig, const std::vector<CovarianceRow>& rows) {
   std::vector<std::string> told;  // cameras
   std::size_t i = 0;
@@ -171,7 +173,12 @@ bool has_right_order(Fields& f, const Rig& rig, const std::vector<CovarianceRow>
       return false;
     }
     told.push_back(camera);
+    const std::size_t first = i;
     for (const std::string& expected : joint_parameters(camera, found->second.intrinsics)) {
+      const bool ends = i == rows.size() || !rows[i].parameter.starts_with(camera + ".");
+      if (ends && i == first + kMountingParameters) {
+        break;
+      }
       if (i == rows.size()) {
         f.require(false, "covariance", "must go on with a row of " + expected);
         return false;

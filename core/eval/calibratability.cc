@@ -11,18 +11,20 @@ namespace panoptes {
 
 namespace {
 
-// Lenses and clocks go together with nothing.
-void leave_alone_what_is_no_mounting(JointCovariance& joint) {
-  for (Eigen::Index i = 0; i < joint.covariance.rows(); ++i) {
-    const std::string& parameter = joint.parameters[static_cast<std::size_t>(i)];
-    if (parameter.find(".rotation_") == std::string::npos &&
-        parameter.find(".position_") == std::string::npos) {
-      const double variance = joint.covariance(i, i);
-      joint.covariance.row(i).setZero();
-      joint.covariance.col(i).setZero();
-      joint.covariance(i, i) = variance;
+/// Without lenses and clocks.
+JointCovariance of_mountings(const JointCovariance& all) {
+  JointCovariance mountings;
+  std::vector<Eigen::Index> rows;
+  for (std::size_t i = 0; i < all.parameters.size(); ++i) {
+    const std::string& parameter = all.parameters[i];
+    if (parameter.find(".rotation_") != std::string::npos ||
+        parameter.find(".position_") != std::string::npos) {
+      mountings.parameters.push_back(parameter);
+      rows.push_back(static_cast<Eigen::Index>(i));
     }
   }
+  mountings.covariance = all.covariance(rows, rows);
+  return mountings;
 }
 
 }  // namespace
@@ -38,7 +40,6 @@ Calibratability calibratability(const CalibratabilityOptions& options, const Rig
   const Eigen::VectorXd sigma = known.covariance.diagonal().cwiseMax(0).cwiseSqrt();
   Calibratability out;
   out.left = rig;
-  out.left.covariance = joint_covariance(plan);
   for (std::size_t i = 0; i < plan.cameras.size(); ++i) {
     CameraCalibratability camera;
     camera.camera = plan.cameras[i];
@@ -53,7 +54,7 @@ Calibratability calibratability(const CalibratabilityOptions& options, const Rig
     left.position_m = sigma.segment<3>(known.camera[i] + 3);
     out.cameras.push_back(std::move(camera));
   }
-  leave_alone_what_is_no_mounting(*out.left.covariance);
+  out.left.covariance = of_mountings(joint_covariance(plan));
   return out;
 }
 

@@ -132,9 +132,9 @@ TEST_F(BadInput, StartsThatLookAtADeskInsteadOfFloor) {
 
 TEST_F(BadInput, ABodyThatIsWiderThanEveryPassage) {
   const Said said =
-      explore(kOffice, "out", {"--seed", "1", "--set", "robot.radius_m=0.45", "--duration", "40"});
+      explore(kOffice, "out", {"--seed", "1", "--set", "robot.radius_m=0.55", "--duration", "40"});
   EXPECT_EQ(said.status, 1);
-  EXPECT_THAT(said.out, testing::StartsWith("stuck (no way that the robot, 0.90 m wide, has room "
+  EXPECT_THAT(said.out, testing::StartsWith("stuck (no way that the robot, 1.10 m wide, has room "
                                             "for leads from where it started) after "));
   EXPECT_EQ(metrics("out")["outcome"], "stuck");
   EXPECT_EQ(metrics("out")["collisions"], 0);

@@ -350,6 +350,18 @@ TEST(RigFields, CamerasAreKnownTogether) {
   EXPECT_EQ(back.covariance->covariance, rig.covariance->covariance) << "to the bit";
   EXPECT_EQ(write_settings(back), text);
   EXPECT_FALSE(read_settings_text<Rig>(text, "rig.yaml", {"covariance=null"}).covariance);
+
+  // How its cameras sit may be told alone.
+  Rig mountings = rig;
+  const std::vector<Eigen::Index> rows{0, 1, 2, 3, 4, 5, 11, 12, 13, 14, 15, 16};
+  mountings.covariance->covariance = rig.covariance->covariance(rows, rows).eval();
+  mountings.covariance->parameters.clear();
+  for (const Eigen::Index row : rows) {
+    mountings.covariance->parameters.push_back(
+        rig.covariance->parameters[static_cast<std::size_t>(row)]);
+  }
+  const Rig told = read_settings_text<Rig>(write_settings(mountings), "rig.yaml");
+  EXPECT_EQ(told.covariance->parameters, mountings.covariance->parameters);
   EXPECT_THAT(rig.doubts, IsEmpty());
   EXPECT_THAT(write_settings(rig), Not(HasSubstr("doubts")));
 }
