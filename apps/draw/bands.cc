@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 
 namespace panoptes {
 namespace {
@@ -11,7 +10,7 @@ namespace {
 constexpr int kWidth_px = 900;
 constexpr int kPanel_px = 250;
 constexpr int kTop_px = 50;
-constexpr double kLeft_px = 84;
+constexpr double kLeft_px = 96;
 constexpr double kRight_px = 24;
 constexpr double kGap_px = 26;  // between panels
 constexpr double kLine_px = 20;
@@ -44,35 +43,27 @@ std::string cut(std::string words, double width_px, double size_px) {
   return words + "..";
 }
 
-class PanelScale {
+class PanelScale : public AxisSpan {
  public:
   PanelScale(const BandPanel& panel, std::size_t steps, const Vec2& top_left,
              const Vec2& bottom_right)
       : steps_(static_cast<double>(steps)), top_left_(top_left), bottom_right_(bottom_right) {
     for (const BandCurve& curve : panel.curves) {
       for (const auto& point : curve.points) {
-        low = point ? std::min(low, point->low) : low;
-        high = point ? std::max(high, point->high) : high;
+        if (point) {
+          take(point->low);
+          take(point->high);
+        }
       }
     }
-    if (!(high > low)) {
-      const double middle = high == low ? low : 0;
-      low = middle - 1;
-      high = middle + 1;
-    }
-    const double room = 0.06 * (high - low);
-    low -= room;
-    high += room;
+    make_room(0.06);
   }
   // `aside` keeps the bars of several curves apart.
-  Vec2 to_px(double step, double value, double aside_px = 0) const {
+  Vec2 to_px(std::size_t step, double value, double aside_px = 0) const {
     const double width = (bottom_right_.x() - top_left_.x()) / steps_;
-    return {top_left_.x() + (step + 0.5) * width + aside_px,
-            bottom_right_.y() - (value - low) / (high - low) * (bottom_right_.y() - top_left_.y())};
+    return {top_left_.x() + (static_cast<double>(step) + 0.5) * width + aside_px,
+            bottom_right_.y() - share(value) * (bottom_right_.y() - top_left_.y())};
   }
-
-  double low = std::numeric_limits<double>::infinity();
-  double high = -std::numeric_limits<double>::infinity();
 
  private:
   double steps_;
@@ -80,39 +71,38 @@ class PanelScale {
   Vec2 bottom_right_;
 };
 
-void draw_curve(Canvas& canvas, const PanelScale& scale, const BandCurve& curve,
-                const Colour& colour, double aside_px) {
+// Calls `draw` with each step whose point and next one are known, and with these.
+template <class Draw>
+void for_each_stretch(const BandCurve& curve, Draw&& draw) {
   for (std::size_t i = 0; i + 1 < curve.points.size(); ++i) {
-    const auto& a = curve.points[i];
-    const auto& b = curve.points[i + 1];
-    if (a && b) {
-      const auto x = static_cast<double>(i);
-      canvas.line(scale.to_px(x, a->mean, aside_px), scale.to_px(x + 1, b->mean, aside_px), colour,
-                  1.5);
+    if (curve.points[i] && curve.points[i + 1]) {
+      draw(i, *curve.points[i], *curve.points[i + 1]);
     }
   }
+}
+
+void draw_curve(Canvas& canvas, const PanelScale& scale, const BandCurve& curve,
+                const Colour& colour, double aside_px) {
+  for_each_stretch(curve, [&](std::size_t i, const BandPoint& a, const BandPoint& b) {
+    canvas.line(scale.to_px(i, a.mean, aside_px), scale.to_px(i + 1, b.mean, aside_px), colour,
+                1.5);
+  });
   for (std::size_t i = 0; i < curve.points.size(); ++i) {
     if (const auto& point = curve.points[i]) {
-      const auto x = static_cast<double>(i);
-      canvas.line(scale.to_px(x, point->low, aside_px), scale.to_px(x, point->high, aside_px),
+      canvas.line(scale.to_px(i, point->low, aside_px), scale.to_px(i, point->high, aside_px),
                   colour, 1);
-      canvas.disc(scale.to_px(x, point->mean, aside_px), 3.5, colour);
+      canvas.disc(scale.to_px(i, point->mean, aside_px), 3.5, colour);
     }
   }
 }
 
 void fill_band(Canvas& canvas, const PanelScale& scale, const BandCurve& curve,
                const Colour& colour, double aside_px) {
-  for (std::size_t i = 0; i + 1 < curve.points.size(); ++i) {
-    const auto& a = curve.points[i];
-    const auto& b = curve.points[i + 1];
-    if (a && b) {
-      const auto x = static_cast<double>(i);
-      canvas.polygon({scale.to_px(x, a->low, aside_px), scale.to_px(x, a->high, aside_px),
-                      scale.to_px(x + 1, b->high, aside_px), scale.to_px(x + 1, b->low, aside_px)},
-                     paler(colour));
-    }
-  }
+  for_each_stretch(curve, [&](std::size_t i, const BandPoint& a, const BandPoint& b) {
+    canvas.polygon({scale.to_px(i, a.low, aside_px), scale.to_px(i, a.high, aside_px),
+                    scale.to_px(i + 1, b.high, aside_px), scale.to_px(i + 1, b.low, aside_px)},
+                   paler(colour));
+  });
 }
 
 // So that none is hidden by a wider one.
@@ -154,7 +144,7 @@ cv::Mat draw_bands(const Bands& picture) {
       fill_band(canvas, scale, panel.curves[c], colour_of(c), aside_px(c));
     }
     for (const double value :
-         round_values(scale.low, scale.high, round_step(scale.high - scale.low, 6))) {
+         round_values(scale.low(), scale.high(), round_step(scale.high() - scale.low(), 6))) {
       const double at = scale.to_px(0, value).y();
       canvas.line({kLeft_px, at}, {right, at}, kGridColour, 1);
       canvas.text(short_number(value), {kLeft_px - 8, at + 5}, kFaint, 13, 1);

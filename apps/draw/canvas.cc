@@ -148,6 +148,22 @@ cv::Mat Canvas::shrunk() const {
   return result;
 }
 
+void AxisSpan::take(double value) {
+  low_ = std::min(low_, value);
+  high_ = std::max(high_, value);
+}
+
+void AxisSpan::make_room(double share) {
+  if (!(high_ > low_)) {
+    const double middle = high_ == low_ ? low_ : 0;
+    low_ = middle - 1;
+    high_ = middle + 1;
+  }
+  const double room = share * (high_ - low_);
+  low_ -= room;
+  high_ += room;
+}
+
 double round_step(double length, int most) {
   const double decade = std::pow(10.0, std::floor(std::log10(length / most)));
   for (const double step : {1.0, 2.0, 5.0}) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -59,6 +60,22 @@ class Canvas {
 
  private:
   cv::Mat mat_;
+};
+
+/// The values along an axis, with some room beyond the lowest and the highest.
+class AxisSpan {
+ public:
+  void take(double value);
+  /// `share` of what was taken, either way; of one value, or none, a span of 2.
+  void make_room(double share);
+  double low() const { return low_; }
+  double high() const { return high_; }
+  /// From 0 at the low end to 1 at the high one.
+  double share(double value) const { return (value - low_) / (high_ - low_); }
+
+ private:
+  double low_ = std::numeric_limits<double>::infinity();
+  double high_ = -std::numeric_limits<double>::infinity();
 };
 
 /// The round number (1, 2 or 5 times a power of ten) that divides a length into at most `most`

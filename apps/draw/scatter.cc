@@ -2,7 +2,6 @@
 #include "apps/draw/scatter.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 namespace panoptes {
@@ -15,35 +14,21 @@ constexpr double kTop_px = 56;
 constexpr double kRight_px = 24;
 constexpr double kFoot_px = 96;
 
-// From the lowest value to the highest, with some room.
-struct Span {
-  double low = std::numeric_limits<double>::infinity();
-  double high = -std::numeric_limits<double>::infinity();
+// What is better at the high end.
+struct Span : AxisSpan {
   bool more_is_better;
 
   Span(const Scatter& picture, int axis)
       : more_is_better(axis == 0 ? picture.x.more_is_better : picture.y.more_is_better) {
     for (const ScatterLayer& layer : picture.layers) {
       for (const ScatterPoint& point : layer.points) {
-        low = std::min(low, point.at[axis] - point.half_interval[axis]);
-        high = std::max(high, point.at[axis] + point.half_interval[axis]);
+        take(point.at[axis] - point.half_interval[axis]);
+        take(point.at[axis] + point.half_interval[axis]);
       }
     }
-    if (!(high > low)) {
-      const double middle = high == low ? low : 0;
-      low = middle - 1;
-      high = middle + 1;
-    }
-    const double room = 0.04 * (high - low);
-    low -= room;
-    high += room;
+    make_room(0.04);
   }
-
-  // From 0 to 1, what is better at 1.
-  double share(double value) const {
-    const double s = (value - low) / (high - low);
-    return more_is_better ? s : 1 - s;
-  }
+  double goodness(double value) const { return more_is_better ? share(value) : 1 - share(value); }
 };
 
 std::string label_of(const ScatterAxis& axis) {
@@ -83,17 +68,17 @@ cv::Mat draw_scatter(const Scatter& picture) {
   const Vec2 low(kLeft_px, kHeight_px - kFoot_px);
   const Vec2 high(kWidth_px - kRight_px, kTop_px);
   const auto to_px = [&](const Vec2& at) {
-    return Vec2(low.x() + x.share(at.x()) * (high.x() - low.x()),
-                low.y() + y.share(at.y()) * (high.y() - low.y()));
+    return Vec2(low.x() + x.goodness(at.x()) * (high.x() - low.x()),
+                low.y() + y.goodness(at.y()) * (high.y() - low.y()));
   };
   canvas.text_upwards(label_of(picture.y), {22, (low.y() + high.y()) / 2}, kInk, 15, kPaper);
-  for (const double value : round_values(x.low, x.high, round_step(x.high - x.low, 8))) {
-    const double at = to_px({value, y.low}).x();
+  for (const double value : round_values(x.low(), x.high(), round_step(x.high() - x.low(), 8))) {
+    const double at = to_px({value, y.low()}).x();
     canvas.line({at, low.y()}, {at, high.y()}, kGridColour, 1);
     canvas.text(short_number(value), {at, low.y() + 18}, kFaint, 13, 0.5);
   }
-  for (const double value : round_values(y.low, y.high, round_step(y.high - y.low, 8))) {
-    const double at = to_px({x.low, value}).y();
+  for (const double value : round_values(y.low(), y.high(), round_step(y.high() - y.low(), 8))) {
+    const double at = to_px({x.low(), value}).y();
     canvas.line({low.x(), at}, {high.x(), at}, kGridColour, 1);
     canvas.text(short_number(value), {low.x() - 8, at + 5}, kFaint, 13, 1);
   }

@@ -36,18 +36,18 @@ std::string words_of(const std::string& mission, const std::string& other, const
 }
 
 Bands bands_of(const Study& study, const StudyRanking& ranking) {
-  const std::vector<StudyCell> cells = cells_of(study);
   const bool over_rungs = study.rungs.size() > study.rigs.size();
   Bands bands;
   bands.title = title_of(study);
   bands.steps = over_rungs ? names_of(study.rungs) : names_of(study.rigs);
   const std::vector<std::string> lines = over_rungs ? names_of(study.rigs) : names_of(study.rungs);
+  const std::vector<StudyCell> cells = cells_of(study);
   for (std::size_t k = 0; k < ranking.scores.size(); ++k) {
-    BandPanel panel;
-    panel.label = ranking.scores[k].figure();
     for (const StudyMission& mission : study.missions) {
+      BandPanel panel;
+      panel.label = words_of(mission.name, ranking.scores[k].figure(), study);
       for (const std::string& line : lines) {
-        BandCurve curve{words_of(mission.name, line, study), {}};
+        BandCurve curve{line, {}};
         curve.points.resize(bands.steps.size());
         for (std::size_t i = 0; i < cells.size(); ++i) {
           const StudyCell& cell = cells[i];
@@ -63,8 +63,8 @@ Bands bands_of(const Study& study, const StudyRanking& ranking) {
         }
         panel.curves.push_back(std::move(curve));
       }
+      bands.panels.push_back(std::move(panel));
     }
-    bands.panels.push_back(std::move(panel));
   }
   return bands;
 }

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
+#include <numeric>
 
 #include <opencv2/imgproc.hpp>
 
@@ -24,6 +24,61 @@ constexpr std::size_t kLeastRun = 6;  // pixels of a face, and of the floor befo
 constexpr double kApart = 4;          // of the noise, of the means of a face and of the floor
 constexpr double kNearer = 2;         // times, the floor's colour is to a known floor's
 constexpr double kRaysSeen = 0.25;    // of all
+
+// A column of a picture, from above the horizon down, as the floor camera would show it.
+struct Column {
+  std::vector<Vec3> colours;        // texture evened out across the rays
+  std::vector<std::uint8_t> alike;  // whether each has the floor's colour
+  std::size_t above = 0;            // so many of them lie above the horizon
+};
+
+// Whether the floor's colour goes on from the floor to above the horizon, but for a pattern.
+bool has_floor_colour_throughout(const Column& column) {
+  const auto alike = [&](std::size_t count) {
+    return static_cast<double>(std::accumulate(
+        column.alike.begin(), column.alike.begin() + static_cast<std::ptrdiff_t>(count), 0));
+  };
+  const std::size_t all = column.alike.size();
+  return alike(all) >= kColoured * static_cast<double>(all) &&
+         alike(column.above) >= kColoured * static_cast<double>(column.above);
+}
+
+// Where what is above is told best from what is below, by their colours' means (least squares).
+struct Change {
+  std::size_t at = 0;
+  Vec3 above = Vec3::Zero();
+  Vec3 below = Vec3::Zero();
+};
+
+Change change_of(const Column& column) {
+  const std::vector<Vec3>& colours = column.colours;
+  const Vec3 all = std::accumulate(colours.begin(), colours.end(), Vec3(Vec3::Zero()));
+  Vec3 above = Vec3::Zero();
+  double most = 0;
+  Change best;
+  for (std::size_t k = 0; k + kLeastRun < colours.size(); ++k) {
+    above += colours[k];
+    const auto n = static_cast<double>(k + 1);
+    const auto m = static_cast<double>(colours.size()) - n;
+    const double between = n * m / (n + m) * ((above / n) - (all - above) / m).squaredNorm();
+    if (k + 1 >= kLeastRun && k >= column.above && between > most) {
+      most = between;
+      best = {k, above / n, (all - above) / m};
+    }
+  }
+  return best;
+}
+
+// What is below is floor only where it is far more like a floor that is known.
+bool shows_floor(const Change& found, const FloorColour& colour, double noise_grey) {
+  double below = std::numeric_limits<double>::infinity();
+  double above = below;
+  for (const ColourGaussian& floor : colour.learned()) {
+    below = std::min(below, (found.below - floor.mean).norm());
+    above = std::min(above, (found.above - floor.mean).norm());
+  }
+  return (found.above - found.below).norm() > kApart * noise_grey && kNearer * below < above;
+}
 
 }  // namespace
 
@@ -79,77 +134,31 @@ std::vector<std::optional<UprightFaces::Face>> UprightFaces::find(const cv::Mat&
   PANOPTES_CHECK(bgr.type() == CV_8UC3 && bgr.cols == width_px_ && bgr.rows == height_px_,
                  "a picture of the second camera is 8-bit BGR of the size its rig says");
   cv::Mat smooth;
-  cv::Mat wide;  // texture evened out across the rays
+  cv::Mat wide;
   cv::blur(bgr, smooth, {3, 3});
   cv::blur(bgr, wide, {kAcross, 3});
-  const auto at = [&](const Sight& sight) {
-    return smooth.data + 3 * static_cast<std::ptrdiff_t>(sight.pixel);
+  const auto at = [](const cv::Mat& picture, const Sight& sight) {
+    return picture.data + 3 * static_cast<std::ptrdiff_t>(sight.pixel);
   };
-  const auto difference = [&](const Sight& a, const Sight& b) {
+  const auto is_edge = [&](const Sight& a, const Sight& b) {
     int most = 0;
     for (int k = 0; k < 3; ++k) {
-      most = std::max(most, std::abs(at(a)[k] - at(b)[k]));
+      most = std::max(most, std::abs(at(smooth, a)[k] - at(smooth, b)[k]));
     }
-    return most;
+    return most > kEdge * noise_grey_;
   };
-  const auto has_floor_colour = [&](const Sight& sight) {
-    const std::uint8_t* p = at(sight);
-    const Bgr as_floor{(*levels)[0][p[0]], (*levels)[1][p[1]], (*levels)[2][p[2]]};
-    return colour.quick(as_floor.data()) > 0;
+  const auto as_floor = [&](const std::uint8_t* p) {
+    return Bgr{(*levels)[0][p[0]], (*levels)[1][p[1]], (*levels)[2][p[2]]};
   };
-  // Whether the floor's colour goes on from the floor to above the horizon, but for a pattern.
-  const auto has_floor_colour_throughout = [&](const std::vector<Sight>& sights) {
-    std::size_t coloured = 0;
-    std::size_t above = 0;
-    std::size_t coloured_above = 0;
+  const auto column_of = [&](const std::vector<Sight>& sights) {
+    Column column;
     for (const Sight& sight : sights) {
-      const bool alike = has_floor_colour(sight);
-      coloured += alike ? 1 : 0;
-      above += std::isfinite(sight.range_m) ? 0 : 1;
-      coloured_above += alike && !std::isfinite(sight.range_m) ? 1 : 0;
+      const Bgr c = as_floor(at(wide, sight));
+      column.colours.emplace_back(c[0], c[1], c[2]);
+      column.alike.push_back(colour.quick(as_floor(at(smooth, sight)).data()) > 0 ? 1 : 0);
+      column.above += std::isfinite(sight.range_m) ? 0 : 1;
     }
-    return static_cast<double>(coloured) >= kColoured * static_cast<double>(sights.size()) &&
-           static_cast<double>(coloured_above) >= kColoured * static_cast<double>(above);
-  };
-  // Where what is above is told best from what is below, by their colours' means (least squares);
-  // these as the floor camera shows them.
-  struct Change {
-    std::size_t at = 0;
-    Vec3 above = Vec3::Zero();
-    Vec3 below = Vec3::Zero();
-  };
-  const auto change = [&](const std::vector<Sight>& sights) {
-    Vec3 all = Vec3::Zero();
-    std::vector<Vec3> colours(sights.size());
-    for (std::size_t k = 0; k < sights.size(); ++k) {
-      const std::uint8_t* p = wide.data + 3 * static_cast<std::ptrdiff_t>(sights[k].pixel);
-      colours[k] = Vec3((*levels)[0][p[0]], (*levels)[1][p[1]], (*levels)[2][p[2]]);
-      all += colours[k];
-    }
-    Vec3 above = Vec3::Zero();
-    double most = 0;
-    Change best;
-    for (std::size_t k = 0; k + kLeastRun < sights.size(); ++k) {
-      above += colours[k];
-      const auto n = static_cast<double>(k + 1);
-      const auto m = static_cast<double>(sights.size()) - n;
-      const double between = n * m / (n + m) * ((above / n) - (all - above) / m).squaredNorm();
-      if (k + 1 >= kLeastRun && std::isfinite(sights[k].range_m) && between > most) {
-        most = between;
-        best = {k, above / n, (all - above) / m};
-      }
-    }
-    return best;
-  };
-  // What is below is floor only where it is far more like a floor that is known.
-  const auto shows_floor = [&](const Change& found) {
-    double below = std::numeric_limits<double>::infinity();
-    double above = below;
-    for (const ColourGaussian& floor : colour.learned()) {
-      below = std::min(below, (found.below - floor.mean).norm());
-      above = std::min(above, (found.above - floor.mean).norm());
-    }
-    return (found.above - found.below).norm() > kApart * noise_grey_ && kNearer * below < above;
+    return column;
   };
   std::vector<std::optional<Face>> faces(sights_.size());
   for (std::size_t ray = 0; ray < sights_.size(); ++ray) {
@@ -160,19 +169,18 @@ std::vector<std::optional<UprightFaces::Face>> UprightFaces::find(const cv::Mat&
     std::size_t k = kHalfEdge;
     bool ends = false;
     while (!ends && k + kHalfEdge + 1 < sights.size()) {
-      ends = difference(sights[k - kHalfEdge], sights[k + kHalfEdge]) > kEdge * noise_grey_;
+      ends = is_edge(sights[k - kHalfEdge], sights[k + kHalfEdge]);
       k += ends ? 0 : 1;
     }
-    if (levels != nullptr) {
-      if (has_floor_colour_throughout(sights)) {
-        const Change found = change(sights);
-        if (!shows_floor(found)) {  // all that is seen may be of the face
-          faces[ray] = Face{foot_view_ + near_m_ * directions_[ray], 0, false};
-          continue;
-        }
-        ends = ends || found.at > k;
-        k = std::max(k, found.at);
+    const Column column = levels != nullptr ? column_of(sights) : Column();
+    if (levels != nullptr && has_floor_colour_throughout(column)) {
+      const Change found = change_of(column);
+      if (!shows_floor(found, colour, noise_grey_)) {  // all that is seen may be of the face
+        faces[ray] = Face{foot_view_ + near_m_ * directions_[ray], 0, false};
+        continue;
       }
+      ends = ends || found.at > k;
+      k = std::max(k, found.at);
     }
     const auto range_m = static_cast<double>(sights[k - kHalfEdge].range_m);
     if (std::isfinite(range_m)) {
