@@ -232,10 +232,13 @@ std::vector<std::uint64_t> shards_left(const std::vector<Trial>& trials, int sha
 
 int tasks_for(const std::vector<Trial>& trials, const std::optional<int>& chunk) {
   double all_s = 0;
+  int runs = 0;
   for (const Trial& trial : trials) {
-    all_s += kWallShare * std::max(1.0, trial.point->duration_s);
+    if (!trial.left_out) {
+      all_s += kWallShare * std::max(1.0, trial.point->duration_s);
+      ++runs;
+    }
   }
-  const int runs = static_cast<int>(trials.size());
   const int by_chunk = chunk ? (runs + *chunk - 1) / *chunk
                              : static_cast<int>(std::min<double>(runs, all_s / kLeastTask_s));
   return std::clamp(by_chunk, 1, kMostTasks);
@@ -250,9 +253,10 @@ int submit_to_slurm(const TrialsOptions& options, const SlurmOptions& slurm,
                       "another folder with --out");
   }
   submission.check_queue();
+  const bool is_first = !submission.was_before();
+  submission.set_shards(tasks_for(trials, slurm.chunk));  // a round of a race has runs of its own
   std::string after;
-  if (!submission.was_before()) {
-    submission.set_shards(tasks_for(trials, slurm.chunk));
+  if (is_first) {
     after = submission.submit_light(trials);
   }
   const std::vector<std::uint64_t> tasks = shards_left(trials, submission.shards());

@@ -16,8 +16,8 @@ struct SlurmOptions {
   bool wait = false;         ///< until all is merged
 };
 
-/// How many tasks the runs go to: none shorter than about a minute, and no more than an array
-/// holds (MaxArraySize is 1001 by default).
+/// How many tasks the runs that are not left out go to: none shorter than about a minute, and no
+/// more than an array holds (MaxArraySize is 1001 by default).
 int tasks_for(const std::vector<Trial>& trials, const std::optional<int>& chunk);
 
 /// Submits the runs that wait to Slurm: a job that works out the light of each world once, an array

@@ -32,10 +32,10 @@ namespace {
 
 using CheckFile = void (*)(const std::string& file);
 
-// Every mission of a study, under each rig and rung, as far as it can be told without a seed.
-void check_study(const std::string& file) {
+// Missions under each rig and rung, as far as it can be told without a seed.
+void check_cells(const std::vector<StudyCell>& cells) {
   std::vector<std::string> faults;
-  for (const StudyCell& cell : cells_of(read_study(file))) {
+  for (const StudyCell& cell : cells) {
     try {
       load_mission<ExploreMission>(cell.mission_file, cell.settings.set, needs_of(cell.command));
     } catch (const ConfigError& error) {
@@ -49,6 +49,29 @@ void check_study(const std::string& file) {
   if (!faults.empty()) {
     throw ConfigError(faults);
   }
+}
+
+void check_study(const std::string& file) { check_cells(cells_of(read_study(file))); }
+
+// What the rigs it finds are driven through, by the rig that they are compared with.
+std::vector<StudyCell> drives_of(const PlacementStudy& placement) {
+  if (!placement.drive) {
+    return {};
+  }
+  const PlacementDrives& drive = *placement.drive;
+  Study study;
+  study.missions = drive.missions;
+  study.settings = drive.settings;
+  study.rigs.emplace_back();
+  study.rigs.front().file = drive.against.empty() ? placement.rig : drive.against;
+  study.rungs = drive.rungs.empty() ? std::vector(1, StudyRung()) : drive.rungs;
+  return cells_of(study);
+}
+
+void check_placements(const std::string& file) {
+  const PlacementStudy study = read_placement_study(file);
+  check_placement_study(study);
+  check_cells(drives_of(study));
 }
 
 void check_rig(const std::string& file) {
@@ -67,8 +90,7 @@ CheckFile check_of(const FileKind& kind) {
       {"route", [](const std::string& file) { read_settings<sim::Route>(file); }},
       {"map", [](const std::string& file) { read_turned_map_server(file); }},
       {"study", check_study},
-      {"placement study",
-       [](const std::string& file) { check_placement_study(read_placement_study(file)); }},
+      {"placement study", check_placements},
   };
   return kChecks.at(kind.name);
 }

@@ -322,14 +322,16 @@ int take_finished(const std::vector<Trial*>& trials, Results& results) {
 }
 
 /// Says which runs a race leaves out, by all that is there: one that broke is a run that failed.
-void take_rounds(const TrialsOptions& options, std::vector<Trial>& trials, Results& results) {
+/// How many of its rounds are over.
+std::size_t take_rounds(const TrialsOptions& options, std::vector<Trial>& trials,
+                        Results& results) {
   if (!options.study || !options.study->halving) {
-    return;
+    return 0;
   }
   for (Trial& trial : trials) {
     results.take(trial);
   }
-  leave_out(options, trials);
+  return leave_out(options, trials);
 }
 
 int run_planned(const TrialsOptions& options, std::vector<Trial>& trials, Results& results) {
@@ -449,13 +451,21 @@ int merge_trials(TrialsOptions options) {
   });
 }
 
-int submit_trials(TrialsOptions options, const SlurmOptions& slurm) {
+int submit_trials(TrialsOptions options, SlurmOptions slurm) {
   Results results(options);
   std::vector<Trial> trials = planned_runs(options, results);
   check_junit(options);
-  take_rounds(options, trials, results);
-  take_finished(pointers(trials), results);
-  return submit_to_slurm(options, slurm, trials);
+  std::size_t rounds_over = take_rounds(options, trials, results);
+  while (true) {
+    take_finished(pointers(trials), results);
+    const int status = submit_to_slurm(options, slurm, trials);
+    const std::size_t before = rounds_over;
+    rounds_over = slurm.wait ? take_rounds(options, trials, results) : before;
+    if (rounds_over == before || missing_text(trials).empty()) {
+      return status;
+    }
+    slurm.resume = true;
+  }
 }
 
 }  // namespace panoptes

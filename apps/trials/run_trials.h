@@ -28,7 +28,7 @@ int run_shard(TrialsOptions options, const Shard& shard);
 /// run_trials() leaves. Exit status: 0 when all are there and met their requirements, else 1.
 int merge_trials(TrialsOptions options);
 
-/// See submit_to_slurm().
-int submit_trials(TrialsOptions options, const SlurmOptions& slurm);
+/// See submit_to_slurm(). With `wait`, one round of a race after the other.
+int submit_trials(TrialsOptions options, SlurmOptions slurm);
 
 }  // namespace panoptes

@@ -157,7 +157,8 @@ void add_trials(CLI::App& app, Command& chosen) {
       ->type_name("slurm")
       ->check(CLI::IsMember({"slurm"}));
   sub->add_flag("--resume", args->slurm.resume, "with --engine: submit what is missing");
-  sub->add_flag("--wait", args->slurm.wait, "with --engine: until all is merged");
+  sub->add_flag("--wait", args->slurm.wait,
+                "with --engine: until all is merged; round after round of a race");
   sub->add_option("--chunk", args->slurm.chunk,
                   "with --engine: runs a task (as many as take a minute; 1000 tasks at most)")
       ->type_name("N")

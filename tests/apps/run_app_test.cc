@@ -316,7 +316,27 @@ TEST_F(RunApp, CheckKnowsEveryKindOfFile) {
                 "parameters:\n");
 }
 
+TEST_F(RunApp, CheckReadsWhatAPlacementStudyDrives) {
+  const std::string text = "rig: " + kScenes + "rigs/front-and-back.yaml\n" +
+                           "parameters:\n"
+                           "  tilt_deg: {set: ['cameras.front.tilt_deg={}'], values: [5, 50]}\n"
+                           "drive:\n"
+                           "  missions: [{name: office, mission: " +
+                           kOffice + "}]\n";
+  const std::string study = write(folder_ / "p.yaml", text + "  set: [until.durations_s=300]\n");
+  Said said = run_here({"check", study});
+  EXPECT_EQ(said.status, 2);
+  EXPECT_EQ(said.out, study + ":6:9: until.durations_s: unknown key; did you mean duration_s?\n");
+  write(folder_ / "p.yaml", text + "  set: [until.duration_s=300]\n");
+  said = run_here({"check", study});
+  EXPECT_EQ(said.out, study + ": ok (placement study)\n");
+}
+
 TEST_F(RunApp, EveryStudyThatIsHereIsRight) {
+  for (const auto& entry : fs::directory_iterator(kScenes + "placements")) {
+    const std::string study = entry.path().string();
+    EXPECT_EQ(run_here({"check", study}).out, study + ": ok (placement study)\n");
+  }
   for (const auto& entry : fs::directory_iterator(kScenes + "studies")) {
     const std::string study = entry.path().string();
     EXPECT_EQ(run_here({"check", study}).out, study + ": ok (study)\n");
