@@ -37,7 +37,13 @@ std::string cut(std::string words, double width_px, double size_px) {
   if (Canvas::text_width(words, size_px) <= width_px) {
     return words;
   }
+  const auto is_within_letter = [](char byte) {  // UTF-8
+    return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U;
+  };
   while (!words.empty() && Canvas::text_width(words + "..", size_px) > width_px) {
+    while (words.size() > 1 && is_within_letter(words.back())) {
+      words.pop_back();
+    }
     words.pop_back();
   }
   return words + "..";

@@ -77,6 +77,7 @@ void bind(Fields& f, FloorMapperOptions& o) {
   f("parallax_check", o.parallax_check);
   f("upright", o.upright);
   f("faces", o.faces);
+  f("stereo", o.stereo);
   f("obstacle_height_m", o.obstacle_height_m, between(0.005, 0.3));
   f("foot_depth_m", o.foot_depth_m, between(0.01, 0.3));
   f("start_far_m", o.start_far_m, positive);
@@ -104,6 +105,9 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
     upright_.emplace(projection_, floor_camera.rate_hz);
     edges_.emplace(projection_,
                    second_camera != nullptr ? second_view(p, *second_camera) : std::nullopt);
+  }
+  if (options_.stereo && options_.upright && second_camera != nullptr) {
+    stereo_ = FloorStereo::of(projection_, *second_camera);
   }
   if (options_.faces && second_camera != nullptr) {
     faces_ = UprightFaces::of(p, *second_camera, options_.colour.sigma_min_grey);
@@ -413,6 +417,26 @@ void FloorMapper::find_faces(const Pose2& T_odom_body, const SecondPicture& seco
   }
 }
 
+// What stands up by where another camera sees it at the same instant.
+void FloorMapper::find_stereo(const cv::Mat& bgr, const Pose2& T_odom_body,
+                              const SecondPicture& second_picture) {
+  constexpr double kSame_m = 0.01;
+  constexpr double kSame_rad = deg_to_rad(0.5);
+  constexpr double kOther_m = 0.02;  // pictures that show the same say no more than one
+  constexpr double kOther_rad = deg_to_rad(3);
+  const auto moved = [&](const Pose2& T_odom_then, double m, double rad) {
+    const Pose2 T_then_now = T_odom_then.inverse() * T_odom_body;
+    return T_then_now.position().norm() > m || std::abs(T_then_now.theta_rad) > rad;
+  };
+  if (!levels_ || moved(second_picture.T_odom_body, kSame_m, kSame_rad) ||
+      (T_odom_stereo_ && !moved(*T_odom_stereo_, kOther_m, kOther_rad))) {
+    return;
+  }
+  T_odom_stereo_ = T_odom_body;
+  upright_->suggest(stereo_->find({bgr, smooth_, first_}, second_picture.bgr, *levels_,
+                                  T_odom_body * projection_->T_body_view));
+}
+
 // How wide across the rays what is no floor is, in rays.
 void FloorMapper::measure_across() {
   const FloorProjection& p = *projection_;
@@ -668,6 +692,9 @@ FloorReading FloorMapper::read(const cv::Mat& bgr, const Pose2& T_odom_body, boo
   scan();
   if (edges_ && sees_floor_) {
     note_edges(picture, T_odom_body, second_picture);
+  }
+  if (stereo_ && sees_floor_ && second_picture != nullptr) {
+    find_stereo(picture, T_odom_body, *second_picture);
   }
   if (sees_floor_ && may_learn) {
     if (parallax_) {

@@ -15,6 +15,7 @@
 #include "core/map/floor_colour.h"
 #include "core/map/floor_parallax.h"
 #include "core/map/floor_projection.h"
+#include "core/map/floor_stereo.h"
 #include "core/map/upright_faces.h"
 #include "core/map/upright_points.h"
 
@@ -25,6 +26,7 @@ struct FloorMapperOptions {
   bool parallax = true;  ///< learn other floors by their motion; off: the thesis's own
   bool upright = true;   ///< what stands up by its motion ends the floor
   bool faces = true;     ///< and what reaches over the horizon
+  bool stereo = true;    ///< and what two cameras see at other places than floor would be
   FloorParallaxOptions parallax_check;
   double obstacle_height_m = 0.02;  ///< what is lower than this may pass for a stain
   double foot_depth_m = 0.04;       ///< how far behind its foot an obstacle is taken to reach
@@ -92,6 +94,8 @@ class FloorMapper {
   bool is_line(std::size_t ray, std::size_t row, std::size_t end) const;
   void note_edges(const cv::Mat& bgr, const Pose2& T_odom_body,
                   const SecondPicture* second_picture);
+  void find_stereo(const cv::Mat& bgr, const Pose2& T_odom_body,
+                   const SecondPicture& second_picture);
   void find_marks(const Pose2& T_odom_body);
   bool is_mark(std::size_t ray, std::size_t end) const;
   void scan();
@@ -106,6 +110,8 @@ class FloorMapper {
   std::optional<UprightPoints> upright_;
   std::optional<EdgeHeights> edges_;
   std::optional<UprightFaces> faces_;
+  std::optional<FloorStereo> stereo_;
+  std::optional<Pose2> T_odom_stereo_;             // where its last pictures were taken
   std::optional<Levels> levels_;                   // of the second camera's last picture
   std::vector<Vec2> marks_odom_;                   // ends of what is painted on the floor
   std::vector<std::vector<float>> mark_ranges_m_;  // of those along each ray

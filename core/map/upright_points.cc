@@ -216,7 +216,7 @@ void UprightPoints::suggest(const std::vector<UprightPoint>& points) {
     UprightPoint mean = point;
     double information = 1 / (point.sigma_m * point.sigma_m);
     mean.p_odom *= information;
-    double seen_m = -1;
+    int seen = -1;
     int agreeing = 1;
     for (std::size_t i = 0; i < before; ++i) {
       const UprightPoint& other = suggested_[i];
@@ -227,8 +227,8 @@ void UprightPoints::suggest(const std::vector<UprightPoint>& points) {
       mean.p_odom += weight * other.p_odom;
       mean.height_m = std::max(mean.height_m, other.height_m);  // it reaches at least as high
       information += weight;
-      agreeing += suggested_at_[i].driven_m > seen_m ? 1 : 0;  // once for each picture
-      seen_m = suggested_at_[i].driven_m;
+      agreeing += suggested_at_[i].picture > seen ? 1 : 0;  // once for each picture
+      seen = suggested_at_[i].picture;
     }
     if (agreeing >= kConfirmed) {
       sighted({mean.p_odom / information, mean.height_m,

@@ -91,6 +91,16 @@ RigCamera office_floor_camera() {
   return camera;
 }
 
+Levels same_levels() {
+  Levels levels;
+  for (auto& channel : levels) {
+    for (std::size_t level = 0; level < channel.size(); ++level) {
+      channel[level] = static_cast<std::uint8_t>(level);
+    }
+  }
+  return levels;
+}
+
 cv::Mat draw(const FloorScene& scene, const RigCamera& camera, const Pose2& T_scene_body,
              Rng& rng) {
   const Intrinsics& k = camera.intrinsics;

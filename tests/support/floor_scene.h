@@ -7,6 +7,7 @@
 
 #include "core/base/rng.h"
 #include "core/camera/rig.h"
+#include "core/map/second_view.h"
 
 namespace panoptes {
 
@@ -38,6 +39,9 @@ struct FloorScene {
 
 /// The camera of the office's rig: 0.75 m high, tilted by 28 degrees, seeing the floor from 0.19 m.
 RigCamera office_floor_camera();
+
+/// Of a second camera that shows everything as the floor camera does.
+Levels same_levels();
 
 cv::Mat draw(const FloorScene& scene, const RigCamera& camera, const Pose2& T_scene_body, Rng& rng);
 

@@ -36,6 +36,7 @@ TEST_F(RigFaults, StopTheRobotAndAreTheOutcome) {
                "the field of view of front looks wrong");
   expect_named("clock_error={exactly: {back: 0.5}}", "the stamps of back look 0.50 s late");
   expect_named("clock_error={exactly: {front: -0.5}}", "the stamps of front look 0.50 s early");
+  expect_named("mounting_error={exactly: {back: {y_m: 0.25}}}", "back looks mounted ");
 }
 
 TEST_F(RigFaults, AFloorCameraThatIsKnockedStopsTheRobot) {

@@ -80,16 +80,6 @@ FloorColour floor_colour() {
   return colour;
 }
 
-Levels the_same() {
-  Levels levels;
-  for (auto& channel : levels) {
-    for (std::size_t level = 0; level < channel.size(); ++level) {
-      channel[level] = static_cast<std::uint8_t>(level);
-    }
-  }
-  return levels;
-}
-
 TEST(UprightFaces, FindAPlainWallOfTheFloorsColourAtItsFoot) {
   FloorColour colour = floor_colour();
   const Found wall = found(faces_in(walled(1.12, 0), nullptr, colour));
@@ -99,7 +89,7 @@ TEST(UprightFaces, FindAPlainWallOfTheFloorsColourAtItsFoot) {
 
 TEST(UprightFaces, FindATexturedWallOfTheFloorsColour) {
   FloorColour colour = floor_colour();
-  const Levels levels = the_same();
+  const Levels levels = same_levels();
   const FloorScene scene = walled(1.12, 0.1);
   const Found by_colour = found(faces_in(scene, &levels, colour));
   EXPECT_GT(by_colour.share, 0.7);
