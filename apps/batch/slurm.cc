@@ -97,6 +97,9 @@ class Submission {
       try {
         jobs_ = Json::parse(read_file(folder_ / "jobs.json"));
         shards_ = jobs_.at("shards").get<int>();
+        if (jobs_.contains("chunk")) {
+          chunk_ = jobs_["chunk"].get<int>();
+        }
       } catch (const Json::exception& error) {
         throw ConfigError((folder_ / "jobs.json").string() + ": is damaged (" + error.what() +
                           "); remove " + folder_.string() + " and submit again");
@@ -106,7 +109,14 @@ class Submission {
 
   bool was_before() const { return shards_ > 0; }
   int shards() const { return shards_; }
-  void set_shards(int shards) { shards_ = shards; }
+
+  /// As many as the runs need; `chunk` as it was asked for before, where it is not now.
+  void choose_shards(const std::vector<Trial>& trials) {
+    if (slurm_.chunk) {
+      chunk_ = slurm_.chunk;
+    }
+    shards_ = tasks_for(trials, chunk_);
+  }
   const fs::path& folder() const { return folder_; }
 
   // No two arrays make the same runs.
@@ -176,6 +186,9 @@ class Submission {
 
   std::string remember(const std::string& job) {
     jobs_["shards"] = shards_;
+    if (chunk_) {
+      jobs_["chunk"] = *chunk_;
+    }
     jobs_["jobs"].push_back(job);
     write_file(folder_ / "jobs.json", jobs_.dump(2) + "\n");
     return job;
@@ -200,6 +213,7 @@ class Submission {
   fs::path out_dir_;
   fs::path folder_;
   int shards_ = 0;
+  std::optional<int> chunk_;  // runs a task
   Json jobs_ = Json::object();
 };
 
@@ -254,7 +268,7 @@ int submit_to_slurm(const TrialsOptions& options, const SlurmOptions& slurm,
   }
   submission.check_queue();
   const bool is_first = !submission.was_before();
-  submission.set_shards(tasks_for(trials, slurm.chunk));  // a round of a race has runs of its own
+  submission.choose_shards(trials);  // a round of a race has runs of its own
   std::string after;
   if (is_first) {
     after = submission.submit_light(trials);

@@ -456,12 +456,12 @@ int submit_trials(TrialsOptions options, SlurmOptions slurm) {
   std::vector<Trial> trials = planned_runs(options, results);
   check_junit(options);
   std::size_t rounds_over = take_rounds(options, trials, results);
+  take_finished(pointers(trials), results);
   while (true) {
-    take_finished(pointers(trials), results);
     const int status = submit_to_slurm(options, slurm, trials);
     const std::size_t before = rounds_over;
     rounds_over = slurm.wait ? take_rounds(options, trials, results) : before;
-    if (rounds_over == before || missing_text(trials).empty()) {
+    if (rounds_over <= before || missing_text(trials).empty()) {
       return status;
     }
     slurm.resume = true;

@@ -107,7 +107,7 @@ FloorMapper::FloorMapper(const FloorMapperOptions& options, const RigCamera& flo
                    second_camera != nullptr ? second_view(p, *second_camera) : std::nullopt);
   }
   if (options_.stereo && options_.upright && second_camera != nullptr) {
-    stereo_ = FloorStereo::of(projection_, *second_camera);
+    stereo_ = FloorStereo::of(projection_, floor_camera.intrinsics, *second_camera);
   }
   if (options_.faces && second_camera != nullptr) {
     faces_ = UprightFaces::of(p, *second_camera, options_.colour.sigma_min_grey);

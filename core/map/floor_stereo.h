@@ -23,9 +23,10 @@ namespace panoptes {
 /// well as the rig file says, and is learned from the floor.
 class FloorStereo {
  public:
-  /// Empty where the second camera shares too little floor with the floor camera, or stands at much
-  /// the same height.
+  /// Empty where the second camera shares too little floor with the floor camera of this lens, or
+  /// stands so near to it that heights are not told.
   static std::optional<FloorStereo> of(std::shared_ptr<const FloorProjection> projection,
+                                       const Intrinsics& floor_lens,
                                        const RigCamera& second_camera);
 
   /// A scan of the floor camera's picture.
@@ -45,12 +46,13 @@ class FloorStereo {
   struct Cell {
     std::int32_t sample = 0;  // of the scan
     std::int32_t pixel = 0;   // of the floor camera's picture
-    std::size_t seen = 0;     // where its places in the second picture begin in seen_px_
+    Vec2 p_view = Vec2::Zero();
+    std::size_t seen = 0;  // where its places in the second picture begin in seen_px_
   };
   struct Block {
     std::vector<Cell> cells;
     Vec2 sight_view = Vec2::Zero();  // from the floor camera's foot
-    double apart = 0;                // so many heights are told from each other there
+    double cell_height_m = 0;        // that shifts what the second camera sees by a cell
     Vec3 by_error = Vec3::Zero();    // how much higher it looks by the second camera's error
   };
   struct Pair {  // what the floor camera shows of a cell
@@ -68,6 +70,10 @@ class FloorStereo {
   };
 
   void add_block(const RigCamera& second_camera, int row0, int column0);
+  bool choose_heights(double second_m);
+  void find_in_second(const RigCamera& second_camera);
+  double step_m() const { return heights_m_[1] - heights_m_[0]; }
+  double mounting_sigma_m(const Block& block) const;
   std::vector<Seen> look(const Scan& scan) const;
   double misfit(const Seen& seen, std::ptrdiff_t height) const;
   double flat_of(const Seen& seen) const;
@@ -79,13 +85,16 @@ class FloorStereo {
   std::optional<UprightPoint> upright(const Seen& seen) const;
 
   std::shared_ptr<const FloorProjection> projection_;
-  std::vector<double> heights_m_;
-  std::ptrdiff_t flat_ = 0;  // of them
+  cv::Size floor_px_;
+  cv::Size second_px_;
+  std::vector<double> heights_m_;  // of even steps
+  std::ptrdiff_t flat_ = 0;        // of them
   std::vector<Block> blocks_;
   std::vector<cv::Point2f> seen_px_;  // of each cell at each height; negative: not seen
   cv::Mat second_grey_;               // float, of this instant
   int instant_ = 0;
-  Vec3 error_ = Vec3::Zero();  // of the second camera, as SecondView::range_error() has it
+  // Of the second camera: by what its ranges look shorter, see SecondView::range_error().
+  Vec3 error_ = Vec3::Zero();
   Mat3 error_covariance_ = Mat3::Zero();
   std::optional<double> floor_share_;  // of a floor's variance, that its two pictures differ by
 };

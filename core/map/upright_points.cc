@@ -258,7 +258,9 @@ void UprightPoints::forget(const Vec2& robot_odom) {
       [&](const Sighting& sighting) { return picture_ - sighting.picture < forgotten_pictures_; });
   sightings_.erase(sightings_.begin(), late);
   std::size_t old = 0;
-  while (old < suggested_.size() && driven_m_ - suggested_at_[old].driven_m > kSuggested_m) {
+  while (old < suggested_.size() &&
+         (driven_m_ - suggested_at_[old].driven_m > kSuggested_m ||
+          picture_ - suggested_at_[old].picture >= forgotten_pictures_)) {
     ++old;
   }
   suggested_.erase(suggested_.begin(), suggested_.begin() + static_cast<std::ptrdiff_t>(old));

@@ -501,6 +501,9 @@ TEST_F(Trials, GoToTasksOfAMinuteOrMore) {
   EXPECT_EQ(tasks_for(trials, std::nullopt), 25);
   EXPECT_EQ(tasks_for(trials, 1), 100);
   EXPECT_EQ(tasks_for(trials, 1000), 1);
+  trials[7].left_out = true;
+  EXPECT_EQ(tasks_for(trials, 1), 99);
+  trials[7].left_out = false;
   point->duration_s = 0.1;
   EXPECT_EQ(tasks_for(trials, std::nullopt), 1);
   point->duration_s = 6000;

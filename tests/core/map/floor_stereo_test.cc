@@ -41,7 +41,8 @@ struct Looker {
   std::optional<FloorStereo> stereo;
   Rng rng{3};
 
-  explicit Looker(const RigCamera& believed) : stereo(FloorStereo::of(projection, believed)) {}
+  explicit Looker(const RigCamera& believed)
+      : stereo(FloorStereo::of(projection, office_floor_camera().intrinsics, believed)) {}
 
   std::vector<UprightPoint> look(const FloorScene& scene, const RigCamera& second,
                                  const Pose2& T_scene_body) {
@@ -61,13 +62,14 @@ std::vector<Pose2> places() {
           Pose2(-0.1, 0, -0.1), Pose2(0.1, 0, 0), Pose2(-0.05, 0.1, 0),   Pose2(0.05, -0.1, 0.1)};
 }
 
-TEST(FloorStereo, FindsWhatStandsAndLooksLikeFloor) {
-  Looker looker(level_camera());
+/// Points on the front of the box, and others.
+void expect_box_found(const RigCamera& second) {
+  Looker looker(second);
   ASSERT_TRUE(looker.stereo.has_value());
   int found = 0;
   int away = 0;
   for (const Pose2& T_scene_body : places()) {
-    for (const UprightPoint& point : looker.look(scene_with_box(), level_camera(), T_scene_body)) {
+    for (const UprightPoint& point : looker.look(scene_with_box(), second, T_scene_body)) {
       const bool at_box = std::abs(point.p_odom.x() - kBox_m) < 0.08 &&
                           std::abs(point.p_odom.y()) < 0.38 && point.height_m < 0.6;
       ++(at_box ? found : away);
@@ -75,6 +77,16 @@ TEST(FloorStereo, FindsWhatStandsAndLooksLikeFloor) {
   }
   EXPECT_GE(found, 24);
   EXPECT_LE(10 * away, found);
+}
+
+TEST(FloorStereo, FindsWhatStandsAndLooksLikeFloor) { expect_box_found(level_camera()); }
+
+TEST(FloorStereo, DoesSoWhereTheCamerasStandOverOtherPlaces) {
+  RigCamera second = level_camera();
+  second.T_body_camera.translation += Vec3(0.1, -0.08, 0);
+  expect_box_found(second);
+  second = level_camera(20, -0.3);
+  expect_box_found(second);  // above the floor camera
 }
 
 TEST(FloorStereo, FindsNothingOnABareFloor) {
@@ -105,6 +117,7 @@ TEST(FloorStereo, SaysNothingOfWhatHasNoTexture) {
       EXPECT_GT(std::abs(point.p_odom.y()), 0.2) << "but of its edges";
     }
   }
+  EXPECT_FALSE(looker.look(scene_with_box(), level_camera(), Pose2{}).empty());
 }
 
 TEST(FloorStereo, SaysNothingWhereTheTwoPicturesOfTheFloorDiffer) {
@@ -118,11 +131,12 @@ TEST(FloorStereo, SaysNothingWhereTheTwoPicturesOfTheFloorDiffer) {
 TEST(FloorStereo, NeedsACameraThatSeesTheSameFloorFromAnotherHeight) {
   const auto projection =
       std::make_shared<FloorProjection>(project_floor(office_floor_camera(), Body{}));
-  EXPECT_TRUE(FloorStereo::of(projection, level_camera()).has_value());
-  EXPECT_FALSE(FloorStereo::of(projection, level_camera(5, 0)).has_value()) << "as high";
+  const Intrinsics lens = office_floor_camera().intrinsics;
+  EXPECT_TRUE(FloorStereo::of(projection, lens, level_camera()).has_value());
+  EXPECT_FALSE(FloorStereo::of(projection, lens, level_camera(5, 0)).has_value()) << "as high";
   RigCamera back = level_camera();
   back.T_body_camera = mounted_camera(back.T_body_camera.translation, deg_to_rad(180), 0);
-  EXPECT_FALSE(FloorStereo::of(projection, back).has_value()) << "looks back";
+  EXPECT_FALSE(FloorStereo::of(projection, lens, back).has_value()) << "looks back";
 }
 
 }  // namespace
