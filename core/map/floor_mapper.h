@@ -26,7 +26,7 @@ struct FloorMapperOptions {
   bool parallax = true;  ///< learn other floors by their motion; off: the thesis's own
   bool upright = true;   ///< what stands up by its motion ends the floor
   bool faces = true;     ///< and what reaches over the horizon
-  bool stereo = true;    ///< and what two cameras see at other places than floor would be
+  bool stereo = false;   ///< and what two cameras see at other places than floor would be
   FloorParallaxOptions parallax_check;
   double obstacle_height_m = 0.02;  ///< what is lower than this may pass for a stain
   double foot_depth_m = 0.04;       ///< how far behind its foot an obstacle is taken to reach

@@ -216,7 +216,7 @@ void UprightPoints::suggest(const std::vector<UprightPoint>& points) {
     UprightPoint mean = point;
     double information = 1 / (point.sigma_m * point.sigma_m);
     mean.p_odom *= information;
-    int seen = -1;
+    double seen_m = -1;
     int agreeing = 1;
     for (std::size_t i = 0; i < before; ++i) {
       const UprightPoint& other = suggested_[i];
@@ -227,8 +227,8 @@ void UprightPoints::suggest(const std::vector<UprightPoint>& points) {
       mean.p_odom += weight * other.p_odom;
       mean.height_m = std::max(mean.height_m, other.height_m);  // it reaches at least as high
       information += weight;
-      agreeing += suggested_at_[i].picture > seen ? 1 : 0;  // once for each picture
-      seen = suggested_at_[i].picture;
+      agreeing += suggested_at_[i].driven_m > seen_m ? 1 : 0;  // once for each picture
+      seen_m = suggested_at_[i].driven_m;
     }
     if (agreeing >= kConfirmed) {
       sighted({mean.p_odom / information, mean.height_m,
@@ -258,9 +258,7 @@ void UprightPoints::forget(const Vec2& robot_odom) {
       [&](const Sighting& sighting) { return picture_ - sighting.picture < forgotten_pictures_; });
   sightings_.erase(sightings_.begin(), late);
   std::size_t old = 0;
-  while (old < suggested_.size() &&
-         (driven_m_ - suggested_at_[old].driven_m > kSuggested_m ||
-          picture_ - suggested_at_[old].picture >= forgotten_pictures_)) {
+  while (old < suggested_.size() && driven_m_ - suggested_at_[old].driven_m > kSuggested_m) {
     ++old;
   }
   suggested_.erase(suggested_.begin(), suggested_.begin() + static_cast<std::ptrdiff_t>(old));
