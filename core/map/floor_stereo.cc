@@ -228,6 +228,7 @@ std::vector<FloorStereo::Seen> FloorStereo::look(const Scan& scan) const {
       }
       const float grey = floor_grey.ptr<float>()[cell.pixel];
       seen.pairs.push_back({grey, cell.seen});
+      seen.sight_view += cell.p_view - projection_->foot_view;
       sum += static_cast<double>(grey);
       square += static_cast<double>(grey * grey);
       seen.is_floor = seen.is_floor &&
@@ -237,6 +238,7 @@ std::vector<FloorStereo::Seen> FloorStereo::look(const Scan& scan) const {
     if (n * 2 < kBlock * kBlock) {
       continue;
     }
+    seen.sight_view /= n;
     seen.variance = square / n - (sum / n) * (sum / n);
     if (seen.variance < kTextured) {
       continue;
@@ -386,8 +388,8 @@ std::optional<UprightPoint> FloorStereo::upright(const Seen& seen) const {
     return std::nullopt;
   }
   const double share = 1 - height_m / projection_->height_m;  // of the way to the floor
-  const double along_m = block.sight_view.norm() * sigma_m / projection_->height_m;
-  return UprightPoint{projection_->foot_view + share * block.sight_view, height_m,
+  const double along_m = seen.sight_view.norm() * sigma_m / projection_->height_m;
+  return UprightPoint{projection_->foot_view + share * seen.sight_view, height_m,
                       std::hypot(along_m, kCell_m)};
 }
 

@@ -62,6 +62,7 @@ class FloorStereo {
   struct Seen {  // of a block
     const Block* block = nullptr;
     std::vector<Pair> pairs;
+    Vec2 sight_view = Vec2::Zero();  // from the floor camera's foot, of what looks like floor
     double variance = 0;
     bool is_floor = false;            // no obstacle before it
     double flat = 0;                  // mean squared difference on the floor
