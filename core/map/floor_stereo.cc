@@ -131,11 +131,11 @@ void FloorStereo::add_block(const RigCamera& second_camera, int row0, int column
     return;
   }
   middle_view /= static_cast<double>(block.cells.size());
-  block.sight_view = middle_view - p.foot_view;
+  const Vec2 sight = middle_view - p.foot_view;
   const Vec3& second = second_camera.T_body_camera.translation;
   const Vec2 from_second = middle_view - p.T_body_view.inverse() * Vec2(second.head<2>());
   // So far does a point move over the floor in the second picture, by its height.
-  const Vec2 slide = from_second / second.z() - block.sight_view / p.height_m;
+  const Vec2 slide = from_second / second.z() - sight / p.height_m;
   block.cell_height_m = kCell_m / slide.norm();
   if (!(block.cell_height_m < kVague_m)) {
     return;

@@ -51,9 +51,8 @@ class FloorStereo {
   };
   struct Block {
     std::vector<Cell> cells;
-    Vec2 sight_view = Vec2::Zero();  // from the floor camera's foot
-    double cell_height_m = 0;        // that shifts what the second camera sees by a cell
-    Vec3 by_error = Vec3::Zero();    // how much higher it looks by the second camera's error
+    double cell_height_m = 0;      // that shifts what the second camera sees by a cell
+    Vec3 by_error = Vec3::Zero();  // how much higher it looks by the second camera's error
   };
   struct Pair {  // what the floor camera shows of a cell
     float grey = 0;
